@@ -11,22 +11,23 @@ BIN := $(VENV)/bin
 EXTRAS := dev,dask,dxf,excel,rl,serve
 READY := $(VENV)/.ready-$(EXTRAS)
 SOURCES := desim_warehouse tests benchmarks studies docs
+TWO := -n 2 --dist loadfile  # tests of a file share its fixtures, in one of two processes
 
-.PHONY: paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
+.PHONY: ready paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
 
 test: $(READY)  ## lint, types, layers, all tests
 	@echo "lint, types, layers and all tests take minutes; tests say at their end how much processor time they took (make quick: half a minute)"
-	@$(MAKE) --no-print-directory lint tests
+	@$(MAKE) --no-print-directory --jobs 2 lint tests
 
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world
 	$(BIN)/ruff check $(SOURCES)
 	@$(MAKE) --no-print-directory quick-tests
 
 quick-tests: $(READY)
-	$(BIN)/python -m pytest -n 2 -m "not long and not slow" --exitfirst $(PYTEST) \
+	$(BIN)/python -m pytest $(TWO) -m "not long and not slow" --exitfirst $(PYTEST) \
 	    tests/model tests/orders tests/bad tests/layout tests/policies tests/world tests/golden
 
 pythons:  ## the quick tests on each other Python, 3.11 to 3.14, that is here
@@ -46,10 +47,10 @@ lint: $(READY)
 	$(BIN)/python -m docs.make_cost --check
 
 tests: $(READY)
-	$(BIN)/python -m pytest -n 2 -m "not long"
+	$(BIN)/python -m pytest $(TWO) -m "not long"
 
 test-long: $(READY)  ## slow proofs: thousands of random warehouses
-	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest -n 2
+	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest $(TWO)
 
 docs: $(READY)  ## the site, in build/site: open build/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
@@ -79,6 +80,8 @@ pictures: $(READY)  ## the pictures in docs/pictures
 	$(BIN)/python docs/make_throughput.py
 	$(BIN)/python docs/make_welch.py
 
+ready: $(READY)
+
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'
 	$(PYTHON) -m venv $(VENV)
@@ -86,4 +89,5 @@ $(READY): pyproject.toml
 	touch $(READY)
 
 clean:
+	find desim_warehouse tests benchmarks docs -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf .venv* reports/out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

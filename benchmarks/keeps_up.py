@@ -7,37 +7,13 @@ is held against a run of `HOURS` with the same rates, which cannot keep up where
 each wrong sentence, and how many there are of each answer.
 """
 
-import random
 import sys
 from collections import Counter
-from copy import deepcopy
 
 import desim_warehouse as dw
 from desim_warehouse.outcome.verdicts import piles_up
 from desim_warehouse.questions.run.lasting import lasting
-from tests.run.test_lasting import RING
-
-SHORT = "4 h"
-
-
-def hall(number: int, hours: str) -> dw.Model:
-    """A hall by number: what limits it, and at which load, are drawn."""
-    drawn, content = random.Random(number), deepcopy(RING) | {"log": "tasks"}
-    load, limit = drawn.uniform(0.7, 1.3), drawn.choice(["packer", "worker", "robots"])
-    time = drawn.uniform(40, 150)
-    content["tasks"]["unload_time"] = 10
-    if limit == "packer":
-        content["tasks"]["unload_time"], most = (
-            {"lognormal": {"mean": time, "cv": drawn.uniform(0.1, 1.0)}},
-            3600 / time,
-        )
-    elif limit == "worker":
-        content["layout"]["stations"]["packing"]["work_time"], most = time, 3600 / time
-    else:
-        size = drawn.choice([1, 2, 3])
-        content["fleet"]["size"], most = size, size * 3600 / 60
-    content["tasks"]["goods"], content["run"] = {"poisson": load * most}, {"length": hours}
-    return dw.load(content)
+from tests.run.halls import loaded_hall
 
 
 def main() -> None:
@@ -45,7 +21,8 @@ def main() -> None:
     halls, hours = (int(text) for text in (sys.argv[1:] + ["200", "200"][len(sys.argv) - 1 :]))
     counts: Counter[tuple[str, bool]] = Counter()
     for number in range(halls):
-        run, long = dw.simulate(hall(number, SHORT), 1), dw.simulate(hall(number, f"{hours} h"), 2)
+        (short, _), (lasts, _) = loaded_hall(number, "4 h"), loaded_hall(number, f"{hours} h")
+        run, long = dw.simulate(short, 1), dw.simulate(lasts, 2)
         judged, grows = lasting(run), piles_up(long.verdicts)
         assert judged is not None
         said = "cannot" if piles_up(run.verdicts) else "keeps up" if judged.keeps_up else "not shown"

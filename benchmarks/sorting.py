@@ -2,7 +2,7 @@
 
 A one-way grid of about 2,500 cells of one robot each: parcels are taken along its sides and dropped into chutes all
 over the floor, as in sorting centres. Goals a step (a parcel taken or dropped; a robot drives one cell a step) are
-counted after a warm-up. `python -m benchmarks.sorting` prints the table of docs/why.md (some two minutes).
+counted after a warm-up. `python -m benchmarks.sorting` prints the figures behind docs/why.md (some two minutes).
 """
 
 from __future__ import annotations

@@ -4,5 +4,5 @@ __version__ = "0.4.0.dev0"
 
 
 def simulated_with(version: str) -> str:
-    """Which version made what is shown, where it is another than this one; else nothing."""
+    """Say which version made what is shown, where it is another than this one; else nothing."""
     return "" if version == __version__ else f"simulated with version {version}"

@@ -109,9 +109,9 @@ class AllocationContract(_Contract):
             answer = list(policy.assign(decision.situation))
             tasks = {task.number: task for task in decision.tasks}
             robots = {robot.number: robot for robot in decision.robots}
-            given = [task for _, task in answer]
-            assert len(given) == len(set(given)), f"a task is assigned twice: {answer}"
-            assert set(given) <= set(tasks), f"a task that is not open is assigned: {answer}"
+            assigned = [task for _, task in answer]
+            assert len(assigned) == len(set(assigned)), f"a task is assigned twice: {answer}"
+            assert set(assigned) <= set(tasks), f"a task that is not open is assigned: {answer}"
             first: set[int] = set()
             for number, task in answer:
                 if number in robots and number not in first:
@@ -162,12 +162,14 @@ class ChargingContract(_Contract):
 
         world = World(self.given(), 1)
         policy, view = self.make(), world.robots[0].view()
-        found = [policy.levels(dataclasses.replace(view, energy=view.capacity * part / 10)) for part in range(11)]
-        for levels in found:
+        levels_by_energy = [
+            policy.levels(dataclasses.replace(view, energy=view.capacity * part / 10)) for part in range(11)
+        ]
+        for levels in levels_by_energy:
             assert levels.fault() is None, levels.fault()
             assert levels.full <= view.capacity, f"full, {levels.full}, is above the capacity"
         if getattr(policy, "fixed", False):
-            assert len(set(found)) == 1, "levels of a `fixed` policy depend on the energy"
+            assert len(set(levels_by_energy)) == 1, "levels of a `fixed` policy depend on the energy"
 
 
 class ParkingContract(_Contract):
@@ -278,7 +280,9 @@ class BatchingContract(_Contract):
                 tasks = [number for batch in batches for number in batch.tasks]
                 assert len(tasks) == len(set(tasks)), f"a task is in two batches: {batches}"
                 assert set(tasks) <= set(range(count)), f"a task that does not wait is in a batch: {batches}"
-                assert all(1 <= len(one.tasks) <= self.most for one in batches), f"one that nobody carries: {batches}"
+                assert all(1 <= len(batch.tasks) <= self.most for batch in batches), (
+                    f"one that nobody carries: {batches}"
+                )
 
     def test_the_last_tasks_do_not_wait_for_others(self) -> None:
         """When no others are to come every task is in a batch, and the batch is made at some time."""

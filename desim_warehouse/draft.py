@@ -68,26 +68,26 @@ class Draft:
 
 
 def draft(words: Draft) -> str:
-    """The text of a model file, with comments, that `check`, `run` and `plan` take as it is.
+    """Write a model file, with comments, that `check`, `run` and `plan` take as it is.
 
     Raises:
         ModelError: what is impossible, with the option at fault.
     """
-    given = words.chargers
+    chargers = words.chargers
     busiest = replace(words, orders=words.busiest, day=AROUND_THE_CLOCK, inbound=0.0)
-    found = _worked_out(busiest)
-    found = replace(found, orders=words.orders, day=words.day, inbound=words.inbound)
-    if found.inbound and found.stations == found.aisles:
+    complete = _worked_out(busiest)
+    complete = replace(complete, orders=words.orders, day=words.day, inbound=words.inbound)
+    if complete.inbound and complete.stations == complete.aisles:
         raise ModelError(
-            [f"--stations {found.stations}: no aisle is left for goods in, expected fewer, or more aisles"]
+            [f"--stations {complete.stations}: no aisle is left for goods in, expected fewer, or more aisles"]
         )
     if words.day != AROUND_THE_CLOCK:
-        found = _full_in_the_morning(_lasts_a_night(found, given), given)
-    return _text(found)
+        complete = _full_in_the_morning(_lasts_a_night(complete, chargers), chargers)
+    return _text(complete)
 
 
 def read_size(text: str) -> tuple[float, float]:
-    """A floor such as `60x40` or `240x160ft`, in metres; a unit behind both sides, or behind each.
+    """Read a floor such as `60x40` or `240x160ft`, in metres; a unit behind both sides, or behind each.
 
     Raises:
         ModelError: no such size.
@@ -107,7 +107,7 @@ def read_size(text: str) -> tuple[float, float]:
 
 
 def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_THE_CLOCK) -> float:
-    """Orders in a usual hour, such as `200`, `200/h` or `4/min`; of `1600/d` those of a whole `day`, spread over it.
+    """Read orders in a usual hour, such as `200`, `200/h` or `4/min`; `1600/d` are spread over the hours of a `day`.
 
     Raises:
         ModelError: no such rate, or more than a model may have.
@@ -127,7 +127,7 @@ def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_TH
 
 
 def read_packers(text: str) -> int | None:
-    """People who pack, such as `8`; `auto`: as many as the busiest hour needs, None.
+    """Read how many people pack, such as `8`; None for `auto`: as many as the busiest hour needs.
 
     Raises:
         ModelError: no such number.
@@ -151,7 +151,7 @@ class _Floor:
 
 
 def _floor(words: Draft) -> _Floor:
-    """The given number of aisles, or as many as fit; they share the width that storage leaves."""
+    """Return the floor with the given number of aisles, or as many as fit; they share the width that storage leaves."""
     width, height = words.size
     aisles = words.aisles or max(math.floor((width + 2 * PLACE) / (2 * PLACE + AISLE)), 2)
     problems = []
@@ -177,7 +177,7 @@ def _floor(words: Draft) -> _Floor:
 
 
 def _worked_out(words: Draft) -> Draft:
-    """The same with everything that was not given."""
+    """Complete a draft: work out everything that was not given."""
     floor = _floor(words)
     words = replace(words, aisles=floor.aisles)
     stations, packers = _staff(words, floor.aisles)
@@ -202,23 +202,23 @@ def _worked_out(words: Draft) -> Draft:
         raise ModelError(problems)
     from desim_warehouse.feasibility.power import needed_at_rest
 
-    given, given_robots = words.chargers, words.robots
+    wanted_chargers, wanted_robots = words.chargers, words.robots
     if words.robots is None or words.chargers is None:
         # As many robots and chargers as there could be, so that the estimate says how many are needed.
-        found = _estimated(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
+        estimate = _estimated(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
         if words.robots is None:
-            words = replace(words, robots=max(math.ceil((found.robots_busy or 1.0) / BUSY), 1))
+            words = replace(words, robots=max(math.ceil((estimate.robots_busy or 1.0) / BUSY), 1))
         if words.chargers is None:
             one_each = replace(words, chargers=words.robots)
             power = _estimated(one_each).power
             needed = None if power is None else power.needed
             words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(one_each))))
-    _fits(words, given_robots)
-    return _lasts_a_night(words, given)
+    _fits(words, wanted_robots)
+    return _lasts_a_night(words, wanted_chargers)
 
 
 def _staff(words: Draft, aisles: int) -> tuple[int, int]:
-    """The packing stations, one in an aisle at most, and the people in all of them."""
+    """Return the packing stations, one in an aisle at most, and the people in all of them."""
     need = words.orders * UNLOAD_TIME / 3600 / BUSY
     stations, packers = words.stations, words.packers
     if stations is None:
@@ -229,7 +229,7 @@ def _staff(words: Draft, aisles: int) -> tuple[int, int]:
     return stations, each * stations if packers is None else packers
 
 
-def _fits(words: Draft, given: int | None) -> None:
+def _fits(words: Draft, wanted_robots: int | None) -> None:
     """Refuse more robots than the lanes hold."""
     from desim_warehouse.layout.checks import room
 
@@ -237,16 +237,16 @@ def _fits(words: Draft, given: int | None) -> None:
     model = _model(words)
     if words.robots > (most := room(model.floor, model.fleet.contact)):
         floor = f"the lanes of {words.size[0]:g} x {words.size[1]:g} m hold {most}"
-        if given is None:
+        if wanted_robots is None:
             takes = f"--orders {words.orders:g}/h: takes {number_of(words.robots, 'robot')}"
             problem = f"{takes}, and {floor}; expected fewer orders, or a larger floor"
         else:
-            problem = f"--robots {given}: {floor}; expected at most {most}, or a larger floor"
+            problem = f"--robots {wanted_robots}: {floor}; expected at most {most}, or a larger floor"
         raise ModelError([problem])
 
 
-def _lasts_a_night(words: Draft, given: int | None) -> Draft:
-    """The same with as many chargers more as a night without orders needs; refused where their number is given."""
+def _lasts_a_night(words: Draft, wanted_chargers: int | None) -> Draft:
+    """Add chargers until a night without orders drains no battery; refuse it where their number is given."""
     from desim_warehouse.feasibility.power import at_rest, needed_at_rest
     from desim_warehouse.run.night import night
 
@@ -256,30 +256,30 @@ def _lasts_a_night(words: Draft, given: int | None) -> Draft:
         return words
     for chargers in range(max(words.chargers + 1, needed_at_rest(model)), words.robots + 1):
         if night(_model(more := replace(words, chargers=chargers))) is None:
-            if given is None:
+            if wanted_chargers is None:
                 return more
             cure = f"expected at least {chargers}"
             break
     else:
         cure = "no number of chargers helps"
     at_night = f"without orders robot {flat.robot} runs flat after {flat.hours:.1f} h"
-    name = "chargers" if given is not None else "robots"
+    name = "chargers" if wanted_chargers is not None else "robots"
     raise ModelError([f"--{name} {getattr(words, name)}: {at_night}, {at_rest(model, model.floor)}; {cure}"])
 
 
-def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
-    """The same with as many chargers more as fill all batteries between two days, where their number is not given."""
+def _full_in_the_morning(words: Draft, wanted_chargers: int | None) -> Draft:
+    """Add chargers until every battery is full by morning, unless their number is given."""
     from desim_warehouse.model.facts.charging import refills_overnight
 
     assert words.chargers is not None and words.robots is not None  # noqa: PT018
-    if given is not None or words.day.length == DAY:
+    if wanted_chargers is not None or words.day.length == DAY:
         return words
     enough = (replace(words, chargers=number) for number in range(words.chargers, words.robots + 1))
     return next((more for more in enough if refills_overnight(_model(more))), words)
 
 
 def _model(words: Draft) -> Model:
-    """The model of a complete draft."""
+    """Return the model of a complete draft."""
     from desim_warehouse.model.parse import read_yaml, valid
     from desim_warehouse.model.schema import OUTLINE
 
@@ -287,21 +287,21 @@ def _model(words: Draft) -> Model:
 
 
 def _estimated(words: Draft) -> QuickEstimate:
-    """The quick estimate of a draft."""
+    """Return the quick estimate of a draft."""
     from desim_warehouse.run.quick import estimate
 
     return estimate(_model(words))
 
 
 def _spread(names: tuple[str, ...], count: int) -> list[str]:
-    """A number of these names, evenly spaced."""
+    """Return a number of these names, evenly spaced."""
     step = len(names) / count
     return [names[math.floor((rank + 0.5) * step)] for rank in range(count)]
 
 
 # In one piece, long as it is: it looks like the file that it makes.
 def _text(words: Draft) -> str:
-    """The model file of a complete draft."""
+    """Write the model file of a complete draft."""
     assert words.robots is not None and words.chargers is not None and words.stations is not None  # noqa: PT018
     floor = _floor(words)
     rows = block_nodes(floor.aisles - 1, floor.blocks_down)
@@ -370,20 +370,20 @@ log: tasks                    # --set log=all records every move, for replays an
 
 
 def said_in_full(words: Draft) -> str:
-    """A complete draft in a sentence: everything that it took, or worked out."""
+    """Describe a complete draft in a sentence: everything that was given or worked out."""
     assert words.stations is not None and words.packers is not None  # noqa: PT018
     packers = {"packer": words.packers} if words.people else {}
     parts = {"packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
     counted = ", ".join(number_of(number or 0, name) for name, number in parts.items())
     size = f"{words.size[0]:g} x {words.size[1]:g} m, {words.aisles} aisles"
     a_day = f" = {words.orders * words.day.hours:,.0f} orders a day"
-    said = (
+    sentence = (
         f"{size}, {counted}, {words.orders:.4g} orders an hour{words.day.words()}{a_day}, due in {_minutes(words.due)}"
     )
     if not words.inbound:
-        return f"{said}."
+        return f"{sentence}."
     loads = words.inbound * WorkingDay(words.day.shifts).hours
-    return f"{said}, {words.inbound:.4g} loads an hour = {loads:,.0f} a day put away."
+    return f"{sentence}, {words.inbound:.4g} loads an hour = {loads:,.0f} a day put away."
 
 
 def _minutes(due: float) -> str:
@@ -391,7 +391,7 @@ def _minutes(due: float) -> str:
 
 
 def _receiving(words: Draft, node: str | None) -> str:
-    """The station where goods come in."""
+    """Write the station where goods come in."""
     if node is None:
         return ""
     servers = max(math.ceil(words.inbound * LOAD_TIME / 3600 / BUSY), 1)
@@ -399,7 +399,7 @@ def _receiving(words: Draft, node: str | None) -> str:
 
 
 def _tasks(words: Draft) -> str:
-    """What is asked for, and how long people and robots take for it."""
+    """Write what is asked for, and how long people and robots take for it."""
     if words.day == AROUND_THE_CLOCK and not words.inbound:
         asked = f"""\
   goods: {{poisson: {words.orders:g} / h, due_within: {words.due:g} min}}   # (!) at random times, each for one place
@@ -420,7 +420,7 @@ tasks:
 
 
 def _packing(words: Draft) -> str:
-    """How long a packer takes."""
+    """Write how long a packer takes."""
     if not words.people:
         return f"  unload_time: {UNLOAD_TIME} s           # (!) of a packer's time"
     mean = UNLOAD_TIME / (1 - ON_BREAK)
@@ -432,7 +432,7 @@ def _packing(words: Draft) -> str:
 
 
 def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
-    """A flow of the draft: at one rate, or at those of the day, by the clock."""
+    """Write a flow of the draft: at one rate, or at the rates of the day, by the clock."""
     if day == AROUND_THE_CLOCK:
         return f"    {name}: {{{ways}, arrivals: {{poisson: {hourly:g} / h}}}}"
     every, rates = day.rates(hourly)
@@ -450,7 +450,7 @@ def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
 
 
 def _start(words: Draft) -> str:
-    """What batteries hold at the start, with the reason."""
+    """Write what batteries hold at the start, with the reason."""
     if words.day.shifts:
         off = "day" if words.day.shifts[-1][1] > DAY else "night"
         return f"1               # full: chargers have had the {off}"
@@ -458,7 +458,7 @@ def _start(words: Draft) -> str:
 
 
 def _run(day: WorkingDay) -> str:
-    """How long a run is, and from when on it counts."""
+    """Write how long a run is, and from when on it counts."""
     if day.shifts:
         return f"""\
 run:                          # a working day, all of it counted

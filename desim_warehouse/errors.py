@@ -1,4 +1,4 @@
-"""What can go wrong, as one tree of exceptions.
+"""Exceptions of this package, as one tree.
 
     WarehouseError
     ├── ModelError        the model or study file: all problems of a file at once
@@ -29,7 +29,7 @@ class WarehouseError(Exception):
     """Anything this package refuses or cannot do."""
 
     def _render_traceback_(self) -> list[str]:
-        """What Jupyter shows of it: the message, which says where and what to do, and not the way through the code."""
+        """Show in Jupyter the message alone, which says where and what to do, and not the way through the code."""
         return [f"{type(self).__name__}: {self}"]
 
 
@@ -94,7 +94,7 @@ class NoIndicatorError(ReportError, KeyError):
 
 
 class Interruption(BaseException):
-    """Ends a run from outside, whatever a policy catches; not taken for a fault of the policy."""
+    """A signal that ends a run from outside, whatever a policy catches; not taken for a fault of the policy."""
 
 
 PASSED_ON = (KeyboardInterrupt, Interruption)
@@ -186,7 +186,7 @@ _ALSO_CALLED = {
 
 
 def shown(value: object) -> str:
-    """A value that code of the user's own has made, for a message; such a value may refuse to be shown."""
+    """Show a value that code of the user's own has made, for a message; such a value may refuse to be shown."""
     try:
         return repr(value)
     except Exception:  # noqa: BLE001 - whatever their __repr__ raises
@@ -194,7 +194,7 @@ def shown(value: object) -> str:
 
 
 def reason(error: Exception) -> str:
-    """Why something failed, for a message that names the file itself: without error numbers and paths."""
+    """Say why something failed, for a message that names the file itself: without error numbers and paths."""
     if isinstance(error, KeyError):
         return f"{error} is missing"
     if isinstance(error, FileExistsError | NotADirectoryError):
@@ -203,49 +203,49 @@ def reason(error: Exception) -> str:
 
 
 def spoken(words: Iterable[str], last: str = "and") -> str:
-    """A list in words: a, b and c."""
+    """Write a list in words: a, b and c."""
     *head, tail = list(words)
     return f"{', '.join(head)} {last} {tail}" if head else tail
 
 
 def number_of(count: float, what: str) -> str:
-    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
+    """Write a number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
     return f"{count:,.15g} {what}{'s' * (count != 1)}"
 
 
 def first_of(names: Sequence[str], most: int) -> str:
-    """The first of many names, and how many more: a, b and 3 more."""
+    """Write the first of many names, and how many more: a, b and 3 more."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
-    """The word that was probably meant: another name for the same, the one most like it, or one that has it in it."""
-    lower = {_plain(known): known for known in words}
-    said = _plain(word)
+    """Return the word that was probably meant: a synonym, the most similar one, or one that contains it."""
+    lower = {_plain(candidate): candidate for candidate in words}
+    plain = _plain(word)
     if meant := synonym(word, lower.values()):
         return meant
-    near = difflib.get_close_matches(said, lower, n=1, cutoff=_ALIKE)
+    near = difflib.get_close_matches(plain, lower, n=1, cutoff=_ALIKE)
     if not near and len(word) >= _LONG:
-        near = [known for known in lower if known.startswith(said)] or [
-            known for known in lower if said in known.split("_")
+        near = [candidate for candidate in lower if candidate.startswith(plain)] or [
+            candidate for candidate in lower if plain in candidate.split("_")
         ]
     return lower[near[0]] if near else None
 
 
 def synonym(word: str, words: Iterable[str]) -> str | None:
-    """The word that people mean by another name for it, or by its own in another spelling of spaces and capitals."""
-    lower = {_plain(known): known for known in words}
+    """Return the word that people mean by another name for it, or by its own with other spaces and capitals."""
+    lower = {_plain(candidate): candidate for candidate in words}
     names = (word, *_ALSO_CALLED.get(_plain(word), ()))
     return next((lower[name] for name in map(_plain, names) if name in lower), None)
 
 
 def _plain(word: str) -> str:
-    """A name whatever its case, with one sign between its parts, and in British spelling."""
+    """Normalize a name: its case, one sign between its parts, and British spelling."""
     return word.lower().replace("-", "_").replace(" ", "_").replace("ization", "isation")
 
 
 def got(value: Any) -> str:
-    """A value as it stands in a model file, shortened."""
+    """Write a value as it stands in a model file, shortened."""
     written = _flow(value)
     return written if len(written) <= _LONGEST else f"{written[: _LONGEST - 4]} ..."
 
@@ -269,6 +269,6 @@ def _flow(value: Any) -> str:  # noqa: PLR0911 - a return for each kind of value
 
 
 def _inner(value: Any) -> str:
-    """A value in a list or a mapping: a plain word needs no quotes."""
+    """Write a value in a list or a mapping: a plain word needs no quotes."""
     plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*", value)
     return str(value) if plain else _flow(value)

@@ -1,4 +1,4 @@
-"""What a check of a model can find: every code with its severity and meaning, and a finding with position and cure."""
+"""Findings of a check of a model: every code with its severity and meaning, and a finding with position and cure."""
 
 from __future__ import annotations
 
@@ -155,5 +155,5 @@ class Finding:
 
 
 def amount(value: float) -> str:
-    """A number as in messages: with three or four digits."""
+    """Write a number as in messages: with three or four digits."""
     return f"{value:,.0f}" if 1e3 <= abs(value) < 1e12 else f"{value:.4g}"  # noqa: PLR2004 - whole from 1,000 on

@@ -1,4 +1,4 @@
-"""Folders: those that results are written to, and those with files that people copy (models/gallery, reports)."""
+"""Folders: where results are written, and where files lie that people copy (models/gallery, reports)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _MADE: dict[Made, re.Pattern[bytes]] = {
     "trace": re.compile(rb'\A\{"traceEvents":'),
     "messages": re.compile(rb'\A\{"headerId":.*"manufacturer":"desim-warehouse"'),
 }
-"""What stands in files that we make, by kind, and hardly in those of others."""
+"""Text that stands in files that we make, by kind, and hardly in files of others."""
 _BEGINNING = 65_536
 """Bytes in which it stands."""
 
@@ -87,19 +87,19 @@ def _is_ours(path: Path, words: re.Pattern[bytes]) -> bool:
 
 
 def shipped(kind: str) -> Path:
-    """The folder with files of a kind: in the installed package, or in the source tree."""
+    """Return the folder with files of a kind: in the installed package, or in the source tree."""
     home = Path(__file__).parent
     installed = home / kind
     return installed if installed.is_dir() else home.parent / PLACES[kind]
 
 
 def gallery() -> dict[str, Path]:
-    """The model files of the gallery, by name."""
+    """Return the model files of the gallery, by name."""
     return {path.stem: path for path in sorted(shipped("gallery").glob("*.yaml"))}
 
 
 def sha256(path: Path) -> str:
-    """The SHA-256 of a file."""
+    """Return the SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -44,7 +44,7 @@ class Phase(Enum):
 
 
 class Queue(NamedTuple):
-    """What robots queue for, as in *for a charger at B*, and where: in a station, or in a bay with chargers."""
+    """The server or charger that robots queue for, as in *for a charger at B*: in a station or a bay with chargers."""
 
     at: Place
     what: str
@@ -78,7 +78,7 @@ class State:
 
     @property
     def occupies(self) -> Place | None:
-        """Where a robot in it has a server or a charger in use."""
+        """The place where a robot in it has a server or a charger in use."""
         if self.phase in (Phase.LOADING, Phase.UNLOADING):
             return "station"
         return "chargers" if self.phase is Phase.CHARGING else None
@@ -94,7 +94,7 @@ def _always(_: object) -> bool:
 
 
 def seen(name: str, task: int) -> State:
-    """The state of a robot as it is shown, given the number of its task: one without a task queues for a charger."""
+    """Return the state of a robot as it is shown, by the number of its task: without one it queues for a charger."""
     state = STATES[name]
     if state is not _QUEUEING:
         return state
@@ -102,11 +102,11 @@ def seen(name: str, task: int) -> State:
 
 
 def names(is_so: Callable[[State], bool]) -> frozenset[str]:
-    """The states of the log of which something is true; of queueing, if it is of one of the two kinds."""
+    """Return the states of the log with a property; queueing, if one of its two kinds has it."""
     return frozenset(name for name in STATES if is_so(seen(name, 0)) or is_so(seen(name, -1)))
 
 
-SERVER = Queue("station", "a place")
+SERVER = Queue("station", "a loading point")
 
 OPENING = Queue("station", "its opening")
 CHARGER = Queue("chargers", "a charger")
@@ -117,8 +117,8 @@ STATES = {
         State(
             "idle",
             doing="idle",
-            begins="a robot stands in a bay, with nothing to do",
-            time="in a bay, with nothing to do",
+            begins="a robot stands in a bay, or rests where it unloaded, with nothing to do",
+            time="in a bay or where it unloaded, with nothing to do",
             better=None,
             draws="standing",
             phase=Phase.REST,
@@ -384,7 +384,8 @@ FOR_CHARGER = replace(
 )
 """The two kinds of queueing, which reports and the account of time tell apart; in the log they are one state."""
 SHOWN = {
-    state.name: state for state in (*(FOR_SERVER if one is _QUEUEING else one for one in STATES.values()), FOR_CHARGER)
+    shown.name: shown
+    for shown in (*(FOR_SERVER if state is _QUEUEING else state for state in STATES.values()), FOR_CHARGER)
 }
 """The states as they are shown: a robot that queues for a charger is apart, as it is not working."""
 
@@ -405,10 +406,10 @@ TOO_LOW = frozenset(name for name, state in STATES.items() if state.queue == CHA
 
 
 def staff(zone: str) -> str:
-    """Who serves robots in a station, in the singular, as people say it."""
-    return "packer" if zone == PACKING else "place"
+    """Return who serves robots in a station, in the singular, as people say it."""
+    return "packer" if zone == PACKING else "loading point"
 
 
 def absent(model: Any) -> frozenset[str]:
-    """The states and times of `TIMES` that robots of a model cannot be in, by name."""
+    """Return the states and times of `TIMES` that robots of a model cannot be in, by name."""
     return frozenset(name for name, state in TIMES.items() if not state.applies(model))

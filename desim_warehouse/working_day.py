@@ -28,14 +28,14 @@ class Peak:
 
 @dataclass(frozen=True)
 class WorkingDay:
-    """When people work, in stretches of the day in order (none: around the clock), and when most orders come."""
+    """The hours in which people work, in stretches of a day (none: around the clock), and its peak of orders."""
 
     shifts: tuple[Stretch, ...] = ()
     peak: Peak | None = None
 
     @property
     def busiest(self) -> float:
-        """How many times the usual rate comes in the busiest hour."""
+        """The rate of the busiest hour, as a multiple of the usual one."""
         return 1.0 if self.peak is None else max(self.peak.times, 1.0)
 
     @property
@@ -55,7 +55,7 @@ class WorkingDay:
         return self.shifts[-1][1] - self.begin if self.shifts else DAY
 
     def rates(self, hourly: float) -> tuple[int, list[float]]:
-        """The minutes for which each rate holds, and the rates from midnight on."""
+        """Return the minutes for which each rate holds, and the rates from midnight on."""
         ends = [minute for stretch in self.shifts for minute in stretch]
         ends += [] if self.peak is None else self.peak.stretch
         every = math.gcd(60, *ends)
@@ -69,14 +69,14 @@ class WorkingDay:
         return 1.0
 
     def words(self) -> str:
-        """When orders come, for a sentence; empty where they come alike around the clock."""
-        said = (
+        """Say when orders come, for a sentence; empty where they come alike around the clock."""
+        phrase = (
             f" {spoken([f'from {clock(begin)} to {clock(end)}' for begin, end in self.shifts])}" if self.shifts else ""
         )
         if self.peak is not None:
             begin, end = self.peak.stretch
-            said += f" with {self.peak.times:g} times as many from {clock(begin)} to {clock(end)}"
-        return said
+            phrase += f" with {self.peak.times:g} times as many from {clock(begin)} to {clock(end)}"
+        return phrase
 
 
 AROUND_THE_CLOCK = WorkingDay()
@@ -84,7 +84,7 @@ AROUND_THE_CLOCK = WorkingDay()
 
 
 def clock(minute: int) -> str:
-    """A minute of the day, or of the next one, as a time of day; the end of the day is 24:00."""
+    """Write a minute of the day, or of the next one, as a time of day; the end of the day is 24:00."""
     minute -= DAY * (minute > DAY)
     return f"{minute // 60:02}:{minute % 60:02}"
 
@@ -96,27 +96,27 @@ def _has(stretch: Stretch, minute: int) -> bool:
 
 
 def read_shifts(text: str) -> tuple[Stretch, ...]:
-    """Shifts such as `06-22`, `6am-2pm,3:30pm-10pm` or `22-06`; those that follow each other are one stretch.
+    """Read shifts such as `06-22`, `6am-2pm,3:30pm-10pm` or `22-06`; shifts that follow each other are one stretch.
 
     Raises:
         ModelError: no such shifts.
     """
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     for begin, end in sorted(_stretch("--shifts", part, over_midnight=True) for part in text.split(",")):
-        if found and begin == found[-1][1]:
-            found[-1] = found[-1][0], end
+        if stretches and begin == stretches[-1][1]:
+            stretches[-1] = stretches[-1][0], end
         else:
-            found.append((begin, end))
-    if len(found) > 1 and found[-1][1] - DAY == found[0][0]:
-        found[-1] = found[-1][0], found.pop(0)[1] + DAY
-    following = [*found[1:], (found[0][0] + DAY, 0)]
-    if any(after < end for (_, end), (after, _) in zip(found, following, strict=True)):
+            stretches.append((begin, end))
+    if len(stretches) > 1 and stretches[-1][1] - DAY == stretches[0][0]:
+        stretches[-1] = stretches[-1][0], stretches.pop(0)[1] + DAY
+    following = [*stretches[1:], (stretches[0][0] + DAY, 0)]
+    if any(after < end for (_, end), (after, _) in zip(stretches, following, strict=True)):
         raise ModelError([f"--shifts {text}: they overlap, expected one after the other"])
-    return tuple(found)
+    return tuple(stretches)
 
 
 def read_peak(text: str, shifts: Iterable[Stretch]) -> Peak:
-    """A peak such as `11:30-13x1.6`: from when to when, and how many times as many orders come.
+    """Read a peak such as `11:30-13x1.6`: from when to when, and how many times as many orders come.
 
     Raises:
         ModelError: no such peak, or one outside the shifts.
@@ -131,15 +131,15 @@ def read_peak(text: str, shifts: Iterable[Stretch]) -> Peak:
         raise ModelError([f"--peak {text}: no peak, expected {expected}"])
     shifts = list(shifts)
     begin, end = _stretch("--peak", stretch, over_midnight=any(last > DAY for _, last in shifts))
-    found = Peak((begin, end), factor)
+    peak = Peak((begin, end), factor)
     days = (0, DAY)  # of a night shift the peak may be on the next day
     if shifts and not any(first <= begin + day and end + day <= last for first, last in shifts for day in days):
         raise ModelError([f"--peak {text}: outside the shifts, expected a peak within one of them"])
-    return found
+    return peak
 
 
 def _stretch(option: str, text: str, *, over_midnight: bool) -> Stretch:
-    """From one time of day to a later one, which may be on the next day."""
+    """Read a stretch from one time of day to a later one, which may be on the next day."""
     from desim_warehouse.values.calendars import clock_time, in_24_hours
 
     try:
@@ -155,6 +155,6 @@ def _stretch(option: str, text: str, *, over_midnight: bool) -> Stretch:
 
 
 def _full(text: str) -> str:
-    """A time of day in full: 6 is 06:00."""
+    """Return a time of day in full: 6 is 06:00."""
     text = text.strip()
     return f"{text}:00" if text.isdecimal() else text

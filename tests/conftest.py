@@ -1,17 +1,24 @@
 """Hypothesis profiles, `fast` for every day and `long` for make test-long; and why tests were skipped."""
 
+import gc
 import os
 import signal
+import sys
 from collections import Counter
 
 import pytest
 from hypothesis import settings
 
+from desim_warehouse.world.robots.settled import SettledFleets
 from tests.costs import Costs
 
-settings.register_profile("fast", max_examples=30, deadline=None, derandomize=True)
+settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
 settings.register_profile("long", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
+
+# Tests start hundreds of programs, each of which would else compile the package anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun by a shell with `&`: children would ignore Ctrl-C, too
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -25,10 +32,35 @@ def pytest_configure(config):
     config.pluginmanager.register(Costs(config))
 
 
+def pytest_collection_finish():
+    """What was imported and collected stays: leave it out of every search for garbage."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(autouse=True)
 def _own_cache(tmp_path_factory, monkeypatch):
     """No test finds the runs of another, nor those of the user."""
     monkeypatch.setenv("DESIM_CACHE", str(tmp_path_factory.mktemp("cache")))
+
+
+_SETTLED = {}
+
+
+@pytest.fixture(autouse=True)
+def settles_once(monkeypatch):
+    """Fleets that settled in one test are given to the others of its process: a model's are the same each time."""
+    of = SettledFleets.of
+
+    def remembered(fleets, model, settle, waiting):
+        def once(settling):
+            if settling.model not in _SETTLED:
+                _SETTLED[settling.model] = settle(settling)
+            return _SETTLED[settling.model]
+
+        return of(fleets, model, once, waiting)
+
+    monkeypatch.setattr(SettledFleets, "of", remembered)
 
 
 @pytest.fixture(autouse=True)

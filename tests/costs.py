@@ -1,10 +1,10 @@
 """What does each test cost? Processor time, with the programs and browsers that it starts; none may outgrow its mark.
 
-A test without the mark `long` takes at most 3 s of processor, one of the inner loop, without `slow`, 1 s. A session in
-which one takes more than `LENIENCY` times as much fails, and names it. Over 3 s it is a proof, to be marked so, with a
-small twin for every day. The clock has no say, so a busy machine changes little. A fixture that tests share counts for
-none of them, as they run in random order; it may take ten times as much. `python -m pytest --costs build/costs.csv
-tests/world` writes the costs down.
+A test without the mark `long` takes at most 3 s of processor, one of the inner loop, without `slow`, half a second. A
+session in which one takes more than `LENIENCY` times as much fails, and names it. Over 3 s it is a proof, to be marked
+so, with a small twin for every day. The clock has no say, so a busy machine changes little. A fixture that tests share
+counts for none of them, as they run in random order; it may take ten times as much. `python -m pytest --costs
+build/costs.csv tests/world` writes the costs down.
 """
 
 import csv
@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 import simpy
 
-LIMITS = {"not slow": 1.0, "not long": 3.0}
+LIMITS = {"not slow": 0.5, "not long": 3.0}
 """Seconds of processor that a test may take where tests with a mark are left out; the first that holds."""
 SHARED = 10
 """How many times as much a fixture may take that tests share: a site, a study."""

@@ -121,6 +121,8 @@ class Recount:
             elif kind == "enter":
                 place[robot] = None
             elif kind in STATES:
+                if kind == "empty":  # out of its bay, perhaps for a good beside that, to which no lane leads
+                    place[robot] = None
                 since, state, where = now[robot]
                 stretches[robot].append((since, time, state, where))
                 now[robot] = time, kind, place[robot]
@@ -266,7 +268,11 @@ class Recount:
             for node, item in self.layout.stations.items()
         )
         used, since, docked = 0.0, {}, {}
-        for at, kind, robot, _, node, *_ in [*self.rows, *((self.end, "idle", n, 0, None) for n in range(self.size))]:
+        stored = {row[3] for row in self.rows if row[1] == "released" and row[6] is not None and row[6] >= 0}
+        for at, kind, robot, task, node, *_ in [
+            *self.rows,
+            *((self.end, "idle", n, 0, None) for n in range(self.size)),
+        ]:
             if kind in {"docked", "enter"}:
                 docked[robot] = node if kind == "docked" else None
             elif kind in {"lifted", "stored"}:  # no server has a hand in that
@@ -276,7 +282,8 @@ class Recount:
                 if place is not None:
                     used += sum(b - a for a, b in hours[place].between(max(start, self.begin), min(at, self.end)))
                 if kind in {"loading", "unloading"}:
-                    since[robot] = at, docked.get(robot)
+                    outside = kind == "loading" and task in stored  # on the node beside a station that it has left
+                    since[robot] = at, None if outside else docked.get(robot)
         return found | {"server_utilisation": used / time if time else math.nan}
 
     def rate(self, robot, state, where):

@@ -68,7 +68,7 @@ def test_a_program_counts_while_it_runs_and_after_it_has_ended():
 )
 def test_a_fixture_may_take_ten_times_as_much_and_the_inner_loop_has_less(chosen, outgrown):
     costs = Costs(SimpleNamespace(getoption=lambda _: chosen))
-    costs.of_tests = {"test_cheap": 1.0, "test_slow": 5.0}
+    costs.of_tests = {"test_cheap": 0.6, "test_slow": 3.0}
     costs.of_fixtures = {"site": 35.0, "dear": 95.0}
     assert [name for name, _ in costs.outgrown()] == outgrown
 

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.imports import PACKAGE, ROOT, Imports, cycles, imported, modules
 
-ROBOT = {"battery", "charging", "closings", "forecast", "robot", "surroundings", "tour"}
+ROBOT = {"battery", "charging", "closings", "dwelling", "forecast", "robot", "surroundings", "tour"}
 LANES = {"body", "braking", "drive", "driver", "intersection", "lane", "rulebook", "zones"}
 WHOLES = [
     {f"desim_warehouse.world.traffic.{part}" for part in LANES},

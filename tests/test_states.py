@@ -245,13 +245,14 @@ CASES = [
 ]
 
 
-def test_states_by_other_names_change_nothing_but_the_names():
+@pytest.mark.parametrize("cases", [CASES[3:], pytest.param(CASES, marks=pytest.mark.long)], ids=["few", "all"])
+def test_states_by_other_names_change_nothing_but_the_names(cases):
     """Decisions, forecasts, batteries, queues, suspects, positions: all is as it was, under the new names."""
     root = Path(__file__).parent.parent
-    cases = [(str(root / path), changes) for path, changes in CASES]
-    before = python(f"PREFIX = ''\nCASES = {cases!r}\n{LOOK}")
-    after = python(f"PREFIX = 'zz_'\nCASES = {cases!r}\n{LOOK}", renamed("zz_"))
-    for old, new, (path, _) in zip(before.splitlines(), after.splitlines(), CASES, strict=True):
+    files = [(str(root / path), changes) for path, changes in cases]
+    before = python(f"PREFIX = ''\nCASES = {files!r}\n{LOOK}")
+    after = python(f"PREFIX = 'zz_'\nCASES = {files!r}\n{LOOK}", renamed("zz_"))
+    for old, new, (path, _) in zip(before.splitlines(), after.splitlines(), cases, strict=True):
         found = json.loads(new)
         for key, value in json.loads(old).items():
             assert found[key] == value, (path, key)

@@ -21,8 +21,9 @@ class Answer(AnswerData):
     """The answer to a question.
 
     `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
-    none; only then there are `tiles`. `measures`: by what numbers of options are `of`, what people call it. `promise`:
-    what holds with which `confidence` (None: nothing is judged). `command`: as it was typed.
+    none; only then there are `tiles`. `nearest`: for each demand the option that is enough beside that which nearly is.
+    `measures`: by what numbers of options are `of`, what people call it. `promise`: what holds with which `confidence`
+    (None: nothing is judged). `command`: as it was typed.
     """
 
     def save(self, folder: str | Path) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from desim_warehouse.answer import numbers
+from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import number_of
 from desim_warehouse.look import html
 from desim_warehouse.model.facts.day_parts import time_of_day
@@ -37,8 +38,10 @@ _HELD = {
 """What robots did while deliveries stood still, by the cause of `outcome.halts`."""
 WIDTH, HEIGHT = 1000, 100
 """Steps across and down in which lanes are drawn: less than a pixel on most screens."""
-_LOW = 2
-"""Steps down by which low lanes differ: still less than a pixel there."""
+_OPEN = "Open tasks"
+"""The lane that a course in short has below that of robots; where work never ends it has deliveries."""
+_LOW = 4
+"""Steps down by which low lanes differ: less than two pixels there."""
 _TICKS = 8
 """The most times below the lanes."""
 _STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 21600, 43200, 86400)
@@ -104,6 +107,14 @@ def worst(day: Day, model: Model, chargers: int) -> str:
     return f"Most tasks were open from {begin} to {end}: {most}, else {usual}. {do}."
 
 
+def _as_on_axis(model: Model, time: float) -> str:
+    """A time of a run of hours, as its axis has it: `14:35`."""
+    if model.run.start != "00:00":
+        return time_of_day(model, time)
+    minutes = round(time * model.units.seconds / 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}"
+
+
 def flag(day: Day) -> str:
     """Say in two words what the worst stretch was."""
     return "" if day.worst is None else "nothing delivered" if isinstance(day.worst, Halt) else "most tasks open"
@@ -114,8 +125,49 @@ def moment(model: Model, time: float) -> str:
     return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
 
 
-def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | None = None) -> Markup:
-    """Draw the course of a run, or of its part between two times, as a figure of a page."""
+def worst_hour(day: Day, model: Model) -> str:
+    """Say in which counted hour most tasks were open, or where work never ends least was delivered; empty under 2 h."""
+    endless, hour = isinstance(model.tasks.goods, SaturatedGoods), model.units.hour
+    starts, end = day.bounds[:-1], float(day.bounds[-1])
+    begins = starts[(starts >= day.begin) & (starts + hour <= end)]
+    if len(begins) == 0 or end - day.begin < 2 * hour:
+        return ""
+    values = day.delivered if endless else day.open
+    so_far = np.concatenate([[0.0], np.cumsum(values * np.diff(day.bounds))])
+
+    def mean(first: float, last: float) -> float:
+        low, high = np.interp([first, last], day.bounds, so_far)
+        return float(high - low) / (last - first)
+
+    means = [mean(float(begin), float(begin) + hour) for begin in begins]
+    at = int(np.argmin(means) if endless else np.argmax(means))
+    first, last = (_as_on_axis(model, float(begins[at]) + more) for more in (0.0, hour))
+    span = f"{first} to {last}"
+    worst, usual = numbers.measured(means[at]), numbers.measured(mean(day.begin, end))
+    if endless:
+        return f"The worst hour was {span}: {worst} loads were delivered, on average {usual}."
+    return f"The worst hour was {span}: {worst} tasks were open on average, in all hours {usual}."
+
+
+def figure(
+    day: Day,
+    model: Model,
+    chargers: int,
+    shown: tuple[float, float] | None = None,
+    *,
+    named: str = "",
+    in_short: bool = False,
+) -> Markup:
+    """Draw the course of a run as a figure of a page.
+
+    Args:
+        day: the course.
+        model: the warehouse.
+        chargers: how many it has.
+        shown: draw the part between two times alone.
+        named: what the run is among others, `the worst of 33 days, 94.5 % on time`.
+        in_short: draw two lanes alone, and name the worst hour also where no stretch stands out.
+    """
     start, end = shown or (float(day.bounds[0]), float(day.bounds[-1]))
     part = numbers.duration(float((day.bounds[1:] - day.bounds[:-1]).max()), model.units.time)
     band = None
@@ -124,8 +176,14 @@ def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | N
         span = f"{moment(model, day.worst.start)} to {moment(model, day.worst.end)}"
         band = low, max(high - low, 2), f"{span}: {flag(day)}"
     drawn = lanes(day, model, chargers, start, end)
+    said = worst(day, model, chargers)
+    if in_short:
+        drawn = [drawn[0], next((lane for lane in drawn if lane.name == _OPEN), drawn[1])]
+        said = said if day.worst is not None else worst_hour(day, model) or said
+    title = f"{capital(named)}," if named else "How it went"
+    title = capital(named) if in_short else f"{title} by the clock, in means of {part}"
     made: Markup = html.template("course.html").module.course(  # type: ignore[attr-defined] # a macro
-        drawn, band, _across(day.begin, start, end), ticks(model, start, end), part, worst(day, model, chargers)
+        drawn, band, _across(day.begin, start, end), ticks(model, start, end), title, said, in_short
     )
     return made
 
@@ -154,7 +212,7 @@ def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
     workers = any(station.work_time is not None for station in model.layout.stations.values())
     listed = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
     if not isinstance(model.tasks.goods, SaturatedGoods):
-        listed.append(Curve("Open tasks", "at a time", "open", day.open, _top(day.open)))
+        listed.append(Curve(_OPEN, "at a time", "open", day.open, _top(day.open)))
     if most >= _SEEN * model.fleet.size:
         who = "loads before workers" if workers else "robots at stations"
         listed.append(Curve("Queue", who, "queue", day.queue, most))

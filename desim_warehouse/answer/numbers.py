@@ -108,7 +108,9 @@ def within(mean: float, low: float, high: float) -> str:
 
 def p_value(p: float | None) -> str:
     """A p-value: three decimals are enough for any decision."""
-    return NONE if p is None else f"< {_SMALLEST_P}" if p < _SMALLEST_P else f"{p:.3f}"
+    if p is None:
+        return NONE
+    return f"< {_SMALLEST_P}" if p < _SMALLEST_P else "1" if p > 1 - _SMALLEST_P / 2 else f"{p:.3f}"
 
 
 def percent(share: float, digits: int = 1) -> str:

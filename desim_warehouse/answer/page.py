@@ -48,14 +48,19 @@ def page(
         replay: name of the file beside the page that replays the run.
     """
     now = datetime.now(UTC).astimezone()
+    figure = "" if answer.figure is None else _drawn(answer.figure)
+    drawn = {title: [_drawn(one) for one in several] for title, several in (drawings or {}).items()}
+    every = "".join([figure, *(one for several in drawn.values() for one in several)])
     return html.template("page.html").render(
         answer=answer,
-        style=html.style(),
+        style=html.style([kind for kind in html.FIGURES if f'<figure class="{kind}"' in every]),
         is_short=len(answer.description) <= _LEAD,
-        figure="" if answer.figure is None else _drawn(answer.figure),
+        figure=figure,
         about="" if answer.about is None else capital(answer.about.name),
-        drawings={title: [_drawn(one) for one in several] for title, several in (drawings or {}).items()},
-        tables=(*answer.tables, *of_run),
+        drawings=drawn,
+        nearest=_alike(answer.nearest),
+        sheet=[part for part in answer.tables if part.on_sheet and part.rows],
+        tables=[part for part in (*answer.tables, *of_run) if not part.on_sheet],
         has_run=bool(of_run),
         replay=quote(replay),
         options=list(_options(answer)),
@@ -93,13 +98,25 @@ def _points(figure: Points) -> Markup:
     return html.figure("points", figure, marks, place(figure.at, xs, _WIDE), (_WIDE, _HIGH))
 
 
-def _rows(figure: Rows) -> Markup:
-    """Draw intervals, or bars from 0, one below the other."""
-    ends = [end for row in figure.rows for end in (row.low, row.high, row.mean) if end is not None]
-    low, high = min([*ends, figure.at or 0.0]), max([*ends, figure.at or 0.0])
+def _alike(figures: Sequence[Rows]) -> list[Markup]:
+    """Draw figures of one indicator on one scale; what their lines mean is said once below all."""
+    ends = _ends(figures)
+    return [_rows(figure, ends) for figure in figures]
+
+
+def _ends(figures: Sequence[Rows]) -> tuple[float, float]:
+    """The least and the largest value in figures."""
+    values = [end for one in figures for row in one.rows for end in (row.low, row.high, row.mean) if end is not None]
+    values += [one.at or 0.0 for one in figures]
+    return min(values, default=0.0), max(values, default=0.0)
+
+
+def _rows(figure: Rows, ends: tuple[float, float] | None = None) -> Markup:
+    """Draw intervals, or bars from 0, one below the other, between the ends of the scale (None: their own)."""
+    low, high = ends or _ends([figure])
     room = 0.04 * (high - low) if figure.at is not None else 0.0
     low, span = low - room, (high - low + 2 * room) or 1.0
-    return html.figure("rows", figure, lambda value: round(1000 * (value - low) / span, 1))
+    return html.figure("rows", figure, lambda value: round(1000 * (value - low) / span, 1), ends is None)
 
 
 def _options(answer: AnswerData) -> Iterator[tuple[str, list[str], list[list[str]], int]]:

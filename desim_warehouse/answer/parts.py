@@ -133,23 +133,37 @@ class Points(_Plain):
 class Folded(_Plain):
     """A table that is folded away on the page; without a head each row is a name and a fact, or a sentence.
 
-    `printed`: the terminal has it, too, and the page shows it unfolded. `numbers`: all columns but the first hold some.
+    `printed`: the terminal has it, too, and the page shows it unfolded. `on_sheet`: the page alone has it, unfolded and
+    beside others like it, as the one sheet that is printed. `numbers`: all columns but the first hold some.
     """
 
     title: str
     note: str = ""
     printed: bool = False
+    on_sheet: bool = False
     numbers: bool = False
     head: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
 
 
+class ShownDay(_Plain):
+    """A day that a page shows: its seed, and what it is among those simulated, `the worst of 33 days, 94 % on time`."""
+
+    words: str
+    seed: int
+
+
 class Subject(_Plain):
-    """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown."""
+    """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown.
+
+    `day`: what that run is among the days simulated; empty: the first of them. `worst`: the worst of them.
+    """
 
     name: str
     model: dict[str, Any]
     seed: int
+    day: str = ""
+    worst: ShownDay | None = None
 
 
 class AnswerData(_Plain):
@@ -167,6 +181,7 @@ class AnswerData(_Plain):
     measures: dict[str, str] = {}
     options: tuple[Option, ...] = ()
     figure: Rows | PairGrid | Points | None = None
+    nearest: tuple[Rows, ...] = ()
     about: Subject | None = None
     tables: tuple[Folded, ...] = ()
     promise: str = ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from io import StringIO
 
 from desim_warehouse.answer.numbers import capital, number, p_value
@@ -12,6 +13,12 @@ from desim_warehouse.errors import number_of
 
 WIDTH = 100
 """Columns where the output is no terminal."""
+MOST = 2000
+"""Bytes: about a screen, and what a cell of a notebook or a log can hold."""
+FEWEST = 3
+"""Options that are shown in any case."""
+_SHOWN = {"first", "met", "best", "differs"}
+_OUT = {"worse", "same", "alike", "apart", "untried", "overloaded", "drained", "fails"}
 _NAME = 28
 """The fewest columns of the names of options, as far as they are so long."""
 _GAP = 2
@@ -20,12 +27,59 @@ _NUMBERS = {"p", "runs", "a year", "effect", "value"}
 
 
 def printed(answer: AnswerData, width: int = WIDTH) -> str:
-    """The lines of an answer in so many columns."""
+    """Return the lines of an answer in so many columns, of at most `MOST` bytes where it has options.
+
+    Of more options those are left out that say least, with a line on where all are; and where a few are still too long
+    beside its other tables, those are left out, too.
+    """
+    text = _printed(answer, answer.options, width)
+    if len(text.encode()) <= MOST or not answer.options:
+        return text
+    ranked = sorted(answer.options, key=partial(_rank, " ".join(answer.answer)))
+    for short in (False, True):
+        fewest, most = min(FEWEST, len(ranked)), len(ranked)
+        while fewest < most:  # the largest number that fits
+            many = (fewest + most + 1) // 2
+            if len(_printed(answer, ranked[:many], width, short=short).encode()) <= MOST:
+                fewest = many
+            else:
+                most = many - 1
+        text = _printed(answer, ranked[:fewest], width, short=short)
+        if len(text.encode()) <= MOST:
+            break
+    return text
+
+
+def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short: bool = False) -> str:
+    """Return the lines of an answer with some of its options; `short`: of each group one table, and no others."""
     parts = ["\n".join(answer.answer)]
-    parts += [printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed]
-    for group, options in answer.groups().items():
-        parts += _tables(capital(group), answer.measures, options, width)
-    return "\n\n".join([*parts, "\n".join([*answer.notes, how_sure(answer)])])
+    parts += [printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed and not short]
+    kept = set(map(id, options))
+    for group, all_of_it in answer.groups().items():
+        if some := [one for one in all_of_it if id(one) in kept]:
+            parts += list(_tables(capital(group), answer.measures, some, width))[: 1 if short else None]
+    left = len(answer.options) - len(options)
+    more = [number_of(left, "option")] if left else []
+    more += ["tables"] if short else []
+    said = [f"{' and '.join(more)} more: all are on the page and in the table (.table; --json)."] if more else []
+    return "\n\n".join([*parts, "\n".join([*said, *answer.notes, how_sure(answer)])])
+
+
+def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return the lines of a table of at most `MOST` bytes, with a line on how many rows are left out."""
+    text, many = printed_table(title, heads, rows), len(rows)
+    while len(text.encode()) > MOST and many > 1:
+        many = min(many - 1, int(many * MOST / len(text.encode())))
+        table = printed_table(title, heads, rows[:many])
+        text = f"{table}\n{number_of(len(rows) - many, 'row')} more: all are in the table (.table)."
+    return text
+
+
+def _rank(sentences: str, option: Option) -> int:
+    """Return how soon an option is left out: last those that the sentences name, or that were shown to matter."""
+    if option.name in sentences or option.standing in _SHOWN:
+        return 0
+    return 2 if option.standing in _OUT else 1
 
 
 def how_sure(answer: AnswerData) -> str:

@@ -10,6 +10,7 @@ import importlib
 import os
 import re
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 import click
@@ -56,6 +57,37 @@ _GARBAGE = 200_000
 """New objects after which cycles are looked for: with Python's 700 that takes a tenth of a small run."""
 
 
+_TOGETHER = re.compile(r"(?<!\S)(--[\w-]+) (?=[^\s-])|(\d) (?=%)")
+"""An option with its value, or a number with its sign, in the text of a help page."""
+_WHOLE = {"-": "\u2011", " ": "\u00a0"}
+"""Signs at which lines are folded, and those that look alike, at which none is."""
+
+
+class _Formatter(click.HelpFormatter):
+    """Folds help pages at spaces alone, and not between an option and its value, which people copy."""
+
+    def write_text(self, text: str) -> None:
+        super().write_text(_whole(text))
+
+    def write_dl(self, rows: Iterable[tuple[str, str]], col_max: int = 30, col_spacing: int = 2) -> None:
+        super().write_dl([(first, _whole(second)) for first, second in rows], col_max, col_spacing)
+
+    def getvalue(self) -> str:
+        text = super().getvalue()
+        for sign, whole in _WHOLE.items():
+            text = text.replace(whole, sign)
+        return text
+
+
+def _whole(text: str) -> str:
+    """The text with signs at which no line is folded in words, and between options and their values."""
+    return _TOGETHER.sub(rf"\1\2{_WHOLE[' ']}", text).replace("-", _WHOLE["-"])
+
+
+class _Context(click.Context):
+    formatter_class = _Formatter
+
+
 class _Commands(click.Group):
     """Looks subcommands up in their modules when they are needed."""
 
@@ -71,6 +103,7 @@ class _Commands(click.Group):
             return None
         module, _ = COMMANDS[cmd_name]
         command: click.Command = importlib.import_module(f"desim_warehouse.cli.{module}").command
+        command.context_class = _Context
         return command
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:

@@ -7,16 +7,23 @@ import shlex
 import shutil
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import click
+
+from desim_warehouse.cli.terminal import BAD, DOUBTFUL, GOOD, is_terminal, show
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from desim_warehouse.answer.answer import Answer
 
-
+COLOURS = {
+    **dict.fromkeys(("met", "best", "helps most"), GOOD),
+    **dict.fromkeys(("needs more runs", "on the edge"), DOUBTFUL),
+    **dict.fromkeys(("not met", "cannot keep up", "cannot last", "runs fail", "worse"), BAD),
+}
+"""The colours of the words of `answer.standing` that are good or bad news; a test holds them together."""
 _NARROWEST = 60
 """Columns of a terminal below which tables are not made narrower."""
 
@@ -29,8 +36,13 @@ def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None,
     if as_json:
         click.echo(json.dumps(answer.content(warnings=warnings)))
     else:
-        click.echo(printed(answer, columns()))
+        say(printed(answer, columns()))
     return answer
+
+
+def say(text: str) -> None:
+    """Print the text of an answer; on a terminal what options were shown to be is in colour."""
+    show(text, standings=COLOURS)
 
 
 def columns() -> int:
@@ -38,11 +50,6 @@ def columns() -> int:
     from desim_warehouse.answer.text import WIDTH
 
     return max(shutil.get_terminal_size().columns, _NARROWEST) if is_terminal(sys.stdout) else WIDTH
-
-
-def is_terminal(stream: TextIO | None) -> bool:
-    """Whether somebody watches a stream; nobody watches a stream that was closed before the program began."""
-    return stream is not None and stream.isatty()
 
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.answers import give, keep
+from desim_warehouse.cli.answers import give, keep, say
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
@@ -121,6 +121,7 @@ def command(  # as long as its options are many
     status 3: no fleet was shown to be enough, or --runs ended before an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
+    from desim_warehouse.model.guesses import guesses
     from desim_warehouse.questions.plan import plan_fleet
     from desim_warehouse.questions.plan_options import plan_options
     from desim_warehouse.study.fleet.given import counts_of
@@ -147,7 +148,8 @@ def command(  # as long as its options are many
             plan = plan_options(_options(options, loaded), targets[0], search=search, **how)
             best = None
         else:
-            plan = plan_fleet(loaded, targets, search=search, growth=growth, years=years, **how)
+            left = guesses(model, read_assignments(assignments))
+            plan = plan_fleet(loaded, targets, search=search, growth=growth, years=years, guesses=left, **how)
             best = _best(plan, loaded)
     if ranges and best is not None:
         _give_with_thresholds(plan.answer, (best, targets[0], ranges), search, warnings, as_json=as_json)
@@ -251,7 +253,7 @@ def _give_with_thresholds(
     if as_json:
         give(whole, search.out, warnings, as_json=True)
     else:
-        click.echo(points.answer)
+        say(str(points.answer))
 
 
 # Named options

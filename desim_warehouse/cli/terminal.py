@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from desim_warehouse.cli.answers import is_terminal
-
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
 GOOD, DOUBTFUL, BAD = "green", "yellow", "red"
 """Colours of verdicts."""
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Whether somebody watches a stream; nobody watches a stream that was closed before the program began."""
+    return stream is not None and stream.isatty()
 
 
 def is_coloured() -> bool:
@@ -24,17 +28,22 @@ def is_coloured() -> bool:
     return is_terminal(sys.stdout) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
-def show(text: str, colour: Callable[[str], str] = lambda _: "") -> None:
+def show(text: str, colour: Callable[[str], str] = lambda _: "", standings: Mapping[str, str] | None = None) -> None:
     """Print text; on a terminal its lines are folded at spaces.
 
     Args:
         text: lines without colours.
         colour: finds the colour of a line, which holds up to its first colon; "" for none.
+        standings: the colours of words that are cells of a table, or the end of a sentence.
     """
     if is_terminal(sys.stdout):
         width = shutil.get_terminal_size().columns
         paint = colour if is_coloured() else lambda _: ""
         text = "\n".join(_folded(line, width, paint(line)) for line in text.splitlines())
+        if standings and is_coloured():
+            listed = "|".join(sorted(map(re.escape, standings), key=len, reverse=True))
+            cells = re.compile(rf"(?<=  )({listed})(?=  |$)|(?<=, )({listed})(?=\.$)", re.MULTILINE)
+            text = cells.sub(lambda word: click.style(word[0], fg=standings[word[0]]), text)
     click.echo(text, color=is_terminal(sys.stdout))
 
 

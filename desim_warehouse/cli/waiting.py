@@ -8,7 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Self, TextIO
 
 from desim_warehouse.answer import numbers
-from desim_warehouse.cli.answers import is_terminal
+from desim_warehouse.cli.terminal import is_terminal
 from desim_warehouse.run.stop import StopSignal
 
 if TYPE_CHECKING:

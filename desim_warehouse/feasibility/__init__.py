@@ -31,39 +31,41 @@ __all__ = ["errors", "examine", "refuse"]
 def examine(
     model: Model, layout: Layout, estimate: Callable[[Model], QuickEstimate]
 ) -> tuple[list[Finding], QuickEstimate | None]:
-    """All findings, the worst first, and the estimate; None where the layout has errors or hours never come.
+    """Return all findings, the worst first, and the estimate; None where the layout has errors or hours never come.
 
-    So it is where a robot by itself does none of the work.
+    It is None, too, where a robot by itself does none of the work.
     """
     use = _use(model, layout)
-    found = checks.examine(layout, use)
+    findings = checks.examine(layout, use)
     if model.pods is not None:  # more slots may do less there: pods.py speaks of them
-        found = [item for item in found if item.code != "STATION_PLACES"]
-    if any(item.level == "error" for item in found):
-        return found, None
+        findings = [item for item in findings if item.code != "STATION_PLACES"]
+    if any(item.level == "error" for item in findings):
+        return findings, None
     on_floor = driven(model)
-    found += closures.errors(on_floor, layout, use)
-    found += closures.warnings(on_floor, layout)
-    found += rules.errors(on_floor, layout)
-    if any(item.code == "NEVER_OPEN" for item in found):
-        return checks.worst_first(found), None
+    findings += closures.errors(on_floor, layout, use)
+    findings += closures.warnings(on_floor, layout)
+    findings += rules.errors(on_floor, layout)
+    if any(item.code == "NEVER_OPEN" for item in findings):
+        return checks.worst_first(findings), None
     try:
         calculation = estimate(model)
     except SimulationError as error:
-        found.append(Finding("NO_ESTIMATE", "tasks", str(error), "see a run with one robot (fleet.size), `desim run`"))
-        return checks.worst_first(found), None
-    found += rules.warnings(on_floor, layout, calculation)
-    found += pods.warnings(model, calculation)
-    return checks.worst_first(found), calculation
+        findings.append(
+            Finding("NO_ESTIMATE", "tasks", str(error), "see a run with one robot (fleet.size), `desim run`")
+        )
+        return checks.worst_first(findings), None
+    findings += rules.warnings(on_floor, layout, calculation)
+    findings += pods.warnings(model, calculation)
+    return checks.worst_first(findings), calculation
 
 
 @lru_cache(maxsize=64)
 def errors(model: Model) -> tuple[Finding, ...]:
-    """The errors of a model, accepted ones too; computed once for all runs of a model."""
+    """Find the errors of a model, accepted ones too; computed once for all runs of a model."""
     layout = model.floor
-    found = checks.errors(layout, _use(model, layout))
+    layout_errors = checks.errors(layout, _use(model, layout))
     model = driven(model)
-    return tuple(found or (*closures.errors(model, layout, _use(model, layout)), *rules.errors(model, layout)))
+    return tuple(layout_errors or (*closures.errors(model, layout, _use(model, layout)), *rules.errors(model, layout)))
 
 
 def refuse(model: Model, layout: Layout) -> None:
@@ -73,10 +75,10 @@ def refuse(model: Model, layout: Layout) -> None:
         LayoutError: where the layout has some.
         CheckError: where something else cannot work.
     """
-    found = [item for item in errors(model) if item.code not in model.accept]
-    if found:
+    refused = [item for item in errors(model) if item.code not in model.accept]
+    if refused:
         kind = LayoutError if checks.errors(layout, _use(model, layout)) else CheckError
-        raise kind([item.problem for item in found])
+        raise kind([item.problem for item in refused])
 
 
 def _use(model: Model, layout: Layout) -> checks.Use:

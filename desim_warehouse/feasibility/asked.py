@@ -1,4 +1,4 @@
-"""What is asked for: orders a day, and orders, lines and trips for them an hour."""
+"""Demand in words: orders a day, and orders, lines and trips for them an hour."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def orders_asked_for(model: Model) -> Iterator[str]:
-    """For each flow whose orders have several lines: orders, lines and trips an hour, such as `250 orders an hour`.
+    """Describe each flow whose orders have several lines: orders, lines and trips, such as `250 orders an hour`.
 
     Without pods a trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as
     many as that.
@@ -29,18 +29,18 @@ def orders_asked_for(model: Model) -> Iterator[str]:
         if flow.lines == 1 or isinstance(flow.when, SaturatedArrivals):
             continue
         lines, orders = rates[name], rates[name] / flow.mean_lines
-        said = f"{amount(orders)} orders an hour of {amount(flow.mean_lines)} lines on average: {amount(lines)} lines"
+        text = f"{amount(orders)} orders an hour of {amount(flow.mean_lines)} lines on average: {amount(lines)} lines"
         if model.pods is not None:  # how many lines a visit of a pod serves depends on what is open as it comes
-            yield f"flow {name}: {said}, each a task"
+            yield f"flow {name}: {text}, each a task"
             continue
         a_trip = math.fsum(share * math.ceil(count / size) for count, share in shares_of(flow.lines).items())
         trips = orders * a_trip if exact else lines / size
         least = "" if exact else "at least "
-        yield f"flow {name}: {said}, each a task, in {least}{amount(trips)} trips"
+        yield f"flow {name}: {text}, each a task, in {least}{amount(trips)} trips"
 
 
 def orders_a_day(model: Model) -> Iterator[str]:
-    """How many orders come in 24 h from the start of the run: `asked for: orders 2,704, inbound 640 = 3,344 a day`.
+    """Say how many orders come in 24 h from the start: `asked for: orders 2,704, inbound 640 = 3,344 a day`.
 
     Nothing where none come at a rate, or where it is not known how long a unit of time is.
     """
@@ -61,7 +61,7 @@ def orders_a_day(model: Model) -> Iterator[str]:
 
 
 def most_loads(model: Model) -> int:
-    """The most loads of a tour; with a batching policy of the user's as many as a robot carries."""
+    """Return the most loads of a tour; with a batching policy of the user's as many as a robot carries."""
     if model.policies.batching.name == "single":
         return 1
     most, size = model.fleet.largest_capacity, model.policies.batching.params.get("size")

@@ -2,8 +2,8 @@
 
 Batteries that begin alike and never rest reach the level at which robots charge within a short time of each other: they
 differ only by what the states of a robot draw. With D for the difference of the largest and the smallest draw, σ is
-about D / 4 times the root of the time worked times that of a task, in energy. If all are low before the first is back,
-nobody works until then, however many chargers there are.
+about D / 4 times the root of the product of the time worked and the time of a task, in energy. If all are low before
+the first is back, nobody works until then, however many chargers there are.
 """
 
 from __future__ import annotations
@@ -30,20 +30,26 @@ APART = 4.0
 """Standard deviations between the first robot that is low and the last."""
 
 
-def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """Robots that are all low before the first of them has been charged."""
-    balance, known, end = found.power, levels(model), model.run.end
-    if balance is None or balance.kinds or known is None or known.swap_time is not None or model.battery is None:
+def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Warn of robots that are all low before the first of them has been charged."""
+    balance, thresholds, end = estimate.power, levels(model), model.run.end
+    if (
+        balance is None
+        or balance.kinds
+        or thresholds is None
+        or thresholds.swap_time is not None
+        or model.battery is None
+    ):
         return
     low, high = start_energy(model)
-    if not balance.chargers or not balance.charging_rate or low < high or _at_work(model, found) < ALWAYS_AT_WORK:
+    if not balance.chargers or not balance.charging_rate or low < high or _at_work(model, estimate) < ALWAYS_AT_WORK:
         return
     battery = model.battery
-    states, draw = battery.draws, balance.task / found.cycle.time if found.cycle.time else 0.0
-    worked = (low * battery.capacity - known.critical) / draw if draw else math.inf
-    each = (known.sufficient - known.critical) / balance.charging_rate
+    states, draw = battery.draws, balance.task / estimate.cycle.time if estimate.cycle.time else 0.0
+    worked = (low * battery.capacity - thresholds.critical) / draw if draw else math.inf
+    each = (thresholds.sufficient - thresholds.critical) / balance.charging_rate
     rates = states.standing, states.empty, states.loaded, states.handling
-    apart = APART * (max(rates) - min(rates)) / 4 / draw * math.sqrt(worked * found.cycle.time) if draw else math.inf
+    apart = APART * (max(rates) - min(rates)) / 4 / draw * math.sqrt(worked * estimate.cycle.time) if draw else math.inf
     if not 0 < worked < end or apart >= each:
         return
     units, waiting = model.units, max(model.fleet.size - balance.chargers, 0)
@@ -63,9 +69,9 @@ def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     )
 
 
-def _at_work(model: Model, found: QuickEstimate) -> float:
-    """The share of the fleet's time that its work takes, up to 1."""
+def _at_work(model: Model, estimate: QuickEstimate) -> float:
+    """Return the share of the fleet's time that its work takes, up to 1."""
     arrivals = [model.tasks.goods, *(flow.when for flow in model.tasks.flows.values())]
-    if any(isinstance(one, SaturatedGoods | SaturatedArrivals) for one in arrivals):
+    if any(isinstance(demand, SaturatedGoods | SaturatedArrivals) for demand in arrivals):
         return 1.0
-    return min(found.rate * found.cycle.time / found.robots, 1.0) if found.rate is not None else 0.0
+    return min(estimate.rate * estimate.cycle.time / estimate.robots, 1.0) if estimate.rate is not None else 0.0

@@ -1,4 +1,4 @@
-"""What is wrong with the batteries of a model: findings before a run, and the cause where a robot ran flat."""
+"""Faults of the batteries of a model: findings before a run, and the cause where a robot ran flat."""
 
 from __future__ import annotations
 
@@ -35,31 +35,31 @@ MINUTE = 60.0
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What `simulate` refuses in a model with batteries."""
+    """Find what `simulate` refuses in a model with batteries."""
     small = list(_battery_too_small(model, layout))
-    small = small or [found for found in _charged_too_low(model, layout) if found.level == "error"]
+    small = small or [finding for finding in _charged_too_low(model, layout) if finding.level == "error"]
     yield from small
     if not chargers_at(model, layout):
         yield from _no_charger(model, layout, _drawn_at_least(model, layout), "at least")
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """What a planner should know about a model with batteries."""
+    """Find what a planner should know about a model with batteries."""
     yield from chargers_short(model, balance)
     yield from of_levels(model, layout, balance)
     length = model.run.length
     if balance is not None and balance.draws is not None and length is not None and not balance.chargers:
         each = balance.draws * length / model.fleet.size
         if not list(_no_charger(model, layout, _drawn_at_least(model, layout), "at least")):
-            yield from (replace(found, code="NEVER_CHARGED") for found in _no_charger(model, layout, each, "about"))
+            yield from (replace(finding, code="NEVER_CHARGED") for finding in _no_charger(model, layout, each, "about"))
 
 
 def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """What a planner should know about batteries and the levels between which they move."""
+    """Find what a planner should know about batteries and the levels between which they move."""
     battery, units = _battery(model), model.units
     yield from _threshold(model, layout)
     if not list(_battery_too_small(model, layout)):
-        yield from (found for found in _charged_too_low(model, layout) if found.level == "warning")
+        yield from (finding for finding in _charged_too_low(model, layout) if finding.level == "warning")
     yield from _not_settled(model, balance)
     seconds = battery.capacity / battery.charge_rate * units.seconds
     if seconds < MINUTE and units.metre is not None:
@@ -74,31 +74,31 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
 def cause(
     model: Model, layout: Layout, started: float | None = None, *, drew: float = 0.0, resting: bool = False
 ) -> str:
-    """Why a battery ran flat, and what helps, in one line: for an error in the course of a run.
+    """Say why a battery ran flat, and what helps, in one line: for an error in the course of a run.
 
-    `started`: what the robot held at the start, if that was not a full battery and it has not been charged yet. `drew`:
-    what it drew per time unit so far. `resting`: it had no work.
+    `started`: the energy that the robot held at the start, if less than a full battery and it has not been charged yet.
+    `drew`: the energy it drew per time unit so far. `resting`: it had no work.
     """
     chargers = chargers_at(model, layout)
     if not chargers:
         return f"no bay has a charger: give {_some_bay(layout)}"
     if resting and sum(chargers.values()) < needed_at_rest(model):
         return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
-    found = [*errors(model, layout), *of_levels(model, layout, None)]
+    findings = [*errors(model, layout), *of_levels(model, layout, None)]
     foresees = (known_levels := levels(model)) is not None and known_levels.margin is not None
     drains = (
         DRAINS if foresees else {*DRAINS, "BATTERY_TOO_SMALL"}
-    )  # who looks ahead is not sent out with such a battery
-    known = [item for item in found if item.code in drains]
-    if known:
-        return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
+    )  # a policy that looks ahead sends no robot out with such a battery
+    causes = [item for item in findings if item.code in drains]
+    if causes:
+        return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in causes[:2])
     return _no_charger_in_time(model, layout, chargers, started, drew, resting=resting)
 
 
 def _no_charger_in_time(
     model: Model, layout: Layout, chargers: dict[str, int], started: float | None, drew: float, *, resting: bool
 ) -> str:
-    """Why a robot came to no charger in time, where nothing is wrong with the model itself; as in `cause`."""
+    """Say why a robot came to no charger in time, where the model itself has no fault; arguments as in `cause`."""
     battery, count, robots = _battery(model), sum(chargers.values()), number_of(model.fleet.size, "robot")
     zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
     text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {robots}"
@@ -121,41 +121,41 @@ def _no_charger_in_time(
 
 
 def too_small(model: Model, layout: Layout) -> str:
-    """Which tasks no battery lasts for in a model, by hand, and what helps; empty where that is not known."""
-    found = list(_battery_too_small(model, layout)) or list(_charged_too_low(model, layout))
-    return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in found)
+    """Say which tasks no battery lasts for in a model, by hand, and what helps; empty where that is not known."""
+    findings = list(_battery_too_small(model, layout)) or list(_charged_too_low(model, layout))
+    return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in findings)
 
 
 def _waits(model: Model) -> list[str]:
-    """What a robot of the model may wait for without a reserve in its battery."""
-    known = {
+    """List what a robot of the model may wait for without a reserve in its battery."""
+    causes = {
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,
         "for a lane to open": bool(model.traffic.closures),
         "for people": bool(model.people),
     }
-    return ["in traffic", *(wait for wait, there in known.items() if there), "for a charger"]
+    return ["in traffic", *(wait for wait, is_present in causes.items() if is_present), "for a charger"]
 
 
 def holds(model: Model, battery: BatterySpec) -> float:
-    """What a task may draw at most: a full battery, and the reserve where the policy does not look ahead."""
-    known = levels(model)
-    return _full(model, battery) + (battery.reserve if known is None or known.margin is None else 0.0)
+    """Return the most a task may draw: a full battery, and the reserve where the policy does not look ahead."""
+    thresholds = levels(model)
+    return _full(model, battery) + (battery.reserve if thresholds is None or thresholds.margin is None else 0.0)
 
 
 def _full(model: Model, battery: BatterySpec) -> float:
-    """The highest level that a robot may begin a task with: at the start, or as charging leaves it."""
-    known = levels(model)
-    if known is None or known.margin is None:
+    """Return the highest level that a robot may begin a task with: at the start, or as charging leaves it."""
+    thresholds = levels(model)
+    if thresholds is None or thresholds.margin is None:
         return battery.capacity
-    return known.full if model.tasks.never_end else max(known.full, start_energy(model)[1] * battery.capacity)
+    return thresholds.full if model.tasks.never_end else max(thresholds.full, start_energy(model)[1] * battery.capacity)
 
 
 def _battery_too_small(model: Model, layout: Layout) -> Iterator[Finding]:
-    battery, known = _battery(model), levels(model)
+    battery, thresholds = _battery(model), levels(model)
     needs = least_needs(model, layout, battery.draws)
     units = f"consumption is energy per {model.units.time}"
-    margin = 0.0 if known is None or known.margin is None else known.margin
+    margin = 0.0 if thresholds is None or thresholds.margin is None else thresholds.margin
     if needs.most + margin > holds(model, battery) * (1 + EPS):
         kept = f", and {model.policies.charging.name} keeps {amount(margin)} back" if margin else ""
         yield Finding(
@@ -167,33 +167,35 @@ def _battery_too_small(model: Model, layout: Layout) -> Iterator[Finding]:
             ),
             f"{units}: check it; else a larger battery, or chargers closer",
         )
-    elif known is not None and needs.reach > (left := _full(model, battery) - known.critical) * (1 + EPS):
+    elif thresholds is not None and needs.reach > (left := _full(model, battery) - thresholds.critical) * (1 + EPS):
         yield Finding(
             "BATTERY_TOO_SMALL",
             "battery.threshold",
             (
-                f"the drive to a good draws {amount(needs.reach)}, but the threshold {known.critical:g} leaves only "
-                f"{amount(left)} of a full battery for it, so the good is never fetched"
+                f"the drive to a good draws {amount(needs.reach)}, but the threshold {thresholds.critical:g} leaves "
+                f"only {amount(left)} of a full battery for it, so the good is never fetched"
             ),
             f"a lower threshold, or a larger battery ({units})",
         )
 
 
 def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Tasks that a robot has energy for only before it is charged: charging ends below a full battery.
+    """Find tasks that a robot has energy for only before it is charged: charging ends below a full battery.
 
-    Certain where a list has more of them than the batteries can do that the robots begin with.
+    They are an error where a list has more of them than the batteries can do as the robots begin.
     """
-    known, chargers = levels(model), chargers_at(model, layout)
-    if known is None or known.margin is None or model.tasks.never_end or not chargers:
+    thresholds, chargers = levels(model), chargers_at(model, layout)
+    if thresholds is None or thresholds.margin is None or model.tasks.never_end or not chargers:
         return
     battery = _battery(model)
     later = least_needs(model, layout, battery.draws, again=True)
-    limit = known.full * (1 + EPS)
+    limit = thresholds.full * (1 + EPS)
     hard = {
-        task for task, (need, reach) in later.of.items() if max(need + known.margin, reach + known.critical) > limit
+        task
+        for task, (need, reach) in later.of.items()
+        if max(need + thresholds.margin, reach + thresholds.critical) > limit
     }
-    if not hard and max(later.most + known.margin, later.reach + known.critical) <= limit:
+    if not hard and max(later.most + thresholds.margin, later.reach + thresholds.critical) <= limit:
         return
     asked = zip(listed(model), own_destinations(model, layout), strict=True)
     count = sum(task in hard for task in asked)
@@ -201,29 +203,29 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
     least = min((alone[task][0] for task in hard), default=0.0)
     starts = start_energy(model)[1] * battery.capacity
     possible = model.fleet.size * starts / least if least else math.inf
-    found = Finding(
+    finding = Finding(
         "CHARGED_TOO_LOW",
         "policies.charging",
         (
-            f"{later.worst} draws at least {amount(later.most)}, and {amount(known.margin)} is kept back, but "
-            f"{model.policies.charging.name} ends charging at {amount(known.full)} of {amount(battery.capacity)}: only "
-            "a robot that has not been charged yet may do it"
+            f"{later.worst} draws at least {amount(later.most)}, and {amount(thresholds.margin)} is kept back, but "
+            f"{model.policies.charging.name} ends charging at {amount(thresholds.full)} of {amount(battery.capacity)}: "
+            "only a robot that has not been charged yet may do it"
         ),
         "charging that ends higher (full), less kept back (margin, critical), or a larger battery",
     )
-    yield replace(found, code="BATTERY_TOO_SMALL") if count > possible else found
+    yield replace(finding, code="BATTERY_TOO_SMALL") if count > possible else finding
 
 
 def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
-    """Work without end that is counted before batteries have come to the levels where they stay."""
-    given, units = start_energy(model), model.units
+    """Warn of work without end that is counted before batteries have come to the levels where they stay."""
+    start_shares, units = start_energy(model), model.units
     if model.fleet.start_energy == "settled" or refills_overnight(model):
         return
     if balance is None or not balance.chargers or not model.tasks.never_end or not 0 < balance.lasts < math.inf:
         return
     if model.run.warm_up >= balance.lasts:
         return
-    shown = " to ".join(dict.fromkeys(f"{100 * share:.3g}" for share in given))
+    shown = " to ".join(dict.fromkeys(f"{100 * share:.3g}" for share in start_shares))
     yield Finding(
         "START_ENERGY",
         "fleet.start_energy",
@@ -236,7 +238,7 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
 
 
 def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Iterator[Finding]:
-    """Batteries that are never charged, of which the run draws `about` so much."""
+    """Find batteries that are never charged, and from which the run draws `about` so much."""
     battery = _battery(model)
     floor = _floor(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
@@ -273,7 +275,7 @@ def _ends(drawn: float, has: float) -> str:
 
 
 def _drawn_at_least(model: Model, layout: Layout) -> float:
-    """What the whole run draws at least from a robot that is never charged, robots sharing the work evenly."""
+    """Return the least that the run draws from a robot that is never charged, robots sharing the work evenly."""
     draws, length, robots = _battery(model).draws, model.run.length, model.fleet.size
     working = min(draws.empty, draws.loaded, draws.handling)
     task, time = _least_task(model, layout, draws), _least_task(model, layout, TIME)
@@ -285,13 +287,11 @@ def _drawn_at_least(model: Model, layout: Layout) -> float:
     if rate is None or always_open(model):
         return working * length
     done = draws.standing * length + (task - draws.standing * time) * rate * length / robots
-    return min(
-        done, max(working, draws.standing) * length
-    )  # where more is asked for than can be done, they always work
+    return min(done, max(working, draws.standing) * length)  # with more work than can be done, they always work
 
 
 def _least_task(model: Model, layout: Layout, draws: Consumption) -> float:
-    """What the mean task draws at least of a robot: where several share their drives, its part of them."""
+    """Return the least that the mean task draws from a robot: its part where several share their drives."""
     return least_needs(model, layout, draws, anywhere=True).mean / most_loads(model)
 
 
@@ -302,9 +302,9 @@ def must_charge(model: Model, layout: Layout) -> bool:
 
 
 def _floor(model: Model) -> float:
-    """The level at which robots stop working."""
-    known = levels(model)
-    return _battery(model).threshold if known is None else known.critical
+    """Return the level at which robots stop working."""
+    thresholds = levels(model)
+    return _battery(model).threshold if thresholds is None else thresholds.critical
 
 
 def _battery(model: Model) -> BatterySpec:
@@ -313,7 +313,7 @@ def _battery(model: Model) -> BatterySpec:
 
 
 def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
-    """Chargers that give so much less than a fleet, or a kind of it, draws that its batteries fall, or are flat."""
+    """Find chargers that give so much less than a fleet, or a kind, draws that its batteries fall, or are flat."""
     if balance is None or not balance.chargers or balance.draws is None:
         return
     units = model.units
@@ -338,31 +338,31 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
 
 
 def _give(chargers: int, gives: float, time: str) -> str:
-    """What chargers give, in words."""
+    """Say how much chargers give."""
     return f"{number_of(chargers, 'charger')} {'gives' if chargers == 1 else 'give'} {amount(gives)} per {time}"
 
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
-    """A robot just above the threshold that is on its good's edge finishes the task: it must get to a charger then."""
-    battery, known = _battery(model), levels(model)
-    if known is None or known.margin is not None or not chargers_at(model, layout):
+    """Find thresholds too low: a robot just above, on its good's edge, must still get to a charger after its task."""
+    battery, thresholds = _battery(model), levels(model)
+    if thresholds is None or thresholds.margin is not None or not chargers_at(model, layout):
         return
     times, flows = handling_of(model, layout).means(), model.tasks.flows or [""]
     more = min(times.at_stop("load", flow) + times.at_stop("unload", flow) for flow in flows)
     rest = least_needs(model, layout, battery.draws, again=True).rest
-    rest += (most_loads(model) - 1) * battery.draws.handling * more  # of a tour at least all loads are handled
-    if rest > known.critical + battery.reserve:
+    rest += (most_loads(model) - 1) * battery.draws.handling * more  # on a tour at least all loads are handled
+    if rest > thresholds.critical + battery.reserve:
         yield Finding(
             "THRESHOLD_TOO_LOW",
             "battery.threshold",
-            f"a robot just above {known.critical:g} finishes its task, which with the drive to a charger draws at "
+            f"a robot just above {thresholds.critical:g} finishes its task, which with the drive to a charger draws at "
             f"least {amount(rest)} for the farthest good; it can run flat",
             f"a threshold well above {amount(rest)}, with a reserve for waiting; in energy, as capacity",
         )
 
 
 def _count(model: Model) -> int:
-    """How many tasks there will be, where they end."""
+    """Count the tasks that there will be, where they end."""
     goods = model.tasks.goods
     if isinstance(goods, RandomGoods):
         return goods.random

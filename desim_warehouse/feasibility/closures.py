@@ -1,4 +1,4 @@
-"""Closures, slow zones, people and breakdowns: what names nothing, and what is closed, cut off or blocked."""
+"""Closures, slow zones, people and breakdowns: names of nothing, and places closed, cut off or blocked."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_OCCUPIED = 0.9
 
 
 def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
-    """What `simulate` refuses."""
+    """Find what `simulate` refuses."""
     traffic = model.traffic
     if not (traffic.closures or traffic.slow or model.people):
         return
@@ -51,21 +51,21 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Aisles that are occupied by people nearly all the time, and lanes that broken robots block."""
+    """Find aisles that are occupied by people nearly all the time, and lanes that broken robots block."""
     yield from _blocked(model)
     for name, people in model.people.items():
-        there = occupied(model, layout, people) or 0.0
-        if there > MOST_OCCUPIED:
+        share = occupied(model, layout, people) or 0.0
+        if share > MOST_OCCUPIED:
             yield Finding(
                 "AISLES_OCCUPIED",
                 f"people.{name}",
-                f"an aisle has somebody in it for {100 * there:.3g} % of the time on average",
+                f"an aisle has somebody in it for {100 * share:.3g} % of the time on average",
                 "fewer visits, shorter stays, or more aisles",
             )
 
 
 def _blocked(model: Model) -> Iterator[Finding]:
-    """Robots that stand where they broke down for longer than it takes to clear the lane."""
+    """Find robots that stand where they broke down for longer than it takes to clear the lane."""
     for place, spec in breakdowns(model).items():
         if spec.clear is not None or mean_of(spec.repair) * model.units.seconds <= LONGEST_BLOCKED:
             continue
@@ -94,7 +94,7 @@ def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge], rides: C
 
 
 def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
-    """What no robot could get to or leave in the whole run."""
+    """Find places that no robot could get to or leave in the whole run."""
     for name, closure in model.traffic.closures.items():
         begin, end = model.hours(closure.hours).following(0.0)
         if begin > 0 or end < model.run.end:
@@ -111,7 +111,7 @@ def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
             if behind:
                 what = f"good{'s' * (len(behind) > 1)} {checks.some(behind)}"
                 yield Finding("CUT_OFF", place, f"closed for the whole run; {what} on {'>'.join(edge)}", cure)
-        for found in checks.unreachable(replace(layout, graph=graph), use):
-            if found.code == "UNREACHABLE":
-                node = found.place.removeprefix("layout: ")
-                yield Finding("CUT_OFF", place, f"closed for the whole run; {node} {found.text}", cure)
+        for finding in checks.unreachable(replace(layout, graph=graph), use):
+            if finding.code == "UNREACHABLE":
+                node = finding.place.removeprefix("layout: ")
+                yield Finding("CUT_OFF", place, f"closed for the whole run; {node} {finding.text}", cure)

@@ -1,10 +1,10 @@
 """The quick estimate of a model: what a fleet can do, and what that takes, in numbers.
 
-What a task costs is measured, one robot of each kind by itself, and what a fleet does together where work always waits
-(`run/quick.py`). What robots, chargers and stations can do each are upper bounds, by Little's law and the asymptotic
+The cost of a task is measured, one robot of each kind by itself, and so is a whole fleet where work always waits
+(`run/quick.py`). The capacities of robots, chargers and stations are upper bounds, by Little's law and the asymptotic
 bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978) 225-261).
 
-What queues for chargers take, and what other numbers of robots do, `Network` says, by mean value analysis of a closed
+`Network` says what queues for chargers take, and what other numbers of robots do, by mean value analysis of a closed
 network (Reiser and Lavenberg, Journal of the ACM 27 (1980) 313-322). A robot goes round and round. For a part of each
 task it is served where others may be before it, for the rest of it nobody is in its way. Several servers count as one
 that is so much faster, and a time without queues (Seidmann, Schweitzer and Shalev-Oren, LSOR 1987). Times of service
@@ -109,7 +109,7 @@ class QuickEstimate:
 
     @property
     def places(self) -> list[Place]:
-        """Where robots queue while they are on duty: the servers of stations, and chargers."""
+        """The servers of stations and the chargers at which robots queue while they are on duty."""
         places = [
             Place(item.doing, item.share * item.servers * item.open / item.serve_capacity, item.servers)
             for item in self.stations
@@ -135,7 +135,7 @@ class QuickEstimate:
 
     @property
     def places_limit(self) -> dict[str, float]:
-        """What limits any number of robots, in words, and the tasks per time unit that it lets through."""
+        """The limits of any number of robots, in words, with the tasks per time unit that each lets through."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         limits |= {f"the lift {item.name}": self.on_duty * item.capacity / item.share for item in self.lifts}
         if math.isfinite(charged := self._charged(1)):
@@ -146,7 +146,7 @@ class QuickEstimate:
 
     @property
     def limits(self) -> dict[str, float]:
-        """What limits the robots that there are: no more can be done than the least of these."""
+        """The limits of the robots that there are: no more can be done than the least of these."""
         limits = self.places_limit
         if CHARGERS in limits:
             limits[CHARGERS] = self._charged(self.robots)
@@ -163,7 +163,7 @@ class QuickEstimate:
 
     @property
     def bottleneck(self) -> str:
-        """What limits the fleet, in words."""
+        """The limit of the fleet, in words."""
         return min(self.limits, key=self.limits.__getitem__)
 
     @property
@@ -198,7 +198,7 @@ class QuickEstimate:
         return self.rate is not None and self.rate > (self.capacity if self.measured else self.fleet_capacity)
 
     def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
-        """The robots that do so many tasks per time unit, in fractions; inf where no number does."""
+        """Return the robots that do so many tasks per time unit, in fractions; inf where no number does."""
         duty = self.unbroken if at_peak else self.on_duty
         if not duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf
@@ -207,7 +207,7 @@ class QuickEstimate:
 
     @cached_property
     def knee(self) -> tuple[int, str]:
-        """Robots of which twice as many do less than a tenth more, and what limits them, in words."""
+        """The number of robots from which twice as many do less than a tenth more, and what limits them, in words."""
         most, why = self.lanes_hold, "the room in the lanes"
         if self.at_work < min(most, self.robots):
             most, why = self.at_work, "the number of slots at the stations"
@@ -236,7 +236,7 @@ class QuickEstimate:
 
     @property
     def narrowest(self) -> str:
-        """What lets the fewest tasks through, whatever the number of robots, in words."""
+        """The place that lets the fewest tasks through, whatever the number of robots, in words."""
         return min(self.places_limit, key=self.places_limit.__getitem__)
 
     @property
@@ -257,7 +257,7 @@ class QuickEstimate:
 
 @dataclass(frozen=True)
 class Place:
-    """Where robots queue: the time for which a task is served there, and by how many servers it may be.
+    """A place where robots queue: the time of a task there, and the number of its servers.
 
     `name` is what is said of it where it is the limit.
     """
@@ -291,7 +291,7 @@ class Network:
         self._done = [0.0]
 
     def doing(self, rate: float, robots: int) -> Network:
-        """The network in which so many robots do a rate: queues are shorter, or all else takes more or less time."""
+        """Return the network in which so many robots do a rate: queues, or the time of all else, are changed to fit."""
         slow, fast = self.throughput(robots), min(robots / self.alone, self.most)
         if rate >= fast:
             return Network(robots / rate, self._all, float(fast > slow))
@@ -304,7 +304,7 @@ class Network:
         return Network(most, self._all)
 
     def throughput(self, robots: int) -> float:
-        """Tasks per time unit of so many robots."""
+        """Return the tasks per time unit of so many robots."""
         if not self.alone:
             return math.inf
         if not self.places:
@@ -319,11 +319,11 @@ class Network:
 
     @property
     def longest(self) -> str:
-        """The place with the longest queue of the most robots that were asked for."""
+        """Return the place with the longest queue of the most robots that were asked for."""
         return self.places[int(self._queues.argmax())].name
 
     def robots_for(self, rate: float) -> float:
-        """The robots that it takes for so many tasks per time unit, in fractions; inf where no number does."""
+        """Return the robots that so many tasks per time unit take, in fractions; inf where no number does them."""
         if rate > BUSIEST * self.most:
             return math.inf
         if not self.places:

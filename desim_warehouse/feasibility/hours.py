@@ -24,61 +24,61 @@ if TYPE_CHECKING:
 
 
 def on_duty(model: Model) -> float:
-    """The part of the run in which a robot can work, on average over the fleet.
+    """Return the part of the run in which a robot can work, on average over the fleet.
 
-    It is in its hours then, and of the stations that tasks go to one is open: for those that are closed they are held
+    It is in its hours then, and one of the stations that tasks go to is open: tasks for closed stations are held
     back.
     """
     layout, end = model.floor, model.run.end
-    of = specs(model, layout)
-    stations = [model.hours(of[node].hours) if node in of else ALWAYS for node in destinations(model, layout)] or [
-        ALWAYS
-    ]
+    spec_of = specs(model, layout)
+    stations = [
+        model.hours(spec_of[node].hours) if node in spec_of else ALWAYS for node in destinations(model, layout)
+    ] or [ALWAYS]
     names = model.fleet.hours_of_robots()
     share = {name: _share_of_both(model.hours(name), stations, end) for name in set(names)}
     return fmean(share[name] for name in names)
 
 
 def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float:
-    """The part of the time in which a robot is in its hours and one of the stations is open; see `Hours.share`."""
+    """Return the part of the time in which a robot is on duty and one of the stations is open; see `Hours.share`."""
     if ALWAYS in stations:
         return robot.share(0.0, end)
-    at = together = 0.0
+    time = together = 0.0
     for _ in range(STEPS):
-        now, at = at, min(end, *(one.changes(at) for one in (robot, *stations)))
+        now, time = time, min(end, *(hours.changes(time) for hours in (robot, *stations)))
         both = robot.is_open(now) and any(station.is_open(now) for station in stations)
-        if math.isinf(at):  # it stays so for ever; what ends counts until it ends
+        if math.isinf(time):  # it stays so for ever; a state that ends counts until it ends
             return together / now if now and not both else float(both)
-        together += (at - now) * both
-        if at >= end:
+        together += (time - now) * both
+        if time >= end:
             break
-    return together / at
+    return together / time
 
 
 def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
-    """The stretches of a run in which no robot is on duty, or no station that tasks go to is open."""
+    """Iterate over the stretches of a run in which no robot is on duty, or no station that tasks go to is open."""
     layout, end = model.floor, model.run.end
-    of = specs(model, layout)
-    stations = {of[node].hours if node in of else None for node in destinations(model, layout)}
+    spec_of = specs(model, layout)
+    stations = {spec_of[node].hours if node in spec_of else None for node in destinations(model, layout)}
     robots = [model.hours(name) for name in set(model.fleet.hours_of_robots())]
     open_ones = [model.hours(name) for name in stations] or [ALWAYS]
     if ALWAYS in robots and ALWAYS in open_ones:
         return
-    at, begin = 0.0, math.nan
+    time, begin = 0.0, math.nan
     for _ in range(STEPS):
-        works = any(one.is_open(at) for one in robots) and any(one.is_open(at) for one in open_ones)
+        works = any(hours.is_open(time) for hours in robots) and any(hours.is_open(time) for hours in open_ones)
         if works and not math.isnan(begin):
-            yield begin, at
-        begin = math.nan if works else at if math.isnan(begin) else begin
-        if at >= end:
+            yield begin, time
+        begin = math.nan if works else time if math.isnan(begin) else begin
+        if time >= end:
             break
-        at = min(end, *(one.changes(at) for one in (*robots, *open_ones)))
-    if not math.isnan(begin) and begin < at:
-        yield begin, at
+        time = min(end, *(hours.changes(time) for hours in (*robots, *open_ones)))
+    if not math.isnan(begin) and begin < time:
+        yield begin, time
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Calendars that never open where they are used, and those of robots and stations that do not meet."""
+    """Find calendars that never open where they are used, and calendars of robots and stations that do not meet."""
     end = model.run.end
     never = {place for place, name in _used(model) if not model.hours(name).following(0.0)[0] < end}
     for place in sorted(never):
@@ -96,7 +96,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _used(model: Model) -> list[tuple[str, str]]:
-    """Every key of a model that names a calendar, and which."""
+    """Return every key of a model that names a calendar, and which."""
     layout, fleet, tasks = model.layout, model.fleet, model.tasks
     places = [(f"layout.stations.{name}.hours", station.hours) for name, station in layout.stations.items()]
     places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]
@@ -106,7 +106,7 @@ def _used(model: Model) -> list[tuple[str, str]]:
 
 
 def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Schedules and files that ask for something after the hours of their flow are over for good."""
+    """Find schedules and files that ask for something after the hours of their flow are over for good."""
     for name, flow in model.tasks.flows.items():
         if flow.hours is None:
             continue
@@ -126,7 +126,7 @@ def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
-    """Places to which no robot can be sent, as one calendar or another is always in the way: looked at all at once.
+    """Find places to which no robot can be sent, as one calendar or another is always in the way: all at once.
 
     A robot is sent when it is on duty, nothing that holds tasks back cuts the place off, and the station is open, or is
     by the time at which the robot comes there.
@@ -137,30 +137,30 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
         holding and (model.layout.has_hours or fleet.has_hours)
     ):
         return
-    of = specs(model, layout)
+    spec_of = specs(model, layout)
     wanted = dict.fromkeys(destinations(model, layout))
-    met, found = set[str](), set[str]()  # what is cut off for ever is not waited for: robots are sent all the same
+    met, reachable = set[str](), set[str]()  # a place cut off for ever is not waited for: robots are sent all the same
     for since, until, reached in _times(model, layout, end):
-        found.update(node for node in wanted if node in reached)
+        reachable.update(node for node in wanted if node in reached)
         if until is None:
             continue
-        for node in found - met:
-            spec = of.get(node)
+        for node in reachable - met:
+            spec = spec_of.get(node)
             opens = 0.0 if spec is None else model.hours(spec.hours).following(since)[0]
             if node in reached and opens < until:
                 met.add(node)
         if met >= wanted.keys():
             return
     for node in wanted:
-        if node in met or node not in found:
+        if node in met or node not in reachable:
             continue
-        spec = of.get(node)
+        spec = spec_of.get(node)
         calendars = [f"{place}, '{name}'" for place, name in _used(model) if place.startswith("fleet.")]
         place = "fleet.hours"
         if spec is not None and spec.hours is not None:
             place = f"layout.stations.{layout.stations[node].zone}.hours"
             calendars.append(f"{place}, '{spec.hours}'")
-        calendars += [f"traffic.closures.{name}.hours, '{one.hours}'" for name, one in holding.items()]
+        calendars += [f"traffic.closures.{name}.hours, '{closure.hours}'" for name, closure in holding.items()]
         text = "no robot is at work when the station is open, or just before"
         if holding:
             text = f"no robot is at work while there is an open way to {node}, and it is open itself"
@@ -174,7 +174,7 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
 
 
 def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, float | None, Collection[str]]]:
-    """From when on nothing opens or closes, by when robots sent out then are there, and the nodes they find a way to.
+    """Iterate over times from which nothing opens or closes, when robots sent out arrive, and the nodes they reach.
 
     None where no robot is on duty. It begins when the first flow asks for something.
     """
@@ -191,22 +191,22 @@ def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, fl
     asked = [model.hours(flow.hours) for flow in model.tasks.flows.values()]
     asked += [model.hours(getattr(model.tasks.goods, "hours", None))] if model.tasks.goods is not None else []
     every = [*robots, *stations, *(hours for _, hours in closures)]
-    known: dict[tuple[int, ...], Collection[str]] = {}
-    at = min((hours.following(0.0)[0] for hours in asked), default=0.0)
+    reached_by_shut: dict[tuple[int, ...], Collection[str]] = {}
+    time = min((hours.following(0.0)[0] for hours in asked), default=0.0)
     for _ in range(STEPS):
-        if not at < end:
+        if not time < end:
             return
-        until = min(hours.changes(at) for hours in every)
-        shut = tuple(number for number, (_, hours) in enumerate(closures) if hours.is_open(at))
-        if shut not in known:
-            known[shut] = _reached(layout, [edge for number in shut for edge in closures[number][0]])
-        works = any(hours.is_open(at) for hours in robots)
-        yield at, min(until + once_round, end) if works else None, known[shut]
-        at = until
+        until = min(hours.changes(time) for hours in every)
+        shut = tuple(number for number, (_, hours) in enumerate(closures) if hours.is_open(time))
+        if shut not in reached_by_shut:
+            reached_by_shut[shut] = _reached(layout, [edge for number in shut for edge in closures[number][0]])
+        works = any(hours.is_open(time) for hours in robots)
+        yield time, min(until + once_round, end) if works else None, reached_by_shut[shut]
+        time = until
 
 
 def _reached(layout: Layout, shut: Sequence[tuple[str, str]]) -> Collection[str]:
-    """The nodes to which an open way leads from a bay."""
+    """Return the nodes to which an open way leads from a bay."""
     if not shut or not layout.bays:
         return set(layout.graph)
     import networkx as nx

@@ -1,4 +1,4 @@
-"""What tasks draw from a battery at least: from a charger or a start to the good, the station, and a charger."""
+"""Least energy of tasks: from a charger or a start to the good, the station, and a charger."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Needs:
 def least_needs(
     model: Model, layout: Layout, draws: Consumption, *, again: bool = False, anywhere: bool = False
 ) -> Needs:
-    """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
+    """Return the least that tasks draw, by the fastest robot and routes, the nearest charger and the nearest station.
 
     Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
     `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
@@ -70,7 +70,7 @@ def least_needs(
         begins, ends, out = list(layout.graph), list(layout.graph), 0.0
     stands = () if again else fleet.starts(layout.bays)
     begun = {**dict.fromkeys(begins, out), **{start.node: 0.0 for start in stands if start.on_lanes}}
-    if not fleet.kinds:  # fleets of all sizes draw the same
+    if not fleet.kinds:  # a task draws alike in fleets of all sizes
         model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE)})
     return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends))
 
@@ -79,11 +79,11 @@ def least_needs(
 def _least_needs(
     model: Model, layout: Layout, draws: Consumption, begun: tuple[tuple[str, float], ...], ends: tuple[str, ...]
 ) -> Needs:
-    """`begun`: what has been drawn where robots come from; `ends`: where they go."""
+    """Compute `least_needs`. `begun`: energy drawn already where robots come from; `ends`: where they go."""
     floor = _Floor(model, layout, draws, dict(begun), ends)
     worst, most, reach, rest, mean = "", 0.0, 0.0, 0.0, 0.0
     least: dict[str, float] = {}
-    of: dict[tuple[int, tuple[str, ...]], tuple[float, float]] = {}
+    of_listed: dict[tuple[int, tuple[str, ...]], tuple[float, float]] = {}
     for job in jobs(model, layout):
         needs, reaches, onward = floor.put_away(job) if job.stores else floor.fetched(job)
         asked = job.drops if job.stores else job.picks
@@ -95,19 +95,19 @@ def _least_needs(
             most = float(needs.max())
         if isinstance(model.tasks.goods, tuple):
             both = zip(needs.tolist(), reaches.tolist(), strict=True)
-            of.update(zip(((number, job.own) for number in asked.numbers), both, strict=True))
-    return Needs(worst, most, reach, rest, least, mean, of)
+            of_listed.update(zip(((number, job.own) for number in asked.numbers), both, strict=True))
+    return Needs(worst, most, reach, rest, least, mean, of_listed)
 
 
 class Places(NamedTuple):
-    """Storage places by their `numbers`, or stations by their `nodes`, and the part of all tasks that is for each."""
+    """Storage places by their `numbers`, or stations by their `nodes`, with the part of all tasks that is for each."""
 
     numbers: Sequence[int]
     nodes: Sequence[str]
     weights: Any
 
     def edges(self, layout: Layout) -> list[Edge]:
-        """The edge of each place; a station's node is one to itself."""
+        """Return the edge of each place; the edge of a station leads from its node to itself."""
         return [layout.storage[number].edge for number in self.numbers] or [(node, node) for node in self.nodes]
 
 
@@ -127,12 +127,12 @@ class Job(NamedTuple):
 
 
 def jobs(model: Model, layout: Layout) -> Iterator[Job]:
-    """All tasks of a model, those from the same places to the same together."""
+    """Iterate over all tasks of a model; tasks with equal origins and destinations are together."""
     return _jobs_of_flows(model, layout) if model.tasks.flows else _jobs_of_goods(model, layout)
 
 
 def _places(end: Sequence[str] | None, shares: Any, weight: float) -> Places:
-    """Stations among which tasks are shared evenly, or storage places with a share."""
+    """Return stations among which tasks are shared evenly, or storage places with a share."""
     import numpy as np
 
     if end is not None:
@@ -142,13 +142,13 @@ def _places(end: Sequence[str] | None, shares: Any, weight: float) -> Places:
 
 
 def _jobs_of_goods(model: Model, layout: Layout) -> Iterator[Job]:
-    """The goods, by their own destinations where they are listed."""
+    """Iterate over the goods, by their own destinations where they are listed."""
     import numpy as np
 
     goods, own = listed(model), own_destinations(model, layout)
     for nodes in dict.fromkeys(own or [()]):
         if own:
-            drawn = [good for good, to in zip(goods, own, strict=True) if to == nodes]
+            drawn = [good for good, targets in zip(goods, own, strict=True) if targets == nodes]
             shares = np.bincount(drawn, minlength=len(layout.storage)) / len(goods)
         else:
             shares = demand(model, layout)
@@ -156,7 +156,7 @@ def _jobs_of_goods(model: Model, layout: Layout) -> Iterator[Job]:
 
 
 def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
-    """The routes of the flows."""
+    """Iterate over the routes of the flows."""
     import numpy as np
 
     def places(end: StorageEnd | tuple[str, ...], weight: float) -> Places:
@@ -175,7 +175,7 @@ def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
 
 
 class _Floor:
-    """Least costs on a floor: of coming to its nodes from where robots begin, of tasks, and of driving back."""
+    """Least costs on a floor: to come to its nodes from where robots begin, to do tasks, and to drive back."""
 
     def __init__(
         self, model: Model, layout: Layout, draws: Consumption, begun: Mapping[str, float], ends: Sequence[str]
@@ -194,7 +194,7 @@ class _Floor:
         self._back = least_costs(self._back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
 
     def fetched(self, job: Job) -> tuple[Any, Any, Any]:
-        """What tasks for each of the picks draw, up to the edge of the good, and from there, to the cheapest drop."""
+        """Return what tasks for each pick draw: in all, up to the good's edge, and from there to the cheapest drop."""
         handled = self._handled(job, "unload", job.drops)
         goals = {node: self._back[node] + self._clear + handled[i] for i, node in enumerate(job.drops.nodes)}
         to_go = self._loaded(job, self._back_in_time, goals, job.via[::-1])
@@ -205,7 +205,7 @@ class _Floor:
         return (reach + rest).min(axis=0), reach.min(axis=0), rest.min(axis=0)
 
     def put_away(self, job: Job) -> tuple[Any, Any, Any]:
-        """What tasks for each of the drops draw, up to the edges of the picks, and from there, by the cheapest pick."""
+        """Return what tasks for each drop draw: in all, up to the pick's edge, and from there, by the cheapest pick."""
         starts, ends, before, after = self._sides(job.picks)
         reach = _costs(self._reach, starts).min(axis=0)
         picked = self._draws.empty * before + self._handled(job, "load", job.picks) + self._draws.loaded * after
@@ -220,16 +220,16 @@ class _Floor:
         return reach.min() + rest, reach, rest
 
     def _handled(self, job: Job, act: Any, places: Places) -> Any:
-        """What handling draws at each station, or at storage places alike."""
+        """Return what handling draws at each station, or at storage places alike."""
         import numpy as np
 
         times = [self._stops.at_stop(act, job.flow, node) for node in places.nodes or (None,)]
         return self._draws.handling * np.array(times)
 
     def _sides(self, places: Places) -> tuple[list[list[str]], list[list[str]], Any, Any]:
-        """The ends of the edges of places, and the times from the start of each and on over its end.
+        """Return the ends of the edges of places, and the times from the start of each and on over its end.
 
-        There are two rows where lanes are two-way, by which robots come to places from either side.
+        There are two rows where lanes are two-way: robots come to places from either side.
         """
         import numpy as np
 
@@ -237,7 +237,7 @@ class _Floor:
         offsets = [storage[number].offset for number in places.numbers] or [0.0] * len(edges)
         sides = [list(zip(edges, offsets, strict=True))]
         if self._layout.two_way:
-            sides.append([self._layout.approaches(*at)[-1] for at in sides[0]])
+            sides.append([self._layout.approaches(*place)[-1] for place in sides[0]])
         before = [[offset / self._paces.get(edge, math.inf) for edge, offset in side] for side in sides]
         whole = [[self._times.get(edge, 0.0) for edge, _ in side] for side in sides]
         starts, ends = ([[edge[end] for edge, _ in side] for side in sides] for end in (0, 1))
@@ -246,7 +246,7 @@ class _Floor:
     def _loaded(
         self, job: Job, times: Mapping[Edge, float], costs: Mapping[str, float], via: Sequence[Sequence[str]]
     ) -> dict[str, float]:
-        """The least costs of driving on with a load over the cheapest node of each stop on the way."""
+        """Return the least costs of driving on with a load over the cheapest node of each stop on the way."""
         least = least_costs(times, self._draws.loaded, costs)
         for nodes in via:
             stop = self._draws.handling * self._stops.at_stop("visit", job.flow)
@@ -261,7 +261,7 @@ def _costs(least: Mapping[str, float], sides: Sequence[Sequence[str]]) -> Any:
 
 
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:
-    """The least cost of every node: of a beginning, and `rate` for each time unit on the way (Dijkstra); else inf."""
+    """Return the least cost of every node: its start's, and `rate` per time unit on the way (Dijkstra); else inf."""
     onward: dict[str, list[tuple[str, float]]] = {}
     for (source, target), time in times.items():
         onward.setdefault(source, []).append((target, rate * time))

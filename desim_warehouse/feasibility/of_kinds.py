@@ -1,4 +1,4 @@
-"""What is wrong with batteries where kinds of robots differ in battery, charging policy or chargers.
+"""Faults of batteries where kinds of robots differ in battery, charging policy or chargers.
 
 Each kind is looked at as if all robots were of it, with its chargers alone (`as_kind`).
 """
@@ -28,67 +28,69 @@ TOO_SMALL = "BATTERY_TOO_SMALL"
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What `simulate` refuses: a kind that runs flat without a charger, tasks that no kind's battery lasts for."""
+    """Find what `simulate` refuses: a kind that runs flat without a charger, tasks that no kind's battery lasts for."""
     if charge_alike(model):
         yield from batteries.errors(model, layout)
         return
-    found = _errors(model)
-    for kind, some in found.items():
-        yield from (_of(model, kind, one) for one in some if one.code != TOO_SMALL or _for_all(found))
+    errors_by_kind = _errors(model)
+    for kind, findings in errors_by_kind.items():
+        yield from (
+            _of(model, kind, finding) for finding in findings if finding.code != TOO_SMALL or _for_all(errors_by_kind)
+        )
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """What a planner should know; also which kinds leave tasks to others."""
+    """Find what a planner should know; also which kinds leave tasks to others."""
     if charge_alike(model):
         yield from batteries.warnings(model, layout, balance)
         yield from _slots(model, layout)
         return
-    found = _errors(model)
+    errors_by_kind = _errors(model)
     powers = {} if balance is None else balance.kinds
     short = list(batteries.chargers_short(model, balance))
     for kind, alone in by_kind(model).items():
-        if not _for_all(found):
-            for one in found[kind]:
-                if one.code == TOO_SMALL:
-                    yield _of(model, kind, Finding("BATTERY_OF_KIND", one.place, one.text, one.cure))
+        if not _for_all(errors_by_kind):
+            for finding in errors_by_kind[kind]:
+                if finding.code == TOO_SMALL:
+                    yield _of(model, kind, Finding("BATTERY_OF_KIND", finding.place, finding.text, finding.cure))
         own = batteries.chargers_short(alone, powers.get(kind)) if not short else ()
-        for one in (*own, *batteries.of_levels(alone, alone.floor, powers.get(kind))):
-            yield _of(model, kind, one)
+        for finding in (*own, *batteries.of_levels(alone, alone.floor, powers.get(kind))):
+            yield _of(model, kind, finding)
     yield from short
     yield from _slots(model, layout)
 
 
 def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Slots at chargers, of all kinds together."""
+    """Find faults of slots at chargers, for all kinds together."""
     yield from _no_spare(model, layout)
     yield from _waiting(model, layout)
 
 
 def _errors(model: Model) -> dict[str, list[Finding]]:
-    """The errors of each kind."""
+    """Return the errors of each kind."""
     return {kind: list(batteries.errors(alone, alone.floor)) for kind, alone in by_kind(model).items()}
 
 
-def _for_all(found: dict[str, list[Finding]]) -> bool:
+def _for_all(errors_by_kind: dict[str, list[Finding]]) -> bool:
     """Whether no kind has a battery for all tasks."""
-    return all(any(one.code == TOO_SMALL for one in some) for some in found.values())
+    return all(any(finding.code == TOO_SMALL for finding in findings) for findings in errors_by_kind.values())
 
 
-def _of(model: Model, kind: str, one: Finding) -> Finding:
-    """A finding of a kind, at the key that this kind has of its own."""
-    own, place = model.fleet.kinds.get(kind), one.place
+def _of(model: Model, kind: str, finding: Finding) -> Finding:
+    """Place a finding of a kind at the key that this kind has of its own."""
+    own, place = model.fleet.kinds.get(kind), finding.place
     if own is not None and own.battery is not None and place.startswith("battery"):
         place = f"fleet.kinds.{kind}.{place}"
     elif own is not None and own.charging is not None and place.startswith("policies.charging"):
         place = place.replace("policies", f"fleet.kinds.{kind}", 1)
-    return replace(one, place=place, text=f"{said(kind)}: {one.text}")
+    return replace(finding, place=place, text=f"{said(kind)}: {finding.text}")
 
 
 # Slots of all kinds together: where robots wait for a charger, and where none can change its slot
 
 
 def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Slots in which robots wait for a charger, and do not work meanwhile."""
+    """Find slots in which robots wait for a charger, and do not work meanwhile."""
     homes, spare = Counter(model.fleet.homes(layout.bays)), Counter[str]()
     for node, chargers in chargers_at(model, layout).items():
         bay = layout.bays[node]
@@ -104,7 +106,7 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
-    """As many slots as robots, not all at chargers: a robot that rests without a charger never comes to one.
+    """Find as many slots as robots, not all at chargers: a robot that rests without one never comes to one.
 
     It keeps its slot until another is free, and the slot of a robot that is out is kept for it. So none is ever free
     if there are no more slots than robots (`Bays.may_take`). Where all can rest at chargers there is no danger.
@@ -136,7 +138,7 @@ def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _at_chargers(layout: Layout, kinds: Counter[str], slots: dict[str, int]) -> int:
-    """How many robots can rest at chargers for their kind, all at once."""
+    """Return how many robots can rest at chargers for their kind, all at once."""
     flow = nx.DiGraph()
     for kind, count in kinds.items():
         flow.add_edge("robots", ("kind", kind), capacity=count)

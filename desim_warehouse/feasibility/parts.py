@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 class MeanTask:
     """One task as a robot does it when there is always a next one: the mean time of each part, in time units.
 
-    `empty` is the drive to the good, `loaded` that to the station, `other` all else: drives to chargers and back,
+    `empty` is the drive to the good, `loaded` the drive to the station, `other` all else: drives to chargers and back,
     waiting there, for people and for the next decision. `charging` is not in its `time`. `energy`: what it draws.
-    `calm_time` and `calm_energy` are those of a task after which none waits: it begins and ends in a bay.
+    `calm_time` and `calm_energy` are for a task that no other waits for: it begins and ends in a bay.
     """
 
     empty: float
@@ -38,7 +38,7 @@ class MeanTask:
 
 
 def mixed(tasks: Mapping[str, MeanTask], count: Mapping[str, int]) -> MeanTask:
-    """The mean task of so many robots of each kind: they do the more tasks the less time they need for one."""
+    """Return the mean task of so many robots of each kind: the less time one needs for a task, the more it does."""
     done = {kind: count[kind] / task.time if task.time else 1.0 for kind, task in tasks.items()}
     every = math.fsum(done.values())
     parts = MeanTask.__dataclass_fields__
@@ -84,7 +84,7 @@ class StationLoad:
 
     @property
     def doing(self) -> str:
-        """What limits it, in words."""
+        """The work that limits it, in words."""
         return f"{'work' if self.limited_by_work else self.handling} at {self.node}"
 
     @property
@@ -112,8 +112,8 @@ class LiftLoad:
 class PileOn:
     """Lines picked at a visit of a pod, measured: with `few` lines waiting, and with `many` to choose a pod by.
 
-    `policy` chooses the pods. `pick` is the mean time of a line, `change` that from one pod to the next, `servers` are
-    those of all stations.
+    `policy` chooses the pods. `pick` is the mean time of a line, `change` the time from one pod to the next,
+    `servers` are the servers of all stations.
     """
 
     few: float

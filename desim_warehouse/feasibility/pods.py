@@ -37,7 +37,7 @@ TO_SPARE = 2
 
 
 def pile_on(model: Model, few: float, many: float) -> PileOn:
-    """Return what pickers do with so many lines at a visit of a pod."""
+    """Return the work of pickers with so many lines at a visit of a pod."""
     pods = model.pods
     assert pods is not None
     rates = flow_rates(model)
@@ -48,7 +48,7 @@ def pile_on(model: Model, few: float, many: float) -> PileOn:
 
 
 def driven(model: Model, lines: float = 1.0) -> Model:
-    """The model as its robots drive it: a task is a visit for some lines, from a storage place over a station and back.
+    """Return the model as its robots drive it: a task is a visit for some lines, from storage over a station and back.
 
     With one line it is the least that a visit takes. A flow to several stations is one for each of them.
     """
@@ -68,14 +68,14 @@ def driven(model: Model, lines: float = 1.0) -> Model:
 
 
 def stations_of(flow: FlowSpec) -> tuple[str, ...]:
-    """The nodes to which pods are brought for a flow."""
+    """Return the nodes to which pods are brought for a flow."""
     nodes = flow.target if isinstance(flow.source, StorageEnd) else flow.source
     assert isinstance(nodes, tuple)
     return nodes
 
 
 def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
-    """The arrivals of a flow, so many times as often."""
+    """Return the arrivals of a flow, so many times as often."""
     when = flow.when
     if isinstance(when, PoissonArrivals):
         return {"poisson": when.poisson * share}
@@ -87,32 +87,32 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
         return {"schedule": some}
     if isinstance(when, SaturatedArrivals):
         return {"saturated": when.saturated}
-    found = summary(when.orders, reading(model, model.floor))
-    return {"schedule": [{"at": found.last, "tasks": max(round(found.tasks * share), 1)}]}
+    orders = summary(when.orders, reading(model, model.floor))
+    return {"schedule": [{"at": orders.last, "tasks": max(round(orders.tasks * share), 1)}]}
 
 
-def by_line(found: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
-    """An estimate of visits as one of lines, so many at each; what limits stations are their pickers."""
+def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
+    """Turn an estimate of visits into an estimate of lines, so many at each; stations are limited by their pickers."""
     most = pile.many
-    cycle = replace(found.cycle, **{part: value / most for part, value in vars(found.cycle).items()})
+    cycle = replace(estimate.cycle, **{part: value / most for part, value in vars(estimate.cycle).items()})
     return replace(
-        found,
+        estimate,
         cycle=cycle,
-        rate=None if found.rate is None else found.rate * most,
-        peak=None if found.peak is None else found.peak * most,
-        charging=None if found.charging is None else found.charging / most,
-        fleet_capacity=found.fleet_capacity * most,
-        crossing_capacity=None if found.crossing_capacity is None else found.crossing_capacity * most,
+        rate=None if estimate.rate is None else estimate.rate * most,
+        peak=None if estimate.peak is None else estimate.peak * most,
+        charging=None if estimate.charging is None else estimate.charging / most,
+        fleet_capacity=estimate.fleet_capacity * most,
+        crossing_capacity=None if estimate.crossing_capacity is None else estimate.crossing_capacity * most,
         stations=_pickers(model),
-        lifts=tuple(replace(lift, share=lift.share / most) for lift in found.lifts),
-        power=None if found.power is None else _of_line(found.power, most),
+        lifts=tuple(replace(lift, share=lift.share / most) for lift in estimate.lifts),
+        power=None if estimate.power is None else _of_line(estimate.power, most),
         pile_on=pile,
     )
 
 
 def _pickers(model: Model) -> tuple[StationLoad, ...]:
-    """Each station by the lines that it picks: those of a flow come to its stations evenly."""
-    of, rate = specs(model, model.floor), arrival_rate(model)
+    """Return each station by the lines that it picks: the lines of a flow come to its stations evenly."""
+    spec_of, rate = specs(model, model.floor), arrival_rate(model)
     lines, time = defaultdict[str, float](float), defaultdict[str, float](float)
     for name, count in flow_rates(model).items():
         flow = model.tasks.flows[name]
@@ -121,7 +121,7 @@ def _pickers(model: Model) -> tuple[StationLoad, ...]:
             time[node] += count / len(nodes) * mean_of(flow.stop_time)
     every, loads = math.fsum(lines.values()), []
     for node, count in lines.items():
-        spec = of[node]
+        spec = spec_of[node]
         part, share = open_share(model, spec), count / every
         most = part * spec.servers * count / time[node] if time[node] else math.inf
         busy = None if rate is None or not most else rate * share / most
@@ -130,24 +130,24 @@ def _pickers(model: Model) -> tuple[StationLoad, ...]:
 
 
 def _of_line(power: Power, most: float) -> Power:
-    kinds = {kind: _of_line(one, most) for kind, one in power.kinds.items()}
+    kinds = {kind: _of_line(balance, most) for kind, balance in power.kinds.items()}
     return replace(power, task=power.task / most, share=power.share / most, kinds=kinds)
 
 
 # What is probably a mistake in a model with pods
 
 
-def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """What is probably a mistake in a model with pods; `found`: its quick estimate, by line."""
-    if found.pile_on is None:
+def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find probable mistakes in a model with pods, by its quick estimate by line."""
+    if estimate.pile_on is None:
         return
     yield from _not_read(model)
-    yield from _stock(model, found)
-    yield from _robots(model, found, found.pile_on)
+    yield from _stock(model, estimate)
+    yield from _robots(model, estimate, estimate.pile_on)
 
 
 def _not_read(model: Model) -> Iterator[Finding]:
-    """What a model of single loads would look at."""
+    """Find keys that only a model of single loads would look at."""
     popularity = "pods.popularity: which items are asked for"
     if model.tasks.popularity != "uniform":
         text = "with pods a line asks for an item, not for a storage place"
@@ -159,26 +159,26 @@ def _not_read(model: Model) -> Iterator[Finding]:
         yield Finding("CHANGES_NOTHING", "fleet.robot.capacity", "a robot carries one pod at a time", "leave it out")
 
 
-def _stock(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """More of an item is picked in the run than pods hold of it and get."""
+def _stock(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find items that run out: more is picked in the run than pods hold and get."""
     pods, rates = model.pods, flow_rates(model)
     assert pods is not None
-    there = pods.units
-    if there is None or not found.rate:
+    stock = pods.units
+    if stock is None or not estimate.rate:
         return
     flows, hours = model.tasks.flows.items(), (model.run.length or end_of_schedule(model)) / model.units.hour
     taken = sum(-pods.bundle * rates[n] if isinstance(flow.target, StorageEnd) else rates[n] for n, flow in flows)
     asked = taken * hours * pods.item_shares
-    worst = int((asked - there).argmax())
-    if asked[worst] > there[worst]:
+    worst = int((asked - stock).argmax())
+    if asked[worst] > stock[worst]:
         name = pods.names[worst] if pods.names else worst
         text = f"in this run {amount(asked[worst])} units of item {name} are picked beyond what is put onto pods, "
-        text += f"which hold about {amount(there[worst])}: lines will wait without end"
+        text += f"which hold about {amount(stock[worst])}: lines will wait without end"
         yield Finding("STOCK_RUNS_OUT", "pods.stock", text, "more stock, or a flow to storage that brings as much")
 
 
-def _robots(model: Model, found: QuickEstimate, pile: PileOn) -> Iterator[Finding]:
-    """Fewer robots than stations; pods that queue in no time; more pods at a station than keep its pickers busy."""
+def _robots(model: Model, estimate: QuickEstimate, pile: PileOn) -> Iterator[Finding]:
+    """Find fewer robots than stations, pods that queue in no time, and more pods at a station than pickers need."""
     nodes = {node for flow in model.tasks.flows.values() for node in stations_of(flow)}
     robots, stations = model.fleet.size, model.floor.stations
     if robots < len(nodes):
@@ -189,9 +189,9 @@ def _robots(model: Model, found: QuickEstimate, pile: PileOn) -> Iterator[Findin
     if not pile.change and each > 1 and any(stations[node].places > 1 for node in nodes):
         text = "pods queue at stations, and the next is in front of the picker in no time"
         yield Finding("UNUSUAL", "pods.change_time", text, "about 5 s, or what you measure")
-    driving = (found.cycle.time - pile.pick) * pile.many - pile.change
+    driving = (estimate.cycle.time - pile.pick) * pile.many - pile.change
     kept = 1 + driving / (pile.pick * pile.few + pile.change) if pile.pick else math.inf
-    busy = found.rate is None or found.rate * pile.pick > pile.servers / 2
+    busy = estimate.rate is None or estimate.rate * pile.pick > pile.servers / 2
     for node in sorted(nodes) if busy else ():
         item = stations[node]
         bound, enough = min(item.places, each) / item.servers, math.ceil(kept) + TO_SPARE

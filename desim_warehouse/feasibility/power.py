@@ -77,39 +77,46 @@ class Power:
 def power(
     model: Model, layout: Layout, cycle: MeanTask, cycles: Mapping[str, MeanTask], rate: float | None, at_work: int
 ) -> Power | None:
-    """The energy balance of a fleet with a mean `cycle`, which differs by kind; None without battery."""
+    """Compute the energy balance of a fleet with a mean `cycle`, which differs by kind; None without battery."""
     if model.battery is None:
         return None
     if charge_alike(model):
         return _alike(model, layout, cycle, rate, at_work)[0]
     part = shares(model)
     of_kinds = by_kind(model).items()
-    both = {kind: _alike(one, one.floor, cycles.get(kind, cycle), rate, at_work, part[kind]) for kind, one in of_kinds}
-    found, needed = {kind: one for kind, (one, _) in both.items()}, math.fsum(used for _, used in both.values())
-    task = math.fsum(part[kind] * one.task for kind, one in found.items())
-    charging = math.fsum(part[kind] * one.task / one.charging_rate for kind, one in found.items() if one.charging_rate)
+    both = {
+        kind: _alike(alone, alone.floor, cycles.get(kind, cycle), rate, at_work, part[kind]) for kind, alone in of_kinds
+    }
+    balances, needed = (
+        {kind: balance for kind, (balance, _) in both.items()},
+        math.fsum(used for _, used in both.values()),
+    )
+    task = math.fsum(part[kind] * balance.task for kind, balance in balances.items())
+    charging = math.fsum(
+        part[kind] * balance.task / balance.charging_rate for kind, balance in balances.items() if balance.charging_rate
+    )
     chargers = sum(chargers_at(model, layout).values())
     each = task / charging if charging else None
     return Power(
         task=task,
-        share=math.fsum(part[kind] * one.share for kind, one in found.items()),
-        lasts=min(one.lasts for one in found.values()),
+        share=math.fsum(part[kind] * balance.share for kind, balance in balances.items()),
+        lasts=min(balance.lasts for balance in balances.values()),
         chargers=chargers,
         charging_rate=each,
         gives=chargers * (each or 0.0),
-        draws=math.fsum(one.draws or 0.0 for one in found.values()) if model.tasks.never_end else None,
-        most=math.fsum(one.most for one in found.values()),
+        draws=math.fsum(balance.draws or 0.0 for balance in balances.values()) if model.tasks.never_end else None,
+        most=math.fsum(balance.most for balance in balances.values()),
         needed=math.ceil(needed - _EPS) if model.tasks.never_end else None,
-        standing=math.fsum(part[kind] * one.standing for kind, one in found.items()),
-        slack=math.fsum(one.slack for one in found.values()),
-        kinds=found,
+        standing=math.fsum(part[kind] * balance.standing for kind, balance in balances.items()),
+        slack=math.fsum(balance.slack for balance in balances.values()),
+        kinds=balances,
     )
 
 
 def _alike(
     model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0
 ) -> tuple[Power, float]:
-    """The balance of a `part` of a fleet whose robots charge alike; how many must charge at a time, in fractions."""
+    """Compute the balance of a `part` of a fleet that charges alike, and how many must charge at once (fractional)."""
     battery = model.battery
     assert battery is not None
     draws, robots = battery.draws, model.fleet.size
@@ -122,7 +129,7 @@ def _alike(
     away = idle_away(model, layout)
 
     def drawn(charging: float) -> float:
-        """Drawn by the fleet in the long run, with this number of robots charging."""
+        """Return what the fleet draws in the long run, with this number of robots charging."""
         free = max(min(at_work, robots - charging), 0.0)
         if rate is None or rate * time >= free:
             return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
@@ -153,7 +160,7 @@ def _alike(
 
 
 def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, float]:
-    """The time and the energy that a task takes a robot at a rate: as many go home between two as find none waiting.
+    """Return time and energy of a task at a rate: between two, robots go home as often as none waits.
 
     Source: the share of the time in which tasks wait for one of n robots that are busy for the part ρ of their time is
     about ρ^√(2 (n + 1)) (Sakasegawa 1977, An approximation formula L_q ≈ α ρ^β / (1 - ρ), Annals of the Institute of
@@ -170,7 +177,9 @@ def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, f
 
 
 def idle_away(model: Model, layout: Layout) -> float:
-    """The share of idle robots that stand in slots without a charger, and so draw on."""
+    """Return the share of idle robots that stand in slots without a charger, and so draw on."""
+    if model.policies.parking.name == "where-it-is":
+        return 1.0
     home = model.fleet.homes(layout.bays)
     slots = {node: bay.slots(home.count(node)) for node, bay in layout.bays.items()}
     with_charger = {node for node, chargers in chargers_at(model, layout).items() if chargers >= slots[node]}
@@ -180,23 +189,27 @@ def idle_away(model: Model, layout: Layout) -> float:
 
 
 def needed_at_rest(model: Model) -> int:
-    """Chargers that give what a fleet without work draws."""
+    """Return the number of chargers that give what a fleet without work draws."""
     each, standing = charging_rate(model), _standing(model)
     return math.ceil(model.fleet.size * standing / (each + standing) - _EPS)
 
 
 def at_rest(model: Model, layout: Layout) -> str:
-    """What a fleet without work draws, against what its chargers give, in words."""
+    """Compare in words what a fleet without work draws with what its chargers give."""
     chargers, robots, time = sum(chargers_at(model, layout).values()), model.fleet.size, model.units.time
-    drawn, given = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
+    drawn, charged = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
     text = f"at rest {number_of(max(robots - chargers, 0), 'robot')} not on a charger draw {amount(drawn)} per {time}"
-    text += f" and get {amount(given)} from {number_of(chargers, 'charger')}"
-    if drawn > given:
+    text += f" and get {amount(charged)} from {number_of(chargers, 'charger')}"
+    if drawn > charged:
         return f"{text}: need at least {number_of(needed_at_rest(model), 'charger')}"
     return f"{text}, less what driving there and back takes"
 
 
 def _standing(model: Model) -> float:
-    """What a robot draws standing, on average."""
+    """Return what a robot draws standing, on average."""
     part, alone = shares(model), by_kind(model)
-    return math.fsum(part[kind] * one.battery.draws.standing for kind, one in alone.items() if one.battery is not None)
+    return math.fsum(
+        part[kind] * kind_model.battery.draws.standing
+        for kind, kind_model in alone.items()
+        if kind_model.battery is not None
+    )

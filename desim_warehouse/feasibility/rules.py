@@ -1,4 +1,4 @@
-"""What cannot work, or is probably a mistake, by the quick estimate: dimensions, times and demand."""
+"""Findings by the quick estimate: what cannot work or is probably a mistake, in dimensions, times and demand."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _ROUNDING = 1e-9
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What `simulate` refuses; the layout has no errors of its own."""
+    """Find what `simulate` refuses; the layout has no errors of its own."""
     yield from starts.errors(model, layout)
     yield from _free_lifts(model, layout)
     yield from _width(model)
@@ -49,25 +49,25 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         yield from _spares(model, layout)
 
 
-def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Finding]:
-    """What a planner should know."""
-    yield from _nothing_to_drive(found)
-    yield from _units(model, found)
-    yield from _length(model, found)
-    yield from _demand(model, found)
+def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find what a planner should know."""
+    yield from _nothing_to_drive(estimate)
+    yield from _units(model, estimate)
+    yield from _length(model, estimate)
+    yield from _demand(model, estimate)
     yield from _due(model, layout)
-    yield from _one_at_work(model, found)
+    yield from _one_at_work(model, estimate)
     yield from slow_ways(model, layout)
-    yield from _unused_lifts(model, layout, found)
+    yield from _unused_lifts(model, layout, estimate)
     yield from _one_load(model)
     yield from _spread(model)
     if model.battery is not None:
-        yield from of_kinds.warnings(model, layout, found.power)
-        yield from at_once.warnings(model, found)
+        yield from of_kinds.warnings(model, layout, estimate.power)
+        yield from at_once.warnings(model, estimate)
     yield from unused.warnings(model, layout)
-    yield from magnitudes.warnings(model, found)
+    yield from magnitudes.warnings(model, estimate)
     yield from clashes.warnings(model)
-    yield from clashes.crowds(model, found)
+    yield from clashes.crowds(model, estimate)
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
@@ -80,30 +80,33 @@ def _free_lifts(model: Model, layout: Layout) -> Iterator[Finding]:
         yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
 
 
-def _one_at_work(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """A single slot at the stations, for which all robots but one stay in their bays."""
-    if found.at_work != 1 or found.robots == 1:
+def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find a single slot at the stations, for which all robots but one stay in their bays."""
+    if estimate.at_work != 1 or estimate.robots == 1:
         return
     hour = model.units.hour
-    does, could = (amount(one.capacity * hour) for one in (found, replace(found, at_work=found.robots, measured=None)))
+    does, could = (
+        amount(variant.capacity * hour)
+        for variant in (estimate, replace(estimate, at_work=estimate.robots, measured=None))
+    )
     yield Finding(
         "ONE_AT_WORK",
         "layout.stations",
-        f"1 slot for {number_of(found.robots, 'robot')}: 1 of {found.robots} works at a time, as a task is given out "
-        f"only when its station has a slot, and does {does} tasks an hour; with a slot for each they do {could}",
+        f"1 slot for {number_of(estimate.robots, 'robot')}: 1 of {estimate.robots} works at a time, as a task is given "
+        f"out only when its station has a slot, and does {does} tasks an hour; with a slot for each they do {could}",
         "more slots (places) at the stations",
     )
 
 
-def _nothing_to_drive(found: QuickEstimate) -> Iterator[Finding]:
-    """Tasks that end where they begin, which any number of robots can do."""
-    if found.cycle.loaded <= 0:
+def _nothing_to_drive(estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find tasks that end where they begin, which any number of robots can do."""
+    if estimate.cycle.loaded <= 0:
         text = "loads are picked and put down at the same node, so no robot carries them anywhere"
         yield Finding("NOTHING_TO_DRIVE", "tasks", text, "say where loads really come from, or go to")
 
 
 def _spread(model: Model) -> Iterator[Finding]:
-    """Routes that cannot be shared, as their times differ."""
+    """Find routes that cannot be shared, as their times differ."""
     if model.traffic.turn_time and model.policies.routing.params.get("spread", 1) != 1:
         yield Finding(
             "SPREAD_WITH_TURNS",
@@ -114,7 +117,7 @@ def _spread(model: Model) -> Iterator[Finding]:
 
 
 def _spares(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Spare batteries of a kind that are fewer than the bays where they are swapped: at some there is none, ever."""
+    """Find kinds with fewer spare batteries than bays where they are swapped: some bay never has one."""
     for kind, count in spare_batteries(model).items():
         bays = len(swapped_at(layout, kind))
         if count < bays:
@@ -143,11 +146,11 @@ def _width(model: Model) -> Iterator[Finding]:
         )
 
 
-def _units(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    metre, length = found.metre, model.units.length
+def _units(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    metre, length = estimate.metre, model.units.length
     if metre is None:
         return
-    sides = [side * metre for side in (found.width, found.height)]
+    sides = [side * metre for side in (estimate.width, estimate.height)]
     if max(sides) > LARGEST or max(sides) < SMALLEST:
         yield Finding(
             "FLOOR_SIZE",
@@ -166,7 +169,7 @@ def _units(model: Model, found: QuickEstimate) -> Iterator[Finding]:
             yield Finding("SLOW", "fleet.robot.speed", text, cure)
 
 
-def _length(model: Model, found: QuickEstimate) -> Iterator[Finding]:
+def _length(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
     tasks, units = model.tasks, model.units
     for key in ("load_time", "unload_time"):
         time = mean_of(getattr(tasks, key)) * units.seconds
@@ -177,17 +180,17 @@ def _length(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     if length is None:
         return
     counted = length - model.run.warm_up
-    asked = math.inf if found.rate is None else found.rate
-    done = counted * min(found.fleet_capacity, found.station_capacity, asked)
-    few = done < FEW or (counted * units.seconds < SHORTEST and units.has_seconds and found.metre is not None)
-    if counted < 3 * found.cycle.time or (few and model.tasks.never_end):
+    asked = math.inf if estimate.rate is None else estimate.rate
+    done = counted * min(estimate.fleet_capacity, estimate.station_capacity, asked)
+    few = done < FEW or (counted * units.seconds < SHORTEST and units.has_seconds and estimate.metre is not None)
+    if counted < 3 * estimate.cycle.time or (few and model.tasks.never_end):
         warm_up = f", of which {counted:g} are counted" if model.run.warm_up else ""
         yield Finding(
             "SHORT_RUN",
             "run.length",
             (
                 f"the run lasts {length:g} {units.time}{warm_up}; one task takes a robot "
-                f"{amount(found.cycle.time)}, and about {done:.2g} can be done"
+                f"{amount(estimate.cycle.time)}, and about {done:.2g} can be done"
             ),
             f"times are in {units.time} (an hour has {units.hour:g}); let it last for some hundred tasks",
         )
@@ -196,51 +199,51 @@ def _length(model: Model, found: QuickEstimate) -> Iterator[Finding]:
 # Demand
 
 
-def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
+def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
     tasks, hour = model.tasks, model.units.hour
-    if found.rate is None or found.robots_busy is None:
+    if estimate.rate is None or estimate.robots_busy is None:
         return
-    asked = found.rate * hour
+    asked = estimate.rate * hour
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
         asked = tasks.goods.poisson * tasks.demand
-    if found.is_overloaded:
-        robots, places = number_of(found.robots, "robot"), number_of(found.at_work, "station place")
-        who = robots if found.at_work == found.robots else places
+    if estimate.is_overloaded:
+        robots, places = number_of(estimate.robots, "robot"), number_of(estimate.at_work, "station place")
+        who = robots if estimate.at_work == estimate.robots else places
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
-            f"{asked:g} tasks an hour are asked for, {who} can do {found.can_do(hour)}",
-            _robots_needed(found),
+            f"{asked:g} tasks an hour are asked for, {who} can do {estimate.can_do(hour)}",
+            _robots_needed(estimate),
         )
-    elif found.peak is not None and found.peak > found.peak_capacity:
-        need = found.robots_for(found.peak, at_peak=True)
+    elif estimate.peak is not None and estimate.peak > estimate.peak_capacity:
+        need = estimate.robots_for(estimate.peak, at_peak=True)
         yield Finding(
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
-                f"{amount(found.peak * hour)} tasks are asked for in the busiest hour, "
-                f"{number_of(found.robots, 'robot')} can do {amount(found.peak_capacity * hour)}, so work piles up "
-                "until it is over"
+                f"{amount(estimate.peak * hour)} tasks are asked for in the busiest hour, "
+                f"{number_of(estimate.robots, 'robot')} can do {amount(estimate.peak_capacity * hour)}, so work piles "
+                "up until it is over"
             ),
             f"at least {math.ceil(need)} robots are needed to keep up with it" if math.isfinite(need) else NO_NUMBER,
         )
-    yield from _demand_of_stations(model, found)
-    yield from _demand_of_lifts(model, found, found.rate)
+    yield from _demand_of_stations(model, estimate)
+    yield from _demand_of_lifts(model, estimate, estimate.rate)
 
 
-def _robots_needed(found: QuickEstimate) -> str:
-    need = max(found.robots_busy or 0.0, found.robots_needed or 0.0)
+def _robots_needed(estimate: QuickEstimate) -> str:
+    need = max(estimate.robots_busy or 0.0, estimate.robots_needed or 0.0)
     if math.isinf(need):
         return NO_NUMBER
     return f"at least {math.ceil(need)} robots are needed, each with a place at a station"
 
 
-def _demand_of_stations(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    handled = "unload_time" if found.pile_on is None else "stop_time"
-    served = [(item.serve_busy or 0.0, item, item.servers, "server") for item in found.stations]
-    worked = [(item.work_busy or 0.0, item, item.workers, "worker") for item in found.stations]
+def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    handled = "unload_time" if estimate.pile_on is None else "stop_time"
+    served = [(item.serve_busy or 0.0, item, item.servers, "server") for item in estimate.stations]
+    worked = [(item.work_busy or 0.0, item, item.workers, "worker") for item in estimate.stations]
     for staff, time_key in ((served, handled), (worked, "work_time")):
-        busy, worst, count, who = max(staff, key=lambda one: one[0], default=(0.0, None, 0, ""))
+        busy, worst, count, who = max(staff, key=lambda load: load[0], default=(0.0, None, 0, ""))
         if worst is None or busy <= 1:
             continue
         does = worst.handling if staff is served else "work on what is put down"
@@ -295,7 +298,7 @@ def _unused_lifts(model: Model, layout: Layout, found: QuickEstimate) -> Iterato
 
 
 def _one_load(model: Model) -> Iterator[Finding]:
-    """Robots that could carry more than they do, and batches that come to nothing."""
+    """Find robots that could carry more than they do, and batches that come to nothing."""
     most, batching = model.fleet.largest_capacity, model.policies.batching.name
     if most > 1 and batching == "single":
         yield Finding(
@@ -314,7 +317,7 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Tasks that are due sooner than the quickest of their flow can be delivered from its good."""
+    """Find tasks that are due sooner than the quickest of their flow can be delivered from its good."""
     tasks = model.tasks
     within = {name: flow.due_within for name, flow in tasks.flows.items()} or {
         "": getattr(tasks.goods, "due_within", None)

@@ -1,4 +1,4 @@
-"""Whether robots can stand where they start on the lanes, and drive home from there.
+"""Starts of robots on the lanes: whether they can stand there, and drive home.
 
 Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
 clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.traffic.deadlock.avoidance`) the
@@ -33,20 +33,20 @@ Stand = frozenset[str]
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What is wrong with fleet.start_on_lanes."""
+    """Find errors in fleet.start_on_lanes."""
     starts = {number: start for number, start in enumerate(model.fleet.starts(layout.bays)) if start.on_lanes}
     if not starts:
         return
     joined = _intersections(layout, model.fleet.contact)
-    found = [*_in_zones(model, layout, starts), *_places(layout, starts, joined, model.fleet.contact)]
-    found = found or list(_cut_off(model, layout, starts))
-    yield from found
-    if not found and (model.traffic.gridlock == "avoid" or (model.traffic.gridlock == "auto" and layout.two_way)):
+    findings = [*_in_zones(model, layout, starts), *_places(layout, starts, joined, model.fleet.contact)]
+    findings = findings or list(_cut_off(model, layout, starts))
+    yield from findings
+    if not findings and (model.traffic.gridlock == "avoid" or (model.traffic.gridlock == "auto" and layout.two_way)):
         yield from _stuck(model, layout, starts, joined)
 
 
 def _in_zones(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
-    """Robots in a zone that they have not been let into."""
+    """Find robots in a zone that they have not been let into."""
     for zone in zones_on(layout, model.traffic.zones):
         for number, start in starts.items():
             if start.edge in zone.edges or (start.edge is None and start.node in zone.nodes):
@@ -62,7 +62,7 @@ def _where(start: Start) -> str:
 
 
 def _intersections(layout: Layout, contact: float) -> dict[str, Stand]:
-    """The nodes that are one intersection with each node: joined by edges shorter than D."""
+    """Return for each node the nodes that form one intersection with it: joined by edges shorter than D."""
     import networkx as nx
 
     near = nx.Graph((a, b) for a, b, length in layout.graph.edges(data="length") if length < contact - EPS)
@@ -71,7 +71,7 @@ def _intersections(layout: Layout, contact: float) -> dict[str, Stand]:
 
 
 def _lane(layout: Layout, edge: Edge) -> tuple[Stand, str]:
-    """The lane of an edge: both directions of a two-way one are the same."""
+    """Return the lane of an edge: both directions of a two-way lane are one."""
     two_way = layout.graph.edges[edge].get("two_way")
     return frozenset(edge), "" if two_way else ">".join(edge)
 
@@ -114,7 +114,7 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
 
 
 def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
-    """Robots from which no route leads to work or home."""
+    """Find robots from which no route leads to work or home."""
     travel, homes = free_travel(model, layout), model.fleet.homes(layout.bays)
     work = sorted({edge[0] for job in jobs(model, layout) for edge in job.picks.edges(layout)})
     for number, start in starts.items():
@@ -123,7 +123,7 @@ def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator
 
 
 def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:
-    """Robots that stand in each other's way home, as far as none of them can make way for another."""
+    """Find robots that stand in each other's way home, as far as none of them can make way for another."""
     travel = free_travel(model, layout)
     homes = model.fleet.homes(layout.bays)
     contact, inside = model.fleet.contact, closed(zones_on(layout, model.traffic.zones))
@@ -135,7 +135,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
     ways: dict[int, _Way] = {}
     users: dict[Hashable, list[int]] = {}
     stands = Stands(ways, users, refuges)
-    # Those farther on come first, as on one lane they are ahead.
+    # Robots farther on come first, as on one lane they are ahead.
     for number, start in sorted(starts.items(), key=lambda item: -item[1].offset):
         here: Hashable = joined[start.node] if start.edge is None else _lane(layout, start.edge)
         trail = [here] if start.edge is None else [here, joined[start.node]]
@@ -160,7 +160,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
 
 @dataclass(frozen=True)
 class _Way:
-    """The way home of a robot: what it stands on, and what it has still to use."""
+    """The way home of a robot: what it stands on, and what it has yet to use."""
 
     trail: list[Hashable]
     at: int = 0

@@ -1,4 +1,4 @@
-"""What a real fleet did: its log read, a model calibrated from it, a model held against it."""
+"""Logs of real fleets: reading them, calibrating a model from them, validating a model against them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["read_log", "read_logs"]
 def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
     """The log of a fleet: the folder of a run, a CSV file of trips, or messages of VDA 5050 as JSON lines.
 
-    `dates`: how 03/02/2026 is meant in trips, "us" or "uk", where all dates of a column may be meant in both ways.
+    `dates`: how 03/02/2026 is meant, "us" or "uk", where all dates may be meant in both ways.
 
     Returns:
         Tables of trips, and of messages where there are some; times in seconds.
@@ -35,12 +35,12 @@ def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
     path = Path(path)
     if path.is_dir():
         return from_run(RunData.load(path))
-    return read_trips(path, dates) if path.suffix.lower() == ".csv" else read_messages(path)
+    return (read_trips if path.suffix.lower() == ".csv" else read_messages)(path, dates)
 
 
 def read_logs(logs: Iterable[str | Path | FleetLog], dates: Slashes | None = None) -> list[FleetLog]:
-    """Logs, or what `read_log` reads them from; raises ReportError where there is none."""
-    read = [read_log(one, dates=dates) if isinstance(one, str | Path) else one for one in logs]
+    """Read every log that is a path with `read_log`, and keep the others; raises ReportError where there is none."""
+    read = [read_log(log, dates=dates) if isinstance(log, str | Path) else log for log in logs]
     if not read:
         raise ReportError("no log, expected at least one")
     return read

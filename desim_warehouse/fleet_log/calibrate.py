@@ -1,4 +1,4 @@
-"""A model whose figures are those of a real fleet: estimates with intervals and evidence, or not identified.
+"""Calibration of a model from logs of its real fleet: estimates with intervals and evidence, or not identified.
 
 `calibrate` brings together the figures for driving, handling, breakdowns and demand, which have modules of their own.
 Consumption in each state and the charge rate are estimated here, by `energy`, from levels that are rounded.
@@ -66,7 +66,7 @@ _SHARE = 0.01
 
 @dataclass(frozen=True)
 class Calibration:
-    """What the log of a fleet says of a model.
+    """Estimates of the figures of a model from the logs of its fleet.
 
     Attributes:
         source: the model file.
@@ -89,13 +89,16 @@ class Calibration:
 
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
-        """For each key that was estimated its interval: low, high, confidence and n."""
-        found = {}
-        for one in self.estimates:
-            if one.identified and math.isfinite(one.low):
-                bounds = {"low": short(one.low), "high": short(one.high) if math.isfinite(one.high) else None}
-                found[one.ranged or one.key] = {**bounds, "confidence": CONFIDENCE, "n": one.n}
-        return found
+        """Interval of each key that was estimated: low, high, confidence and n."""
+        ranges = {}
+        for estimate in self.estimates:
+            if estimate.identified and math.isfinite(estimate.low):
+                bounds = {
+                    "low": short(estimate.low),
+                    "high": short(estimate.high) if math.isfinite(estimate.high) else None,
+                }
+                ranges[estimate.ranged or estimate.key] = {**bounds, "confidence": CONFIDENCE, "n": estimate.n}
+        return ranges
 
     def files(self, out: Path) -> dict[Path, str]:
         """The calibrated model file, with its comments and a comment for each change, and the ranges beside it."""
@@ -105,16 +108,16 @@ class Calibration:
         yaml.indent(sequence=4, offset=2)
         yaml.width = 4096
         content = yaml.load(self.source.read_text(encoding="utf-8-sig"))
-        said = {one.key: one for one in self.estimates}
+        by_key = {estimate.key: estimate for estimate in self.estimates}
         for key, value in self.overrides.items():
-            _write(content, key.split("."), _relative(value, out.parent), said[key].words() if key in said else "")
+            _write(content, key.split("."), _relative(value, out.parent), by_key[key].words() if key in by_key else "")
         if _CONSUMPTION in self.overrides:
             for state, section in (
                 ("." + state, content["battery"]["consumption"]) for state in self.overrides[_CONSUMPTION]
             ):
-                if _CONSUMPTION + state in said:
-                    section.yaml_add_eol_comment(said[_CONSUMPTION + state].words(), state[1:])
-        left = [f"{one.key}: {one.why}" for one in self.estimates if not one.identified]
+                if _CONSUMPTION + state in by_key:
+                    section.yaml_add_eol_comment(by_key[_CONSUMPTION + state].words(), state[1:])
+        left = [f"{estimate.key}: {estimate.why}" for estimate in self.estimates if not estimate.identified]
         head = "\n".join(["Calibrated by desim calibrate. Not identified, so as they were:", *left])
         content.yaml_set_start_comment(head)
         text, ranges = io.StringIO(), io.StringIO()
@@ -147,7 +150,7 @@ def calibrate(
     source = Path(model)
     base = load(source)
     read = read_logs(logs, dates)
-    notes = [line for log in read for line in log.notes.lines()]
+    notes = [line for log in read for line in (log.in_short(), *log.notes.lines())]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
     estimates: list[KeyEstimate] = []
     if tracks is not None:
@@ -165,22 +168,22 @@ def calibrate(
 
 def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
     """The changes to a model: consumption as a section, demand by hour as a flow."""
-    found: dict[str, Any] = {}
-    for one in estimates:
-        if not one.identified:
+    overrides: dict[str, Any] = {}
+    for estimate in estimates:
+        if not estimate.identified:
             continue
-        if one.key.startswith("tasks.flows."):
-            found |= as_flow(base, one.value)
-        elif one.key.startswith(_CONSUMPTION):
+        if estimate.key.startswith("tasks.flows."):
+            overrides |= as_flow(base, estimate.value)
+        elif estimate.key.startswith(_CONSUMPTION):
             assert base.battery is not None
-            section = found.setdefault(_CONSUMPTION, dict(base.battery.draws.content()))
-            section[one.key.rpartition(".")[2]] = one.value
+            section = overrides.setdefault(_CONSUMPTION, dict(base.battery.draws.content()))
+            section[estimate.key.rpartition(".")[2]] = estimate.value
         else:
-            found[one.key] = one.value
+            overrides[estimate.key] = estimate.value
     repair = "fleet.robot.breakdowns.repair"
-    if repair in found and repair.replace("repair", "every") not in found:
-        del found[repair]
-    return found
+    if repair in overrides and repair.replace("repair", "every") not in overrides:
+        del overrides[repair]
+    return overrides
 
 
 def _differences(tracks: Tracks) -> list[str]:
@@ -206,7 +209,8 @@ def _relative(value: Any, folder: Path) -> Any:
     """A value in which files are named from the folder of the model."""
     if isinstance(value, dict):
         return {
-            key: os.path.relpath(one, folder) if key == "file" else _relative(one, folder) for key, one in value.items()
+            key: os.path.relpath(item, folder) if key == "file" else _relative(item, folder)
+            for key, item in value.items()
         }
     return value
 
@@ -233,13 +237,13 @@ def _flowing(value: Any) -> Any:
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
     if isinstance(value, dict):
-        found: Any = CommentedMap((key, _flowing(one)) for key, one in value.items())
+        section: Any = CommentedMap((key, _flowing(item)) for key, item in value.items())
     elif isinstance(value, list):
-        found = CommentedSeq(map(_flowing, value))
+        section = CommentedSeq(map(_flowing, value))
     else:
         return value
-    found.fa.set_flow_style()
-    return found
+    section.fa.set_flow_style()
+    return section
 
 
 def energy(tracks: Tracks) -> list[KeyEstimate]:
@@ -252,11 +256,11 @@ def energy(tracks: Tracks) -> list[KeyEstimate]:
         return [unknown(key, "kinds of robots have batteries or chargers of their own") for key in keys]
     if not np.isfinite(tracks.charge).any() or np.nanmax(tracks.charge) == np.nanmin(tracks.charge):
         return [unknown(key, "the log has no levels of charge") for key in keys]
-    found = _consumption(tracks, battery.capacity / 100)
+    estimates = _consumption(tracks, battery.capacity / 100)
     if tracks.model.policies.charging.name == "swap":
-        return [*found, unknown(keys[1], "batteries are swapped")]
+        return [*estimates, unknown(keys[1], "batteries are swapped")]
     return [
-        *found,
+        *estimates,
         _charge_rate(tracks, battery.capacity / 100),
         unknown(keys[2], "levels near full are too coarse: measure it at a charger"),
     ]
@@ -302,18 +306,25 @@ def _consumption(tracks: Tracks, per_cent: float) -> list[KeyEstimate]:
 
 
 def _falls(level: Floats, run: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Messages whose level is below all before in their run, the first among them: between others falls are exact."""
+    """Whether each level is below all before it in its run, or the first: between two such levels the fall is exact."""
     lowest = np.minimum.accumulate(level - _BEYOND * run)
     return np.diff(lowest, prepend=0.0) < 0
 
 
 def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: Floats) -> list[KeyEstimate]:
-    """Rates of states in which robots spent `hours`, from levels and the time spent in each state before them."""
+    """Estimate consumption rates (energy per time) by least squares of levels on the time spent in each state.
+
+    Args:
+        spent: a row for each level, a column for each state: the time spent in the state until then.
+        level: energy in the battery, in each row.
+        window: number of the window that each row belongs to; only differences inside a window count.
+        hours: time spent in each state, in all; rare states get no rate.
+    """
     window = np.unique(window, return_inverse=True)[1]
     count = np.bincount(window)
 
     def apart(values: Floats) -> Any:
-        """Without the mean of each window."""
+        """Subtract from each value the mean of its window."""
         return values - (np.bincount(window, values) / count)[window]
 
     matrix = np.stack([apart(column) for column in spent.T], axis=1)
@@ -324,20 +335,20 @@ def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: F
     if windows < len(_STATES) + FEWEST:
         return [unknown(key, f"{windows} quarters of an hour of discharging are too few", windows) for key in keys]
     rate, half = _jackknifed(matrix[:, use], drop, window, windows)
-    found, rank = [], 0
+    estimates, rank = [], 0
     for key, is_used in zip(keys, use, strict=True):
         if not is_used:
-            found.append(unknown(key, "robots were hardly ever in that state"))
+            estimates.append(unknown(key, "robots were hardly ever in that state"))
             continue
         value, reach = float(rate[rank]), float(half[rank])
         rank += 1
         low, high = max(value - reach, 0.0), value + reach
         what = "quarters of an hour"
         if value <= 0:
-            found.append(unknown(key, f"less than {high:.3g}, and not told from 0", windows, what))
+            estimates.append(unknown(key, f"less than {high:.3g}, and not told from 0", windows, what))
         else:
-            found.append(KeyEstimate(key, short(value), value, low, high, windows, what))
-    return found
+            estimates.append(KeyEstimate(key, short(value), value, low, high, windows, what))
+    return estimates
 
 
 def _jackknifed(matrix: Floats, drop: Floats, window: NDArray[np.int64], windows: int) -> tuple[Floats, Floats]:
@@ -354,7 +365,7 @@ def _jackknifed(matrix: Floats, drop: Floats, window: NDArray[np.int64], windows
 
 
 def _charge_rate(tracks: Tracks, per_cent: float) -> KeyEstimate:
-    """Energy gained by time at a charger, below the level where charging may slow down."""
+    """Estimate the energy gained per time at a charger, below the level where charging may slow down."""
     key = "battery.charge_rate"
     taper = tracks.model.battery.taper if tracks.model.battery is not None else None
     most = 100 * min(_FULL, taper.start if taper is not None else 1.0)
@@ -374,19 +385,19 @@ def _charge_rate(tracks: Tracks, per_cent: float) -> KeyEstimate:
     return KeyEstimate(key, short(rate), rate, rate - half, rate + half, n, f"charges below {most:g} %")
 
 
-def _between_steps(tracks: Tracks, so: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
-    """From the first rise of the level in each stretch to the last: the bounds of both instants, and the gain.
+def _between_steps(tracks: Tracks, charging: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
+    """Return bounds of the first and the last rise of the level in each stretch (n x 2 each), and the gain between (n).
 
     A rounded level rises between two messages. The gain from one rise to another is exact, however it is rounded.
     """
-    stretches = episodes(tracks, so)
+    stretches = episodes(tracks, charging)
     begun, ended, gain = [], [], []
     for first, last in zip(stretches.first.tolist(), stretches.last.tolist(), strict=True):
         level = np.maximum.accumulate(tracks.charge[first : last + 1])
         rises = np.flatnonzero(np.diff(level) > 0) + 1
         if len(rises) > 1:
-            one, other = rises[0], rises[-1]
-            begun.append(tracks.time[[first + one - 1, first + one]])
-            ended.append(tracks.time[[first + other - 1, first + other]])
-            gain.append(level[other] - level[one])
+            begin, end = rises[0], rises[-1]
+            begun.append(tracks.time[[first + begin - 1, first + begin]])
+            ended.append(tracks.time[[first + end - 1, first + end]])
+            gain.append(level[end] - level[begin])
     return np.reshape(begun, (-1, 2)), np.reshape(ended, (-1, 2)), np.array(gain)

@@ -1,4 +1,4 @@
-"""What a fleet was asked for: picks by hour and by place, or orders as they are."""
+"""Demand on a fleet: picks by hour and by place, or orders as they are."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FLOW = "orders"
 
 
 def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> list[KeyEstimate]:
-    """How many tasks an hour, whether that changes over the day, and which places are asked for."""
+    """Estimate the tasks an hour, whether their rate changes over the day, and the popularity of storage places."""
     goods = model.tasks.goods
     if not isinstance(goods, PoissonGoods):
         return [unknown("tasks", "demand is given as it is; --orders takes it from the WMS")]
@@ -37,25 +37,25 @@ def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> lis
     n, hours = sum(map(len, times)), sum(log.length for log in logs) / HOUR
     low, high = (bound / hours for bound in poisson_interval(n))
     key, rate = "tasks.goods.poisson", n / hours
-    found = [KeyEstimate(key, short(rate), rate, low, high, n, "picks", "as far as the fleet kept up")]
+    estimates = [KeyEstimate(key, short(rate), rate, low, high, n, "picks", "as far as the fleet kept up")]
     by_hour = _by_hour(times, logs)
     if _changes(*by_hour):
         picks, lasted = by_hour
         rates = [short(float(rate)) for rate in picks / np.maximum(lasted, 1e-9)]
         value = {"profile": {"per_hour": _by_clock(rates, model.run.start)}}
         why = f"from {min(rates):g} to {max(rates):g} an hour over the day"
-        found = [KeyEstimate(f"tasks.flows.{FLOW}.arrivals", value, rate, low, high, n, "picks", why)]
-    return [*found, *([] if tracks is None else [_popularity(tracks)])]
+        estimates = [KeyEstimate(f"tasks.flows.{FLOW}.arrivals", value, rate, low, high, n, "picks", why)]
+    return [*estimates, *([] if tracks is None else [_popularity(tracks)])]
 
 
 def _by_clock(rates: list[float], start: str) -> list[float]:
-    """The rates of the hours of a log: those of a whole day from midnight on, as profiles of a day are."""
+    """Rates of the hours of a log; a whole day is turned to begin at midnight, as profiles of a day do."""
     late = round(clock_of(start) / HOUR)
     return rates[-late:] + rates[:-late] if late and len(rates) == DAY_HOURS else rates
 
 
 def poisson_interval(n: int) -> tuple[float, float]:
-    """The exact interval of a Poisson mean of which n were seen."""
+    """Exact confidence interval of a Poisson mean after n events."""
     from scipy.stats import chi2
 
     tail = (1 - CONFIDENCE) / 2
@@ -72,10 +72,10 @@ def _begins(log: FleetLog) -> Any:
 
 
 def _by_hour(times: Sequence[Any], logs: Sequence[FleetLog]) -> tuple[Any, Any]:
-    """Picks in each hour of the logs, and how many hours of log there are of each."""
+    """Count the picks in each hour of the logs, and the hours of log that cover it."""
     most = math.ceil(max(log.length for log in logs) / HOUR)
     marks = np.arange(most + 1) * HOUR
-    picks = sum(np.histogram(one, marks)[0] for one in times)
+    picks = sum(np.histogram(instants, marks)[0] for instants in times)
     lasted = sum(np.clip(log.length - marks[:-1], 0, HOUR) / HOUR for log in logs)
     return picks, lasted
 
@@ -97,27 +97,29 @@ def _popularity(tracks: Tracks) -> KeyEstimate:
     from scipy.stats import chi2
 
     key, layout = "tasks.popularity", tracks.model.floor
-    found = episodes(tracks, tracks.action == PICK)
-    at = (tracks.x + 1j * tracks.y)[found.first]
-    at = at[np.isfinite(at)]
-    if not len(at):
+    if not layout.storage:
+        return unknown(key, "the layout has no storage places")
+    picked = episodes(tracks, tracks.action == PICK)
+    spots = (tracks.x + 1j * tracks.y)[picked.first]
+    spots = spots[np.isfinite(spots)]
+    if not len(spots):
         return unknown(key, "the log does not say where robots picked")
     stops = np.array([complex(*layout.position(place.edge, place.offset)) for place in layout.storage])
     kinds, inverse = np.unique(np.round(stops / _NEAR), return_inverse=True)
-    picks = np.bincount(np.abs(at[:, None] - kinds[None, :] * _NEAR).argmin(axis=1), minlength=len(kinds))
+    picks = np.bincount(np.abs(spots[:, None] - kinds[None, :] * _NEAR).argmin(axis=1), minlength=len(kinds))
     prior = place_shares(tracks.model, layout)
     prior = np.full(len(stops), 1 / len(stops)) if prior is None else prior
     expected = np.bincount(inverse, prior)
-    off = float((((picks - expected * len(at)) ** 2)[expected > 0] / (expected * len(at))[expected > 0]).sum())
+    off = float((((picks - expected * len(spots)) ** 2)[expected > 0] / (expected * len(spots))[expected > 0]).sum())
     elsewhere = picks[expected == 0].sum() > 0
     if not elsewhere and float(chi2.sf(off, max(int((expected > 0).sum()) - 1, 1))) >= _SURE:
-        return unknown(key, f"{len(at):,} picks at {len(kinds)} stops agree with the model", len(at), "picks")
+        return unknown(key, f"{len(spots):,} picks at {len(kinds)} stops agree with the model", len(spots), "picks")
     part = prior / np.maximum(expected[inverse], 1e-12)
     part = np.where(expected[inverse] > 0, part, 1 / np.bincount(inverse)[inverse])
     weights = picks[inverse] * part + prior * len(stops)
     value = {"weights": [short(float(weight)) for weight in weights]}
-    why = f"{len(at):,} picks at {len(kinds)} stops, and the model's own shares as the prior"
-    return KeyEstimate(key, value, math.nan, math.nan, math.nan, len(at), "picks", why)
+    why = f"{len(spots):,} picks at {len(kinds)} stops, and the model's own shares as the prior"
+    return KeyEstimate(key, value, math.nan, math.nan, math.nan, len(spots), "picks", why)
 
 
 def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:

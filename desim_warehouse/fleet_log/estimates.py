@@ -1,4 +1,4 @@
-"""What a log says of one key of a model: a value with its interval and evidence, or why it says nothing."""
+"""Estimate of one key of a model from a log: a value with its interval and evidence, or why there is none."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FLOOR = 1e-9
 
 @dataclass(frozen=True)
 class KeyEstimate:
-    """What a log says of a key.
+    """Estimate of a key of a model from a log.
 
     Attributes:
         key: of the model, dotted.
@@ -57,14 +57,14 @@ class KeyEstimate:
 
     @property
     def evidence(self) -> str:
-        """What it rests on: `812 stretches`; of what was not identified, why."""
+        """Evidence of the estimate, such as `812 stretches`; the reason where the key was not identified."""
         if math.isnan(self.low):
             return self.why
         return f"{self.n:,} {self.what}{f'; {self.why}' if self.why else ''}"
 
 
 def unknown(key: str, why: str, n: int = 0, what: str = "") -> KeyEstimate:
-    """A key of which the log says nothing."""
+    """Return the estimate of a key that was not identified, with the reason."""
     return KeyEstimate(key, None, math.nan, math.nan, math.nan, n, what, why)
 
 
@@ -90,7 +90,7 @@ def densest(values: Floats, share: float = 0.2) -> float:
 
 
 def undisturbed(off: Floats, side: int, least: float = _FLOOR) -> tuple[NDArray[np.bool_], float]:
-    """Which residuals are those of measuring alone, and their standard deviation, judged by the side without others.
+    """Tell residuals of measuring alone from disturbances; return a flag for each, and the standard deviation.
 
     Disturbances lie on one side only: robots are held up, never pushed. `side` is -1 where they are above 0.
     `least`: the deviation that all measuring has.

@@ -71,12 +71,12 @@ class Tracks:
 
     @cached_property
     def lengths(self) -> Floats:
-        """Their lengths."""
+        """Lengths of the edges, in the model's unit."""
         return np.array([self.model.floor.length(edge) for edge in self.edges])
 
     @cached_property
     def before(self) -> Floats:
-        """The time since the message before of the same robot, 0 where there is none, or a gap."""
+        """Time since the robot's previous message; 0 for its first message and after a gap."""
         return np.where(self.joined, np.diff(self.time, prepend=0.0), 0.0)
 
 
@@ -96,10 +96,10 @@ def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
     for log in logs:
         if not log.step:
             continue
-        columns, said = _day(model, log)
+        columns, remarks = _day(model, log)
         columns["robot"] = columns["robot"] + robots
         robots += len(log.robots)
-        notes += said
+        notes += remarks
         for name, column in columns.items():
             parts.setdefault(name, []).append(column)
     if not parts:
@@ -117,12 +117,12 @@ def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
 
 
 def _day(model: Model, log: FleetLog) -> tuple[dict[str, Any], list[str]]:
-    """The columns of `Tracks` of one log, and what is to be said of it."""
+    """Columns of `Tracks` for one log, and remarks on the log."""
     layout, table = model.floor, log.table
     number = {node: rank for rank, node in enumerate(layout.graph)}
-    known = np.array([number.get(node, -1) for node in log.nodes])
+    ranks = np.array([number.get(node, -1) for node in log.nodes])
     strange = [node for node in log.nodes if node not in number and node]
-    node = known[table["node"].to_numpy()]
+    node = ranks[table["node"].to_numpy()]
     if (node < 0).mean() > 0.5:  # noqa: PLR2004 - most of the log
         hint = nearest(strange[0], number) if strange else None
         raise ReportError(
@@ -134,8 +134,8 @@ def _day(model: Model, log: FleetLog) -> tuple[dict[str, Any], list[str]]:
     time = table["time"].to_numpy()
     first = np.diff(robot, prepend=-1) != 0
     joined = ~first & (np.diff(time, prepend=-math.inf) <= GAP * log.step)
-    at, said = _aligned(model, log, node, first)
-    notes += said
+    positions, remarks = _aligned(model, log, node, first)
+    notes += remarks
     columns = {
         "time": time / model.units.seconds,
         "robot": robot,
@@ -147,11 +147,11 @@ def _day(model: Model, log: FleetLog) -> tuple[dict[str, Any], list[str]]:
         "fault": table["fault"].to_numpy(),
         "joined": joined,
     }
-    return {**columns, **_on_edges(model, at, node, robot, columns["driving"])}, notes
+    return {**columns, **_on_edges(model, positions, node, robot, columns["driving"])}, notes
 
 
 def _aligned(model: Model, log: FleetLog, node: Ints, first: Flags) -> tuple[Any, list[str]]:
-    """Where robots were, x + iy in the layout's axes and units, by where they were as they came to nodes."""
+    """Transform positions (x + iy) to the layout's axes and units, fitted to arrivals at nodes; with remarks."""
     points = np.array(list(model.floor.points.values()))
     seen = log.table["x"].to_numpy().astype(float) + 1j * log.table["y"].to_numpy()
     came = (np.diff(node, prepend=-1) != 0) & ~first & (node >= 0) & np.isfinite(seen)
@@ -160,12 +160,12 @@ def _aligned(model: Model, log: FleetLog, node: Ints, first: Flags) -> tuple[Any
         came &= driving
     if came.sum() < _FEWEST:
         return seen, [f"{log.name}: {came.sum()} arrivals at nodes are too few to find its axes"]
-    there, here = points[node[came]], seen[came]
+    target, here = points[node[came]], seen[came]
     best: tuple[float, complex, complex, bool] | None = None
     for mirrored in (False, True):
         from_log = here.conj() if mirrored else here
-        turn, shift = _similar(from_log, there)
-        off = float(np.median(np.abs(turn * from_log + shift - there)))
+        turn, shift = _similar(from_log, target)
+        off = float(np.median(np.abs(turn * from_log + shift - target)))
         if best is None or off < best[0]:
             best = off, turn, shift, mirrored
     assert best is not None
@@ -177,31 +177,31 @@ def _aligned(model: Model, log: FleetLog, node: Ints, first: Flags) -> tuple[Any
             "expected a log of the same floor"
         )
     scale = abs(turn)
-    said = []
+    remarks = []
     if abs(scale - 1) > _CLOSE / 2:
-        said = [f"{log.name}: {scale:.4g} {model.units.length} of the model to a unit of the log"]
+        remarks = [f"{log.name}: {scale:.4g} {model.units.length} of the model to a unit of the log"]
     else:  # true to scale: what the fit says beyond that is chance
         turn /= scale
     from_log = seen.conj() if mirrored else seen
-    return turn * from_log + shift, said
+    return turn * from_log + shift, remarks
 
 
-def _similar(here: Any, there: Any) -> tuple[complex, complex]:
-    """Turn (with scale) and shift that bring some points to others, by least squares over the better half, twice."""
+def _similar(here: Any, target: Any) -> tuple[complex, complex]:
+    """Fit the turn (with scale) and shift from points (x + iy) to their targets: least squares on the better half."""
     use = np.ones(len(here), bool)
     turn, shift = 1 + 0j, 0j
     for _ in range(5):
-        a, b = here[use].mean(), there[use].mean()
+        a, b = here[use].mean(), target[use].mean()
         spread = (np.abs(here[use] - a) ** 2).sum()
-        turn = complex(((there[use] - b) * (here[use] - a).conj()).sum() / spread) if spread else 1 + 0j
+        turn = complex(((target[use] - b) * (here[use] - a).conj()).sum() / spread) if spread else 1 + 0j
         shift = complex(b - turn * a)
-        off = np.abs(turn * here + shift - there)
+        off = np.abs(turn * here + shift - target)
         use = off <= np.median(off)
     return turn, shift
 
 
-def _on_edges(model: Model, at: Any, node: Ints, robot: Ints, driving: Flags) -> dict[str, Any]:
-    """For every message where it is, the node that its robot comes to next, the edge to it, and how far along it is."""
+def _on_edges(model: Model, positions: Any, node: Ints, robot: Ints, driving: Flags) -> dict[str, Any]:
+    """Columns x, y, onto (next node), edge and along (way from its start) for every message."""
     layout = model.floor
     names, points = list(layout.graph), np.array(list(layout.points.values()))
     turns = np.flatnonzero((np.diff(node) != 0) | (np.diff(robot) != 0))
@@ -212,33 +212,33 @@ def _on_edges(model: Model, at: Any, node: Ints, robot: Ints, driving: Flags) ->
     code = {(names.index(a), names.index(b)): rank for rank, (a, b) in enumerate(layout.graph.edges)}
     pairs, inverse = np.unique(np.stack([node, onto]), axis=1, return_inverse=True)
     edge = np.array([code.get((int(a), int(b)), -1) for a, b in pairs.T])[inverse.ravel()]
-    real = np.flatnonzero((edge >= 0) & np.isfinite(at))
+    real = np.flatnonzero((edge >= 0) & np.isfinite(positions))
     way = points[onto[real]] - points[node[real]]
     drawn = np.abs(way)
     ahead, start = way / drawn, points[node[real]]
     moving = driving[real]  # those that stand may do so in a slot beside the lane
-    at = _squared(at, at[real][moving], start[moving], ahead[moving], model.fleet.contact / 2)
-    place = (at[real] - start) * ahead.conj()
+    positions = _squared(positions, positions[real][moving], start[moving], ahead[moving], model.fleet.contact / 2)
+    place = (positions[real] - start) * ahead.conj()
     along = np.full(len(node), math.nan)
-    along[real] = place.real * np.array([layout.length(one) for one in layout.graph.edges])[edge[real]] / drawn
+    along[real] = place.real * np.array([layout.length(pair) for pair in layout.graph.edges])[edge[real]] / drawn
     beside = np.ones(len(node), bool)
     beside[real] = np.abs(place.imag) > model.fleet.contact / 2
     along[beside] = math.nan
-    return {"x": at.real, "y": at.imag, "onto": onto, "edge": np.where(beside, -1, edge), "along": along}
+    return {"x": positions.real, "y": positions.imag, "onto": onto, "edge": np.where(beside, -1, edge), "along": along}
 
 
-def _squared(at: Any, on: Any, start: Any, ahead: Any, far: float) -> Any:
-    """All positions, turned and shifted a little so that robots are in the middle of their lanes, on average.
+def _squared(positions: Any, on: Any, start: Any, ahead: Any, far: float) -> Any:
+    """Turn and shift all positions a little, so that robots are in the middle of their lanes on average.
 
     Arrivals at nodes are seen up to a second late, so axes that are found from these alone are slightly off.
     """
     beside = ((on - start) * ahead.conj()).imag
     near = np.abs(beside) < far
     if near.sum() < _FEWEST:
-        return at
+        return positions
     middle = on[near].mean()
     across = 1j * ahead[near]
     columns = [1j * (on[near] - middle), np.ones(int(near.sum())), np.full(int(near.sum()), 1j)]
     matrix = np.stack([(column * across.conj()).real for column in columns], axis=1)
     turn, x, y = np.linalg.lstsq(matrix, -beside[near], rcond=None)[0]
-    return (at - middle) * np.exp(1j * turn) + middle + complex(x, y)
+    return (positions - middle) * np.exp(1j * turn) + middle + complex(x, y)

@@ -48,30 +48,30 @@ class Episodes:
     last: NDArray[np.int64]
 
     def only(self, which: Any) -> Episodes:
-        """Some of them."""
+        """Select some of the stretches."""
         return Episodes(self.begun[which], self.ended[which], self.first[which], self.last[which])
 
     @property
     def over(self) -> Any:
-        """Which ended while the log went on."""
+        """Whether each stretch ended while the log went on."""
         return np.isfinite(self.ended[:, 1])
 
     @property
     def middle(self) -> Floats:
-        """How long each lasted, from the middle of its bounds; those not over as far as seen."""
+        """Duration of each stretch between the middles of its bounds; open stretches count as far as they were seen."""
         ended = np.where(self.over, self.ended.mean(axis=1), self.ended[:, 0])
         return np.asarray(ended - self.begun.mean(axis=1))
 
 
-def episodes(tracks: Tracks, so: Any) -> Episodes:
-    """The stretches that began in the log, not in a gap; what ends in one, or with the log, is open."""
+def episodes(tracks: Tracks, mask: Any) -> Episodes:
+    """Find the stretches of messages in `mask` that begin outside of gaps; ends in a gap, or with the log, are open."""
     new = np.diff(tracks.robot, prepend=-1) != 0
-    starts = np.flatnonzero(so & ~new & ~np.concatenate([[True], so[:-1]]) & tracks.joined)
-    off = np.flatnonzero(~so | new)
-    after = np.append(off, len(so))[np.searchsorted(off, starts + 1)]
+    starts = np.flatnonzero(mask & ~new & ~np.concatenate([[True], mask[:-1]]) & tracks.joined)
+    off = np.flatnonzero(~mask | new)
+    after = np.append(off, len(mask))[np.searchsorted(off, starts + 1)]
     last = after - 1
     seen = np.zeros(len(starts), bool)
-    inside = after < len(so)
+    inside = after < len(mask)
     seen[inside] = tracks.joined[after[inside]]
     end = np.full(len(starts), math.inf)
     end[seen] = tracks.time[after[seen]]
@@ -80,9 +80,9 @@ def episodes(tracks: Tracks, so: Any) -> Episodes:
 
 
 def handling(tracks: Tracks) -> list[KeyEstimate]:
-    """Loading and unloading times; those that a breakdown cut short begin anew, and are left out."""
+    """Estimate loading and unloading times, without stretches that a breakdown cut short."""
     faults = np.concatenate([[0], np.cumsum(tracks.fault)])
-    found = []
+    estimates = []
     for key, action in (("load_time", PICK), ("unload_time", DROP)):
         all_of_them = episodes(tracks, tracks.action == action)
         end = np.minimum(all_of_them.last + 2, len(tracks.time))
@@ -93,24 +93,24 @@ def handling(tracks: Tracks) -> list[KeyEstimate]:
         own = [name for name, flow in tracks.model.tasks.flows.items() if getattr(flow, key) is not None]
         if own and one_time.identified:
             one_time = unknown(one_time.key, f"flows have their own ({', '.join(own)})", one_time.n, one_time.what)
-        found.append(one_time)
-    return found
+        estimates.append(one_time)
+    return estimates
 
 
-def episodes_mean(key: str, found: Episodes, step: float, what: str) -> KeyEstimate:
-    """The distribution of some times that were seen to begin and end, and the interval of its mean."""
-    n, times = len(found.begun), found.middle
+def episodes_mean(key: str, stretches: Episodes, step: float, what: str) -> KeyEstimate:
+    """Fit a distribution to the durations of stretches, with the interval of its mean."""
+    n, times = len(stretches.begun), stretches.middle
     if n < FEWEST:
         return unknown(key, f"{n} {what} are too few", n, what)
     mean = float(times.mean())
     if mean < _QUICK * step:
         return unknown(key, f"{mean:.2g} is too short for messages every {step:.2g}", n, what)
-    blur = sum(float((np.diff(ends, axis=1) ** 2).mean()) / 12 for ends in (found.begun, found.ended))
+    blur = sum(float((np.diff(ends, axis=1) ** 2).mean()) / 12 for ends in (stretches.begun, stretches.ended))
     spread = math.sqrt(max(float(times.var(ddof=1)) - blur, 0.0))
     if spread < max(_SAME * mean, math.sqrt(blur) / 4):
         low, high = mean_interval(times)
         return KeyEstimate(key, short(mean), mean, low, high, n, what, "always the same, as far as can be seen")
-    fitted = fit_between(found.begun, found.ended)
+    fitted = fit_between(stretches.begun, stretches.ended)
     if n < MANY:  # too few to tell families apart
         fitted = LognormalTime.model_validate({"lognormal": {"mean": short(mean), "cv": short(spread / mean)}})
     return _of(key, fitted, times, n, what)
@@ -148,11 +148,11 @@ def mean_interval(times: Floats) -> tuple[float, float]:
 
 
 def breakdowns(tracks: Tracks) -> list[KeyEstimate]:
-    """Time in operation between breakdowns, exact for a Poisson process, and repair times; however few there were."""
+    """Estimate the time in operation between breakdowns (exact for a Poisson process), and repair times."""
     from scipy.stats import chi2
 
-    found = episodes(tracks, tracks.fault)
-    n = len(found.begun)
+    broken = episodes(tracks, tracks.fault)
+    n = len(broken.begun)
     at_work = (tracks.driving | np.isin(tracks.action, (PICK, DROP))) & ~tracks.fault
     operated = float(tracks.before[at_work].sum())
     tail = (1 - CONFIDENCE) / 2
@@ -161,22 +161,22 @@ def breakdowns(tracks: Tracks) -> list[KeyEstimate]:
     if not n:
         why = f"none in {operated:,.0f} of operation: less often than every {low:,.0f}"
         return [unknown(_KEY, why, 0, "breakdowns")]
-    over = found.only(found.over)
+    over = broken.only(broken.over)
     every = KeyEstimate(
         f"{_KEY}.every", {"exponential": short(operated / n)}, operated / n, low, high, n, "breakdowns",
         ranged=f"{_KEY}.every.exponential",
     )  # fmt: skip
     repair = episodes_mean(f"{_KEY}.repair", over, tracks.step, "repairs")
     if not repair.identified:
-        repair = _few_repairs(found)
+        repair = _few_repairs(broken)
     return [every, repair]
 
 
-def _few_repairs(found: Episodes) -> KeyEstimate:
-    """Repair times of less than a handful: exponential, as that has the widest interval; those not over count."""
+def _few_repairs(broken: Episodes) -> KeyEstimate:
+    """Estimate repair times from fewer than a handful: exponential (the widest interval), open repairs counted."""
     from scipy.stats import chi2
 
-    total, n = float(found.middle.sum()), max(int(found.over.sum()), 1)
+    total, n = float(broken.middle.sum()), max(int(broken.over.sum()), 1)
     tail = (1 - CONFIDENCE) / 2
     low, high = (2 * total / float(chi2.ppf(share, 2 * n)) for share in (1 - tail, tail))
     mean = total / n

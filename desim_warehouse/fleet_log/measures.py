@@ -1,4 +1,4 @@
-"""What a day of a fleet was like, in figures that a log of messages has: of real robots and simulated ones alike."""
+"""Measures of a day of a fleet that a log of messages has, for real robots and simulated ones alike."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ MEASURES = {
 
 
 class MeasuredDay(NamedTuple):
-    """What a log says of a day, in the units of the model.
+    """Measures of a day from a log, in the units of the model.
 
     `figures` are those of `MEASURES`, nan where the log does not say. `drops` are load units put down an hour, in each
     part of the day, nan in those without messages. Of each edge `passed` is how often robots came along it in an hour,
@@ -81,7 +81,7 @@ def parts_of(model: Model, log: FleetLog) -> Floats:
 
 
 def measured(model: Model, log: FleetLog, parts: Floats) -> MeasuredDay:
-    """What a log says of a day that is parted so. The warm-up of the model is left out."""
+    """Measure a day of a log without the model's warm-up; `parts`: the instants between which drops are counted."""
     if not log.step:
         return _of_trips(model, log, parts)
     tracks = lay_over(model, [log])
@@ -121,22 +121,22 @@ def measured(model: Model, log: FleetLog, parts: Floats) -> MeasuredDay:
     }
     seen = np.histogram(tracks.time, parts, weights=time)[0] / hour / robots
     hours = total / hour / robots or math.nan
-    there = waits & (tracks.edge >= 0)
-    stood = np.bincount(tracks.edge[there], time[there], len(tracks.edges))
+    on_edge = waits & (tracks.edge >= 0)
+    stood = np.bincount(tracks.edge[on_edge], time[on_edge], len(tracks.edges))
     return MeasuredDay(figures, _an_hour(events, parts, seen), _passed(tracks, counted) / hours, stood / hours)
 
 
 def _passed(tracks: Tracks, counted: Any) -> Floats:
-    """How often robots were seen to come along each edge."""
+    """Count how often robots came along each edge."""
     came = (counted & tracks.joined & (np.diff(tracks.node, prepend=-1) != 0))[1:]
     pairs, often = np.unique(np.stack([tracks.node[:-1][came], tracks.node[1:][came]]), axis=1, return_counts=True)
     names, number = list(tracks.model.floor.graph), {edge: rank for rank, edge in enumerate(tracks.edges)}
-    found = np.zeros(len(tracks.edges))
+    passed = np.zeros(len(tracks.edges))
     for (a, b), times in zip(pairs.T, often, strict=True):
         edge = number.get((names[a], names[b])) if min(a, b) >= 0 else None
         if edge is not None:
-            found[edge] = times
-    return found
+            passed[edge] = times
+    return passed
 
 
 def _an_hour(events: list[Event], parts: Floats, hours: Floats) -> Floats:
@@ -179,6 +179,6 @@ def _of_trips(model: Model, log: FleetLog, parts: Floats) -> MeasuredDay:
     table, seconds = log.table, model.units.seconds
     events = sorted(zip(table["robot"], table["time"] / seconds, table["action"], strict=True))
     begin, hour = model.run.warm_up, model.units.hour
-    found = _between(events, begin, (log.length / seconds - begin) / hour)
+    figures = _between(events, begin, (log.length / seconds - begin) / hour)
     drops = _an_hour(events, parts, np.diff(parts) / hour)
-    return MeasuredDay(dict.fromkeys(MEASURES, math.nan) | found, drops, np.empty(0), np.empty(0))
+    return MeasuredDay(dict.fromkeys(MEASURES, math.nan) | figures, drops, np.empty(0), np.empty(0))

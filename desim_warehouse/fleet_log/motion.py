@@ -109,7 +109,7 @@ class DrivingTimes:
 
     def _slow_edges(self) -> list[tuple[list[int], tuple[float, float, int]]]:
         """Edges slower than they should be, by the model's limits and the speed elsewhere: zones of like speeds."""
-        found: dict[int, float] = {}
+        speeds: dict[int, float] = {}
         for number in np.unique(self.edge):
             for loaded, (usual, _, _) in enumerate(self.speeds):
                 use = (self.edge == number) & (self.loaded == bool(loaded)) & (self.way > 0)
@@ -117,10 +117,10 @@ class DrivingTimes:
                     continue
                 speed, half, _ = _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
                 if speed + half < SLOW * min(usual, self.limits[number]):
-                    found[int(number)] = max(speed, found.get(int(number), 0.0))
+                    speeds[int(number)] = max(speed, speeds.get(int(number), 0.0))
         zones: list[list[int]] = []
-        for number in sorted(found, key=lambda one: found[one]):
-            if zones and found[number] < _ALIKE * found[zones[-1][0]]:
+        for number in sorted(speeds, key=lambda edge: speeds[edge]):
+            if zones and speeds[number] < _ALIKE * speeds[zones[-1][0]]:
                 zones[-1].append(number)
             else:
                 zones.append([number])
@@ -137,33 +137,35 @@ class DrivingTimes:
         return [*self._speed_keys(), *self._slow_keys(), *self._node_keys()]
 
     def _speed_keys(self) -> list[KeyEstimate]:
-        found = []
+        estimates = []
         for key, (speed, half, n) in zip(("speed", "speed_loaded"), self.speeds, strict=True):
             name = f"fleet.robot.{key}"
             if math.isnan(speed):
-                found.append(unknown(name, f"{n} stretches of three messages on an edge are too few", n, "stretches"))
+                estimates.append(
+                    unknown(name, f"{n} stretches of three messages on an edge are too few", n, "stretches")
+                )
             else:
-                found.append(
+                estimates.append(
                     KeyEstimate(name, short(speed), speed, speed - half, speed + half, n, "stretches on an edge")
                 )
         gathering = "a second between messages hides how robots gather speed"
         return [
-            *found,
+            *estimates,
             unknown("fleet.robot.acceleration", gathering),
             unknown("fleet.robot.delays", "they look like waits"),
         ]
 
     def _slow_keys(self) -> list[KeyEstimate]:
-        found = []
+        estimates = []
         for rank, (zone, (speed, half, n)) in enumerate(self.slow, 1):
             edges = [list(self.tracks.edges[number]) for number in zone]
             value = {"members": edges, "speed": short(speed)}
             key = f"traffic.slow.found_{rank}"
             why = f"{len(edges)} edges that the model has no such limit for"
-            found.append(
+            estimates.append(
                 KeyEstimate(key, value, speed, speed - half, speed + half, n, "stretches on them", why, f"{key}.speed")
             )
-        return found
+        return estimates
 
     def _node_keys(self) -> list[KeyEstimate]:
         keys = "traffic.node_time", "traffic.turn_time"
@@ -206,30 +208,30 @@ class DrivingTimes:
         return [KeyEstimate(keys[0], short(max(node, 0.0)), max(node, 0.0), low, high, n, "nodes passed"), corner]
 
     def _passages(self) -> tuple[Floats, Floats, Ints]:
-        """What each node took beyond the drive, the turn in degrees, and the pair of edges.
+        """Time that each node took beyond the drive, the turn in degrees, and the number of the pair of edges.
 
         From one message before it to one after, but not from the last before and the first after: which these are
         depends on the noise of their positions.
         """
         tracks = self.tracks
         here = np.flatnonzero(self.clear & tracks.driving)
-        one, last, first, two = (here[shift : shift - 3 or None] for shift in range(4))
+        before, last, first, after = (here[shift : shift - 3 or None] for shift in range(4))
         stops = np.cumsum(tracks.fault | (tracks.action != NOTHING) | ~tracks.joined | ~tracks.driving)
-        follows = (tracks.robot[one] == tracks.robot[two]) & (tracks.load[one] == tracks.load[two])
-        follows &= (tracks.edge[one] == tracks.edge[last]) & (tracks.edge[first] == tracks.edge[two])
-        follows &= (tracks.onto[last] == tracks.node[first]) & (stops[one] == stops[two])
-        one, two = one[follows], two[follows]
-        rest = tracks.lengths[tracks.edge[one]] - tracks.along[one]
-        drive = rest / self._speed_at(one) + tracks.along[two] / self._speed_at(two)
+        follows = (tracks.robot[before] == tracks.robot[after]) & (tracks.load[before] == tracks.load[after])
+        follows &= (tracks.edge[before] == tracks.edge[last]) & (tracks.edge[first] == tracks.edge[after])
+        follows &= (tracks.onto[last] == tracks.node[first]) & (stops[before] == stops[after])
+        before, after = before[follows], after[follows]
+        rest = tracks.lengths[tracks.edge[before]] - tracks.along[before]
+        drive = rest / self._speed_at(before) + tracks.along[after] / self._speed_at(after)
         heading = np.array([tracks.model.floor.headings[edge] for edge in tracks.edges])
-        turned = np.degrees(np.abs(np.angle(np.exp(1j * (heading[tracks.edge[two]] - heading[tracks.edge[one]])))))
-        excess = tracks.time[two] - tracks.time[one] - drive
-        known = np.isfinite(excess)
-        kind = tracks.edge[one] * len(tracks.edges) + tracks.edge[two]
-        return excess[known], turned[known], kind[known]
+        turned = np.degrees(np.abs(np.angle(np.exp(1j * (heading[tracks.edge[after]] - heading[tracks.edge[before]])))))
+        excess = tracks.time[after] - tracks.time[before] - drive
+        finite = np.isfinite(excess)
+        kind = tracks.edge[before] * len(tracks.edges) + tracks.edge[after]
+        return excess[finite], turned[finite], kind[finite]
 
     def _speed_at(self, rows: Ints) -> Floats:
-        """The speed of the robots in some messages: their own, or that of the edge."""
+        """Speed of the robots in some messages: their own, or the limit of the edge."""
         limits = self.limits.copy()
         for zone, (speed, _, _) in self.slow:
             limits[zone] = speed
@@ -252,7 +254,7 @@ def _steady(way: Floats, time: Floats, edge: Ints, sigma: float) -> tuple[float,
 
 
 def _centre(excess: Floats, kind: Ints) -> tuple[float, float, int]:
-    """Where most of them are, its standard error, and how many lie around it; the longer ones were held up."""
+    """Centre of most of the excess times, its standard error, and their number; longer ones were held up."""
     centre = densest(excess)
     use = np.ones(len(excess), bool)
     for _ in range(_ROUNDS):
@@ -264,7 +266,7 @@ def _centre(excess: Floats, kind: Ints) -> tuple[float, float, int]:
 
 
 def _spread(off: Floats, kind: Ints) -> float:
-    """Standard deviation of the sum of residuals, where those of one kind may have an error in common.
+    """Standard deviation of the sum of residuals; residuals of one kind may have an error in common.
 
     An edge that is drawn too long shifts all that is measured on it. Of few kinds that does not show.
     """

@@ -1,4 +1,4 @@
-"""Real figures ranked among those of simulated days, all at once: the test, and the band that belongs to it.
+"""Real figures ranked among simulated ones, all at once: a global envelope test, and its simultaneous band.
 
 How far a figure lies out is counted in standard deviations of real and simulated days together, so that all of them
 are treated alike. What decides is the largest such distance, of single days and of all days together, and its rank
@@ -27,7 +27,7 @@ LEVEL = 0.05
 
 @dataclass(frozen=True)
 class Ranked:
-    """Real figures among those of simulated days.
+    """Figures of real days ranked among figures of simulated days.
 
     Attributes:
         real: a row for each day, a column for each figure; nan: the log does not say.
@@ -53,19 +53,19 @@ class Ranked:
         return np.asarray(np.abs(self.off) > self.bound)
 
     def band(self, day: int) -> tuple[Floats, Floats]:
-        """Between what the figures of a day lie, if all of them are inside; none of ours is below zero."""
+        """Bounds of the simultaneous band for the figures of a day; none is below zero."""
         reach = self.bound * self.spread[day]
         return np.maximum(self.middle[day] - reach, 0.0), self.middle[day] + reach
 
     def mean_band(self) -> tuple[Floats, Floats]:
-        """The same for the means of all days."""
+        """Bounds of the simultaneous band for the means of all days; none is below zero."""
         middle, spread = self.middle.mean(axis=0), self.spread.mean(axis=0)
         reach = self.bound * spread / math.sqrt(len(self.real))
         return np.maximum(middle - reach, 0.0), middle + reach
 
 
 def ranked(real: Floats, simulated: Floats, *, alike: bool = False) -> Ranked:
-    """Rank the figures of real days among those of as many simulated days for each.
+    """Rank the figures of real days among simulated figures, as many simulated days for each real one.
 
     Args:
         real: a row for each day, a column for each figure.

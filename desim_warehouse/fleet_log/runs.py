@@ -26,7 +26,7 @@ _WITH_LOAD = {
 
 
 def sampled(run: RunData, every: float = 1.0) -> pd.DataFrame:
-    """What robots report every so many seconds: the columns of `FleetLog.table`, the heading, nodes by name.
+    """Sample reports of all robots every so many seconds: columns of `FleetLog.table`, the heading, nodes by name.
 
     Sorted by time. Raises ReportError for a run without `log: all`.
     """
@@ -43,22 +43,22 @@ def sampled(run: RunData, every: float = 1.0) -> pd.DataFrame:
         waits[wait.robot][slice(*np.searchsorted(times, (wait.start, wait.end)))] = True
     for robot, spans in enumerate(run.history.states):
         states = [span.seen for span in spans]
-        at = np.searchsorted([span.start for span in spans], times, side="right") - 1
-        columns["driving"][:, robot] = np.array([state.phase in _DRIVING for state in states])[at] & ~waits[robot]
-        columns["action"][:, robot] = np.array([_ACTIONS.get(state.phase, NOTHING) for state in states])[at]  # type: ignore[arg-type]
-        columns["fault"][:, robot] = np.array([state.name in BROKEN for state in states])[at]
-        columns["load"][:, robot] = np.array(_loaded([state.name for state in states]))[at]
+        ranks = np.searchsorted([span.start for span in spans], times, side="right") - 1
+        columns["driving"][:, robot] = np.array([state.phase in _DRIVING for state in states])[ranks] & ~waits[robot]
+        columns["action"][:, robot] = np.array([_ACTIONS.get(state.phase, NOTHING) for state in states])[ranks]  # type: ignore[arg-type]
+        columns["fault"][:, robot] = np.array([state.name in BROKEN for state in states])[ranks]
+        columns["load"][:, robot] = np.array(_loaded([state.name for state in states]))[ranks]
         columns["charge"][:, robot] = _charge(run, robot, times)
     table["time"] *= seconds
     return table.assign(**{name: column.ravel() for name, column in columns.items()})
 
 
 def _loaded(names: list[str]) -> list[bool]:
-    """Whether a robot has a load in each of its states; broken down it has what it had before."""
-    found: list[bool] = []
+    """Whether a robot has a load in each of its states; broken down it keeps the load that it had before."""
+    loaded: list[bool] = []
     for name in names:
-        found.append(bool(found) and found[-1] if name in BROKEN else name in _WITH_LOAD)
-    return found
+        loaded.append(bool(loaded) and loaded[-1] if name in BROKEN else name in _WITH_LOAD)
+    return loaded
 
 
 def _charge(run: RunData, robot: int, times: Any) -> Any:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, got
+from desim_warehouse.errors import ReportError, got, number_of
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +32,12 @@ NOTHING, PICK, DROP, CHARGE = range(4)
 ACTIONS = ("", "pick", "drop", "charge")
 FAR = 3600.0
 """A single time stamp that is later than its neighbours by so many seconds is wrong."""
-DAY = 86_400.0
+HOUR, DAY = 3600.0, 86_400.0
+_NEAR = 60.0
+"""Seconds around a full hour in which a robot reports at least once."""
+_TOGETHER = 4
+"""Messages of a robot within which those of all others came, too."""
+_SUNDAY, _MORNING, _CHANGES = 6, 4, (3, 4, 9, 10, 11)
 MOST_DAYS = 31
 """Days of a log: each is simulated as long as it is."""
 _MOST_JUMPS = 0.25
@@ -61,11 +67,11 @@ LATE = 30.0
 
 @dataclass
 class Notes:
-    """What was met while reading: rows, bad rows (the first 20 by name), and what is wrong with the times.
+    """Findings while reading a log: rows, bad rows (the first 20 by name), and faults of its time stamps.
 
     `late` are messages that came after later ones of their robot and stand in order now. `jumps` are those left out
     as the robot's clock ran back, or ahead for a moment. `gaps` are times without messages, `missing` seconds in all.
-    `backwards`: the file has its newest message first.
+    `backwards`: the file has its newest message first. `assumed`: how its times are read, in words.
     """
 
     rows: int = 0
@@ -77,6 +83,7 @@ class Notes:
     gaps: int = 0
     missing: float = 0.0
     backwards: bool = False
+    assumed: list[str] = field(default_factory=list)
 
     def refuse(self, place: str, why: str) -> None:
         """Count a bad row, and name it if it is among the first."""
@@ -85,24 +92,24 @@ class Notes:
             self.problems.append(f"{place}: {why}")
 
     def lines(self) -> list[str]:
-        """What is to be known of the log, in words; nothing where nothing was wrong."""
-        found = [*self.problems]
+        """Remarks on the log, in words; empty where nothing was wrong."""
+        lines = [*self.assumed, *self.problems]
         if self.bad > len(self.problems):
-            found.append(f"and {self.bad - len(self.problems):,} more bad rows")
+            lines.append(f"and {self.bad - len(self.problems):,} more bad rows")
         if self.backwards:
-            found.append("the newest message stands first: read from the end")
-        said = {
+            lines.append("the newest message stands first: read from the end")
+        counts = {
             "duplicates left out": self.duplicates,
             "messages that came late": self.late,
             "messages left out, as a clock jumped": self.jumps,
             f"gaps, {self.missing / 60:,.0f} robot minutes in all": self.gaps,
         }
-        return found + [f"{count:,} {what}" for what, count in said.items() if count]
+        return lines + [f"{count:,} {what}" for what, count in counts.items() if count]
 
 
 @dataclass(frozen=True)
 class FleetLog:
-    """What a fleet did on one day: `table` is sorted by robot and time.
+    """Log of a fleet on one day: `table` is sorted by robot and time.
 
     Attributes:
         name: of the file or folder.
@@ -125,6 +132,18 @@ class FleetLog:
         """The time from the first message to the last, in seconds."""
         return float(self.table["time"].max()) if len(self.table) else 0.0
 
+    def in_short(self) -> str:
+        """The line by which wrong units are seen: robots, when the first row is and how long the log, levels."""
+        begin = dt.datetime.fromtimestamp(self.begin, dt.UTC).strftime("from %Y-%m-%d %H:%M on, " if self.begin else "")
+        hours = f"{self.length / HOUR:,.1f} h"
+        parts = [f"{self.name}: {number_of(len(self.robots), 'robot')}", f"{begin}{hours}"]
+        levels = self.table["charge"].dropna()
+        if len(levels):
+            parts.append(f"charge {levels.min():.3g} to {levels.max():.3g} %")
+            if levels.max() <= 1.0 and levels.max() > 0.0:
+                parts.append("doubtful, as messages have per cent and not shares")
+        return ", ".join(parts)
+
 
 class Collector:
     """Takes the rows of a log one by one, in the order of the file, and makes a `FleetLog` of them."""
@@ -138,9 +157,12 @@ class Collector:
         self._nodes: dict[str, int] = {}
 
     def add(self, time: float, robot: tuple[str, str], x: float, y: float, node: str, *rest: float) -> None:
-        """A row; `robot`: its serial number and maker; `rest`: driving, load, action, charge, fault."""
+        """Add a row; `robot`: its serial number and maker; `rest`: driving, load, action, charge, fault."""
         number = self._robots.setdefault(robot, len(self._robots))
         place = self._nodes.setdefault(node, len(self._nodes))
+        for count, limit in ((number, "robots"), (place, "nodes")):
+            if count >= LIMITS[limit][0]:
+                raise ReportError(f"{self.name}: more than {LIMITS[limit][0]:,} {limit}, expected the log of a fleet")
         for put, value in zip(self._add, (time, number, x, y, place, *rest), strict=True):
             put(value)  # type: ignore[arg-type]
 
@@ -163,6 +185,7 @@ class Collector:
         if not trips:
             notes.backwards = _backwards(columns["robot"], columns["time"])
             columns = {name: column[:: -1 if notes.backwards else 1] for name, column in columns.items()}
+            columns["time"] = self._on_one_clock(columns["robot"], columns["time"])
             keep = _in_order(columns["robot"], columns["time"], notes)
             self._check_left()
             columns = {name: column[keep] for name, column in columns.items()}
@@ -183,12 +206,31 @@ class Collector:
         return FleetLog(self.name, table, self._names(), tuple(self._nodes), begin, step, notes)
 
     def _names(self) -> tuple[str, ...]:
-        """What robots are called: by their serial number, and their maker where two have the same."""
+        """Names of the robots: their serial numbers, with the maker where two have the same."""
         serials = Counter(serial for serial, _ in self._robots)
         return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
 
+    def _on_one_clock(self, robot: NDArray[Any], time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Times without what clocks differ by, from one robot to the others, or from before a clock change to after.
+
+        What was put right is noted.
+        """
+        names, notes = self._names(), self.notes
+        for number, ahead in _clocks_ahead(robot, time).items():
+            time = time - ahead * (robot == number)
+            side = "ahead of" if ahead > 0 else "behind"
+            notes.assumed.append(
+                f"the clock of {got(names[number])} is {abs(ahead):,.0f} s {side} the others': put right"
+            )
+        change = _clock_change(robot, time)
+        if change is not None:
+            hour, time = change
+            when = dt.datetime.fromtimestamp(hour, dt.UTC).strftime("%Y-%m-%d %H:%M")
+            notes.assumed.append(f"all clocks jump by an hour at {when}: a clock change, put right")
+        return time
+
     def _check_left(self) -> None:
-        """Refuse a log most of which would be left out."""
+        """Refuse a log with too many messages that would be left out."""
         notes, rows = self.notes, len(self._columns["time"])
         for count, most, why, cure in (
             (notes.jumps, _MOST_JUMPS, "clocks run back or ahead", "in order of time; sort the file by time stamp"),
@@ -216,6 +258,59 @@ def _date(time: float) -> str:
     return dt.datetime.fromtimestamp(time, dt.UTC).strftime("%Y-%m-%d")
 
 
+def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, float]:
+    """By how many seconds the clocks of robots are ahead of the others', where their messages stand between theirs.
+
+    Messages that stand together in the log came together. One in order of its times says nothing of clocks, and two
+    robots do not say which of them is wrong.
+    """
+    import pandas as pd
+
+    together = _TOGETHER * (int(robot.max()) + 1)
+    rows = len(time) // together * together
+    off = time[:rows] - np.repeat(np.median(time[:rows].reshape(-1, together), axis=1), together)
+    ahead = pd.Series(off).groupby(robot[:rows]).median()
+    ahead -= ahead.median()
+    wrong = ahead[ahead.abs() > LATE]
+    return dict(zip(wrong.index.tolist(), wrong.tolist(), strict=True)) if len(wrong) * 2 < len(ahead) else {}
+
+
+def _clock_change(robot: NDArray[Any], time: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:
+    """The full hour at which all clocks jump by an hour, and the times as on the clock before it; None: they do not.
+
+    An hour ahead may be a gap, unless it is in a night of Sunday in spring or autumn; an hour back is none.
+    """
+    by_robot = np.argsort(robot, kind="stable")
+    steps, same = np.diff(time[by_robot]), np.diff(robot[by_robot]) == 0
+    before, after = time[by_robot][:-1], time[by_robot][1:]
+    hours = np.ceil(before / HOUR) * HOUR
+    for way in (1, -1):
+        late = after - hours - way * HOUR
+        jumps = same & (hours - before < _NEAR) & (late >= 0) & (late < _NEAR)
+        if not jumps.any():
+            continue
+        hour = float(np.median(hours[jumps]))
+        crossed = len(set(robot[time < hour - _NEAR].tolist()) & set(robot[time > hour + _NEAR].tolist()))
+        if len(set(robot[by_robot][1:][jumps & (hours == hour)].tolist())) < _NEARLY_ALL * crossed:
+            continue
+        if way > 0:
+            if not _is_night_of_change(hour) or ((time >= hour) & (time < hour + HOUR)).any():
+                continue
+            return hour, np.where(time >= hour + HOUR, time - HOUR, time)
+        back = same & (steps < -LATE) & (np.abs(before - hour) <= HOUR)
+        later = np.cumsum(back) - np.maximum.accumulate(np.where(same, 0, np.cumsum(back)))
+        changed = time.copy()
+        changed[by_robot[1:]] += HOUR * (later > 0)
+        return hour, changed
+    return None
+
+
+def _is_night_of_change(hour: float) -> bool:
+    """Whether clocks change at such an hour: before 4 on a Sunday, in spring or autumn."""
+    date = dt.datetime.fromtimestamp(hour, dt.UTC)
+    return date.weekday() == _SUNDAY and date.hour < _MORNING and date.month in _CHANGES
+
+
 def _backwards(robot: NDArray[Any], time: NDArray[np.float64]) -> bool:
     """Whether nearly all messages of robots come before the one above them."""
     by_robot = np.argsort(robot, kind="stable")
@@ -224,14 +319,14 @@ def _backwards(robot: NDArray[Any], time: NDArray[np.float64]) -> bool:
 
 
 def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> NDArray[np.int64]:
-    """The numbers of the rows that stay, by robot and time; notes what is left out."""
+    """Numbers of the rows that stay, sorted by robot and time; counts the others in the notes."""
     by_robot = np.argsort(robot, kind="stable")
     kept = []
     for mine in np.split(by_robot, np.flatnonzero(np.diff(robot[by_robot])) + 1):
-        at = time[mine]
-        ahead = np.zeros(len(at), bool)
-        ahead[1:-1] = (at[1:-1] - at[:-2] > FAR) & (at[1:-1] - at[2:] > FAR)
-        back = np.maximum.accumulate(np.where(ahead, -np.inf, at)) - at
+        times = time[mine]
+        ahead = np.zeros(len(times), bool)
+        ahead[1:-1] = (times[1:-1] - times[:-2] > FAR) & (times[1:-1] - times[2:] > FAR)
+        back = np.maximum.accumulate(np.where(ahead, -np.inf, times)) - times
         jumped = ahead | (back >= LATE)
         rows = mine[~jumped]
         rows = rows[np.argsort(time[rows], kind="stable")]
@@ -247,7 +342,7 @@ def _carried(robot: NDArray[Any], action: NDArray[Any]) -> NDArray[np.int8]:
     """Whether each robot is loaded, by its last action, where no message says it: after a pick, until a drop ends."""
     handling = np.isin(action, (PICK, DROP))
     last = np.maximum.accumulate(np.where(handling, np.arange(len(action)), -1))
-    known = (last >= 0) & (robot[last] == robot)
-    then = np.where(known, action[last], NOTHING)
+    acted = (last >= 0) & (robot[last] == robot)
+    then = np.where(acted, action[last], NOTHING)
     loaded: NDArray[np.int8] = (((then == PICK) & (action != PICK)) | (action == DROP)).astype(np.int8)
     return loaded

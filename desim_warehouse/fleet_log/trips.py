@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import csv
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
+from sys import intern
+from typing import NamedTuple
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
 from desim_warehouse.fleet_log.table import DROP, PICK, Collector, FleetLog
-from desim_warehouse.fleet_log.vda5050 import seconds
-from desim_warehouse.values.dates import (
-    SLASHES,
-    ZONE,
-    Slashes,
-    are_days_of_excel,
-    of_excel,
-    read_dates,
-    settled,
-)
+from desim_warehouse.values.dates import Slashes, across_midnight, end_across_midnight, instant, read_times
+from desim_warehouse.values.fields import LIMITS
 
-_ZONED = re.compile(ZONE)
 COLUMNS = ("robot", "pick", "drop", "start", "end")
 
 
@@ -34,61 +26,70 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
     Raises:
         ReportError: a file that cannot be read, a column that is missing, or no good row.
     """
-    found = Collector(str(path))
+    collector = Collector(str(path))
     try:
+        if path.stat().st_size > LIMITS["texts"][0]:
+            raise ReportError(f"{path}: too large, expected trips of at most {LIMITS['texts'][0] / 1e6:,.0f} MB")
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows = csv.DictReader(lines, skipinitialspace=True)
+            table = csv.reader(lines, skipinitialspace=True)
+            header = next(table, [])
             for name in COLUMNS:
-                if name not in (rows.fieldnames or ()):
-                    near = nearest(name, rows.fieldnames or ())
+                if name not in header:
+                    near = nearest(name, header)
                     hint = f"; did you mean '{near}'?" if near else ""
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
-            table = list(rows)
-            start_of, end_of = (_times([row.get(name) or "" for row in table], slashes) for name in ("start", "end"))
-            for number, row in enumerate(table, 2):
+            for number, row, start, end in _timed(_trips(path, table, header), slashes, collector):
                 try:
-                    if None in row.values() or None in row:
-                        raise ValueError(f"a row with other than {len(rows.fieldnames or ())} cells")  # noqa: TRY301
-                    start, end = start_of(row["start"]), end_of(row["end"])
+                    for time, text in ((start, row.start), (end, row.end)):
+                        if row.cells != len(header):
+                            raise ValueError(f"a row with other than {len(header)} cells")  # noqa: TRY301
+                        if math.isnan(time):
+                            instant(text, slashes)  # which says why it is none
                     if end < start:
-                        raise ValueError(f"it ends before it starts (got {got(row['end'])})")  # noqa: TRY301
+                        raise ValueError(f"it ends before it starts (got {got(row.end)})")  # noqa: TRY301
                 except ValueError as error:
-                    found.notes.refuse(f"{path}:{number}", str(error))
+                    collector.notes.refuse(f"{path}:{number}", str(error))
                     continue
-                found.add(
-                    start, (row["robot"], ""), math.nan, math.nan, row["pick"], False, True, PICK, math.nan, False
-                )
-                found.add(end, (row["robot"], ""), math.nan, math.nan, row["drop"], False, False, DROP, math.nan, False)
+                collector.add(start, (row.robot, ""), math.nan, math.nan, row.pick, False, True, PICK, math.nan, False)
+                collector.add(end, (row.robot, ""), math.nan, math.nan, row.drop, False, False, DROP, math.nan, False)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a CSV file of trips") from error
-    return found.log(trips=True)
+    return collector.log(trips=True)
 
 
-def _times(column: list[str], slashes: Slashes | None) -> Callable[[str], float]:
-    """How a column of times is read: seconds, ISO dates, days of Excel, or dates as people write them."""
-    import pandas as pd
+class _Trip(NamedTuple):
+    """A row of the file: its five cells that are read, and how many there are."""
 
-    texts = pd.Series(list(dict.fromkeys(column)), dtype=object).str.strip()
-    numbers = pd.to_numeric(texts, errors="coerce")
-    if numbers.notna().all() and are_days_of_excel(numbers.to_numpy(dtype=float)):
-        dates = of_excel(texts)
-    else:
-        slashes = slashes or settled(texts)
-        dates = read_dates(texts.where(numbers.isna(), ""), slashes)
-    known = dict(zip(dict.fromkeys(column), dates, strict=True))
+    robot: str
+    pick: str
+    drop: str
+    start: str
+    end: str
+    cells: int
 
-    def read(text: str) -> float:
-        date = known[text]
-        if pd.notna(date) and _ZONED.search(text) is None:
-            return seconds(date.isoformat())
-        if slashes is None and SLASHES.match(text.strip()):
-            raise ValueError(
-                f"a date that may be meant in two ways (got {got(text)}), expected --dates us or uk to say"
-            )
-        try:
-            number = float(text)
-        except ValueError:
-            return seconds(text)
-        return seconds(number)
 
-    return read
+def _trips(path: Path, table: Iterator[list[str]], header: list[str]) -> list[_Trip]:
+    """The rows of a file; raises ReportError where there are more than a log has."""
+    ranks, rows = [header.index(name) for name in COLUMNS], list[_Trip]()
+    for cells in table:
+        if not cells:
+            continue
+        if len(rows) == LIMITS["trips"][0]:
+            raise ReportError(f"{path}: too many rows, expected at most {LIMITS['trips'][0]:,}; split the file by days")
+        robot, pick, drop, start, end = (cells[rank] if rank < len(cells) else "" for rank in ranks)
+        rows.append(_Trip(intern(robot), intern(pick), intern(drop), start.strip(), end.strip(), len(cells)))
+    return rows
+
+
+def _timed(
+    rows: list[_Trip], slashes: Slashes | None, collector: Collector
+) -> Iterator[tuple[int, _Trip, float, float]]:
+    """The rows of trips with their numbers, and when they start and end, by the one reading of both columns."""
+    read = read_times([row.start for row in rows] + [row.end for row in rows], slashes)
+    collector.notes.assumed += [f"times: each column {note}" for note in read.notes]
+    starts, ends = read.clocks[: len(rows)], read.clocks[len(rows) :]
+    across_midnight(starts)
+    end_across_midnight(starts, ends)
+    read.clocks = starts + ends
+    times = read.since_1970()
+    yield from zip(range(2, len(rows) + 2), rows, times[: len(rows)], times[len(rows) :], strict=True)

@@ -1,4 +1,4 @@
-"""Does a real day refute a model? Its figures are ranked among those of simulated days, measured by the same code."""
+"""Does a real day refute a model? Its figures are ranked among figures of simulated days, measured by the same code."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ class MeasureRow(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """Inside its band or not, and how far out."""
+        """Words for a measure inside or outside its band, and its distance from the mean in standard deviations."""
         off = round(self.off, 1) or 0.0  # no −0.0
         return f"{'OUTSIDE' if self.outside else 'inside'} ({off:+.1f})".replace("-", "−")
 
 
 @dataclass(frozen=True)
 class Validation:
-    """What real days say of a model.
+    """Result of testing a model against real days.
 
     Attributes:
         model: it.
@@ -95,9 +95,15 @@ class Validation:
         return self.measures.p_value <= LEVEL
 
     def rows(self) -> list[MeasureRow]:
-        """The measures of the logs, those of all days together."""
-        found = self.measures
-        columns = (found.real.mean(axis=0), found.simulated.mean(axis=(0, 1)), *found.mean_band(), found.off, found.out)
+        """Rows of the measures, each over all days together."""
+        measures = self.measures
+        columns = (
+            measures.real.mean(axis=0),
+            measures.simulated.mean(axis=(0, 1)),
+            *measures.mean_band(),
+            measures.off,
+            measures.out,
+        )
         return [
             MeasureRow(name, *values) for name, *values in zip(self.names, *(c.tolist() for c in columns), strict=True)
         ]
@@ -129,26 +135,26 @@ class Validation:
         called = {name: MEASURES[name].meaning for name in self.names}
         days, runs, _ = self.measures.simulated.shape
         what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
-        found = [f"not refuted ({what})"]
+        lines = [f"not refuted ({what})"]
         if self.refuted:
             by = first_of([called[name] for name in self.outside], _LOOKED_AT) or "all measures together"
-            found = [f"refuted by {by} ({what})"]
+            lines = [f"refuted by {by} ({what})"]
             if self.unlike:
-                return [*found, *(f"first of all: {text}" for text in self.unlike)]
+                return [*lines, *(f"first of all: {text}" for text in self.unlike)]
             looked_at = [_ORDERS] if _ORDERS in self.outside else self.outside[:_LOOKED_AT]
-            found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in looked_at]
+            lines += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in looked_at]
             edges = self.stood_longer()
             if edges:
                 unit = self.model.units.time
-                told = [
+                stands = [
                     f"on {edge} {real:.3g} {unit} an hour, simulated {sim:.3g}" for edge, (real, sim) in edges.items()
                 ]
-                found.append(f"robots stood {'; '.join(told)}")
+                lines.append(f"robots stood {'; '.join(stands)}")
         needed = {name: self.days_for(name) for name in _TOLD if name in self.names}
-        said = [f"{n or 'over 1,000'} day{'s' * (n != 1)} for {called[name]}" for name, n in needed.items()]
-        if said:
-            found.append(f"to notice a {100 * _ERROR:g} % error, with a chance of 80 %, takes {spoken(said)}")
-        return found
+        needs = [f"{n or 'over 1,000'} day{'s' * (n != 1)} for {called[name]}" for name, n in needed.items()]
+        if needs:
+            lines.append(f"to notice a {100 * _ERROR:g} % error, with a chance of 80 %, takes {spoken(needs)}")
+        return lines
 
 
 def validate(
@@ -187,21 +193,23 @@ def validate(
         parts.append(parts_of(changed, log))
         real.append(measured(changed, log, parts[-1]))
         simulated.append([_simulated(changed, log, parts[-1], day * runs + run) for run in range(runs)])
-    there = np.array([[one.figures[name] for name in MEASURES] for one in real])
-    everything = np.array([[[one.figures[name] for name in MEASURES] for one in runs] for runs in simulated])
-    known = np.isfinite(there).all(axis=0) & np.isfinite(everything).all(axis=(0, 1))
-    known &= (everything.std(axis=1).min(axis=0) > 0) | (there != everything[:, 0]).any(axis=0)
-    if not known.any():
+    figures = np.array([[real_day.figures[name] for name in MEASURES] for real_day in real])
+    everything = np.array(
+        [[[simulated_day.figures[name] for name in MEASURES] for simulated_day in runs] for runs in simulated]
+    )
+    comparable = np.isfinite(figures).all(axis=0) & np.isfinite(everything).all(axis=(0, 1))
+    comparable &= (everything.std(axis=1).min(axis=0) > 0) | (figures != everything[:, 0]).any(axis=0)
+    if not comparable.any():
         raise ReportError("no measure that all logs and all simulated days have")
     return Validation(
         model=base,
         days=tuple(log.name for log in read),
-        names=tuple(name for name, is_known in zip(MEASURES, known, strict=True) if is_known),
-        measures=ranked(there[:, known], everything[:, :, known]),
+        names=tuple(name for name, is_comparable in zip(MEASURES, comparable, strict=True) if is_comparable),
+        measures=ranked(figures[:, comparable], everything[:, :, comparable]),
         parts=tuple(parts),
         drops=tuple(
-            ranked(one.drops[None], np.array([[run.drops for run in runs]]))
-            for one, runs in zip(real, simulated, strict=True)
+            ranked(real_day.drops[None], np.array([[run.drops for run in runs]]))
+            for real_day, runs in zip(real, simulated, strict=True)
         ),
         passed=_by_edge("passed", real, simulated),
         stood=_by_edge("stood", real, simulated),
@@ -229,11 +237,15 @@ def _unlike(model: Model, log: FleetLog) -> list[str]:
 
 
 def _by_edge(what: str, real: list[MeasuredDay], simulated: list[list[MeasuredDay]]) -> Ranked | None:
-    """What logs say of each edge; None where one of them is of trips."""
-    days = [getattr(one, what) for one in real]
+    """Rank a measure of every edge; None where one of the logs is of trips."""
+    days = [getattr(measured_day, what) for measured_day in real]
     if not all(day.size for day in days):
         return None
-    return ranked(np.array(days), np.array([[getattr(one, what) for one in runs] for runs in simulated]), alike=True)
+    return ranked(
+        np.array(days),
+        np.array([[getattr(measured_day, what) for measured_day in runs] for runs in simulated]),
+        alike=True,
+    )
 
 
 def _simulated(model: Model, log: FleetLog, parts: Floats, seed: int) -> MeasuredDay:

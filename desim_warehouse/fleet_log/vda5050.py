@@ -23,6 +23,7 @@ from desim_warehouse.errors import ReportError, got, reason
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK, UNSAID, Collector, FleetLog
 from desim_warehouse.model.json_text import JsonError, value_of
 from desim_warehouse.run import RunData
+from desim_warehouse.values.dates import Slashes, instant
 
 V = TypeVar("V")
 _KINDS = {"pick": PICK, "drop": DROP, "startCharging": CHARGE}
@@ -32,28 +33,26 @@ _TOPIC = re.compile(rb"^[^\s\"{}\[\]]+\s+(?=[{\[])")
 _STATE = "a state message of VDA 5050"
 _WORDS = {dict: "an object", list: "a list of objects", str: "text", bool: "true or false", float: "a number"}
 _TYPES = {code: kind for kind, code in _KINDS.items()}
-_MILLISECONDS = 1e11
-"""A number above this is a time in milliseconds since 1970, below in seconds."""
 _FIRST_DAY = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
 """When a run begins whose model names no date."""
 GAP_LENGTH = (20.0, 90.0)
 """Least and largest length of the gaps that are written, in seconds."""
 LONGEST = 1_000_000
 """Bytes of a line that is read; a state message has some thousands."""
-_LAST_TIME = 4_102_444_800.0
-"""The year 2100, in seconds since 1970: later times are none."""
 _FAR_OFF = 1e9
 """Positions have smaller figures."""
 _FULL = 100.0
 
 
-def read_messages(path: Path) -> FleetLog:
+def read_messages(path: Path, slashes: Slashes | None = None) -> FleetLog:
     """The states in a file of messages, one a line; empty lines are passed over, bad ones noted.
+
+    Time stamps without an offset from UTC are UTC, as the standard asks for.
 
     Raises:
         ReportError: a file that cannot be read, or has no good line.
     """
-    found = Collector(str(path))
+    collector = Collector(str(path))
     try:
         with path.open("rb") as lines:
             for number, line in enumerate(iter(lambda: lines.readline(LONGEST + 1), b""), 1):
@@ -66,29 +65,29 @@ def read_messages(path: Path) -> FleetLog:
                     continue
                 try:
                     for message in _unwrapped(value_of(_TOPIC.sub(b"", line))):
-                        _take(message, found)
+                        _take(message, collector, slashes)
                 except JsonError as error:
                     why = f"{error.where.removeprefix(':').strip()}: {error}" if error.expected else str(error)
-                    found.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
+                    collector.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
                 except ValueError as error:
-                    found.notes.refuse(f"{path}:{number}", str(error))
+                    collector.notes.refuse(f"{path}:{number}", str(error))
     except OSError as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a log") from error
-    return found.log()
+    return collector.log()
 
 
 def _unwrapped(value: Any) -> list[Any]:
-    """The messages of a line: the one that it is or wraps, or those of a list; raises JsonError for a payload."""
-    found = []
-    for one in value if isinstance(value, list) and value else [value]:
-        payload = one.get("payload") if isinstance(one, dict) and "timestamp" not in one else None
-        message = one if payload is None else payload
-        found.append(value_of(message.encode()) if isinstance(payload, str) else message)
-    return found
+    """Unwrap the message, or list of messages, of a line; raises JsonError for a payload that is not JSON."""
+    unwrapped = []
+    for item in value if isinstance(value, list) and value else [value]:
+        payload = item.get("payload") if isinstance(item, dict) and "timestamp" not in item else None
+        message = item if payload is None else payload
+        unwrapped.append(value_of(message.encode()) if isinstance(payload, str) else message)
+    return unwrapped
 
 
 def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
-    """What stands at a key of a message; None: nothing. Raises ValueError for what is of another kind."""
+    """Value at a key of a message; None where there is none. Raises ValueError for a value of another kind."""
     value = section.get(key)
     if value is None:
         return None
@@ -96,7 +95,7 @@ def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
     if kind is float:
         fits = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is list and fits:
-        fits = all(isinstance(one, dict) for one in value)
+        fits = all(isinstance(entry, dict) for entry in value)
     if not fits:
         raise ValueError(f"{within}{key}: expected {_WORDS[kind]} (got {got(value)})")
     return value  # type: ignore[no-any-return]
@@ -119,7 +118,7 @@ def _figure(section: Any, key: str, within: str, low: float, high: float) -> flo
     return value
 
 
-def _take(message: Any, found: Collector) -> None:
+def _take(message: Any, collector: Collector, slashes: Slashes | None) -> None:
     """Put a message into a log; raises ValueError for one that is no state message."""
     if not isinstance(message, dict):
         raise ValueError(f"expected {_STATE}, a JSON object (got {got(message)})")  # noqa: TRY004 - as for its parts
@@ -137,8 +136,8 @@ def _take(message: Any, found: Collector) -> None:
     for state in _needed(message, "actionStates", list):
         if _needed(state, "actionStatus", str, "actionStates.") == "RUNNING":
             action = _KINDS.get(_of(state, "actionType", str, "actionStates.") or "", action)
-    found.add(
-        seconds(stamp),
+    collector.add(
+        instant(stamp, slashes),
         (_needed(message, "serialNumber", str), _of(message, "manufacturer", str) or ""),
         x,
         y,
@@ -149,23 +148,6 @@ def _take(message: Any, found: Collector) -> None:
         _figure(battery, _LEVELS[power], f"{power}.", 0.0, _FULL),
         any(_needed(error, "errorLevel", str, "errors.") == "FATAL" for error in errors),
     )
-
-
-def seconds(stamp: Any) -> float:
-    """A time stamp in seconds since 1970; one without a zone is UTC, as the standard asks for."""
-    try:
-        if isinstance(stamp, str):
-            time = dt.datetime.fromisoformat(stamp)
-            found = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()
-        else:
-            found = stamp / 1000 if stamp > _MILLISECONDS else float(stamp)
-    except (ValueError, TypeError, OverflowError):
-        found = math.nan
-    if not 0 <= found < _LAST_TIME:
-        raise ValueError(
-            f"timestamp: no time from 1970 to 2099 (got {got(stamp)}), expected one such as 2026-03-02T06:15:00Z"
-        )
-    return found
 
 
 def messages(run: RunData, *, noise: float = 0.0, gaps: float = 0.0, every: float = 1.0) -> Iterator[str]:

@@ -104,10 +104,10 @@ class Blocks(Part):
         if isinstance(directions, Directions) and {"columns", "rows"} <= info.data.keys():
             nodes = info.data["rows"] + 1, info.data["columns"] + 1
             listed = zip((directions.rows, directions.columns), nodes, strict=True)
-            given = tuple(number if isinstance(lines, str) else len(lines) for lines, number in listed)
-            if given != nodes:
-                said = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*given, *nodes)
-                raise wrong(f"{said}, expected one for each: blocks and one more")
+            numbers = tuple(number if isinstance(lines, str) else len(lines) for lines, number in listed)
+            if numbers != nodes:
+                text = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*numbers, *nodes)
+                raise wrong(f"{text}, expected one for each: blocks and one more")
         return directions
 
 

@@ -106,7 +106,7 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:
-    """The nodes a zone stands at: those named, then every n-th along its side (west to east, north to south)."""
+    """The nodes a zone stands at: nodes by name, then every n-th along its side (west to east, north to south)."""
     return places.nodes({name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)})
 
 
@@ -119,9 +119,9 @@ def _only_once(what: str, nodes: list[str]) -> None:
 def _draw(graph: nx.DiGraph, spec: LayoutSpec) -> None:
     """Add the edges that are given to the nodes, or to the blocks."""
     beside = {frozenset((edge.source, edge.target)) for edge in spec.edges if edge.side_by_side}
-    at = {name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)}
+    points = {name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)}
     for edge in spec.edges:
-        length, speed = edge.length or math.dist(at[edge.source], at[edge.target]), edge.speed or math.inf
+        length, speed = edge.length or math.dist(points[edge.source], points[edge.target]), edge.speed or math.inf
         graph.add_edge(edge.source, edge.target, length=length, speed=speed)
         if edge.two_way:
             graph.add_edge(edge.target, edge.source, length=length, speed=edge.speed_back or speed)

@@ -37,7 +37,7 @@ SHARPEST_MERGE = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """What a model does with a layout: D, the number of robots, where they may start and do, where they unload."""
+    """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload."""
 
     contact: float
     robots: int
@@ -56,7 +56,7 @@ class Use:
 def examine(layout: Layout, use: Use) -> list[Finding]:
     """All findings, errors first."""
     near = Near(layout, use.contact)
-    found = [
+    findings = [
         *unreachable(layout, use),
         *_bays(layout, use),
         *_in_lane(layout, use),
@@ -71,7 +71,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_bridges(near),
         *_side_by_side(use, near),
     ]
-    return worst_first(found)
+    return worst_first(findings)
 
 
 def worst_first(findings: Iterable[Finding]) -> list[Finding]:
@@ -82,7 +82,7 @@ def worst_first(findings: Iterable[Finding]) -> list[Finding]:
 
 def errors(layout: Layout, use: Use) -> list[Finding]:
     """The errors alone, for `simulate`; the cheap part of `examine`."""
-    found = (
+    findings = (
         *unreachable(layout, use),
         *_bays(layout, use),
         *_in_lane(layout, use),
@@ -90,7 +90,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
         *lifts.examine(layout, use.at, use.zones, use.contact),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
     )
-    return [item for item in found if item.level == "error"]
+    return [item for item in findings if item.level == "error"]
 
 
 def some(names: Iterable[str]) -> str:
@@ -133,7 +133,7 @@ def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """A bay slot for every robot: one that leaves its work must have somewhere to go (condition 2)."""
+    """A bay slot for every robot: a robot that leaves its work must have somewhere to go (condition 2)."""
     start = use.start or tuple(layout.bays)
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
@@ -179,21 +179,21 @@ def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
     if not closed:
         return
     graph = layout.graph
-    there: dict[str, str] = {node: f"goods are unloaded at {node}" for node in (*use.unload_at, *layout.stations)}
+    used: dict[str, str] = {node: f"goods are unloaded at {node}" for node in (*use.unload_at, *layout.stations)}
     for place in layout.storage:
-        there.update(dict.fromkeys(place.edge, f"good {place.number} is picked there, or on an edge beside it"))
+        used.update(dict.fromkeys(place.edge, f"good {place.number} is picked there, or on an edge beside it"))
     for a, b, length in graph.edges(data="length"):
         if length < use.contact - EPS:
-            there |= dict.fromkeys((a, b), f"edge {a}>{b} is shorter than {use.contact:g} (D)")
+            used |= dict.fromkeys((a, b), f"edge {a}>{b} is shorter than {use.contact:g} (D)")
     rest = graph.subgraph(node for node in graph if node not in closed)
     main: set[str] = max(nx.strongly_connected_components(rest), key=len, default=set())
-    lost = dict.fromkeys(node for node in (*there, *layout.bays) if node not in main and node not in closed)
+    lost = dict.fromkeys(node for node in (*used, *layout.bays) if node not in main and node not in closed)
     for node, bay in closed.items():
         where = f"layout.bays.{bay.zone}: {node}"
         cure = "a bay beside the node (without in_lane), or another node"
         before, after = set(graph.predecessors(node)), set(graph.successors(node))
-        if node in there:
-            yield Finding("BAY_IN_LANE", where, f"robots park on the node, but {there[node]}", cure)
+        if node in used:
+            yield Finding("BAY_IN_LANE", where, f"robots park on the node, but {used[node]}", cure)
         elif lost and (before | after) - main - closed.keys():
             yield Finding("BAY_IN_LANE", where, f"a robot parked on the node cuts off {some(lost)}", cure)
         elif not (main & before and main & after):
@@ -341,8 +341,8 @@ def _merges(layout: Layout) -> Iterator[Finding]:
         lanes = [edge for edge in graph.in_edges(node) if edge not in layout.rides]
         headings = sorted((layout.headings[edge], edge[0]) for edge in lanes)
         around = [*headings, *headings[: len(headings) > 2]]  # noqa: PLR2004 - two make one pair, three a circle
-        for (one, first), (other, second) in pairwise(around):
-            between = abs((one - other + math.pi) % (2 * math.pi) - math.pi)
+        for (angle, first), (next_angle, second) in pairwise(around):
+            between = abs((angle - next_angle + math.pi) % (2 * math.pi) - math.pi)
             if first != second and between < SHARPEST_MERGE - EPS:
                 sharp.append(f"{first}>{node} and {second}>{node}")
     if sharp:
@@ -435,24 +435,25 @@ class Near:
         )
 
     def cross(self) -> Any:
-        """Of each pair whether the edges cross away from their ends, and share no node."""
+        """Whether the edges of each pair cross away from their ends, and share no node."""
         import numpy as np
 
-        def apart(start: Any, end: Any, one: Any, other: Any) -> Any:
+        def apart(start: Any, end: Any, point_1: Any, point_2: Any) -> Any:
             """Whether two points lie on different sides of the line from one point to another."""
             way = end - start
             sides = [
-                (way.conj() * (point - start)).imag / np.where(way == 0, 1.0, np.abs(way)) for point in (one, other)
+                (way.conj() * (point - start)).imag / np.where(way == 0, 1.0, np.abs(way))
+                for point in (point_1, point_2)
             ]
             return (np.minimum(*sides) < -EPS) & (np.maximum(*sides) > EPS)
 
-        found = apart(self._a, self._b, self._c, self._d) & apart(self._c, self._d, self._a, self._b)
-        for pair in np.flatnonzero(found):
-            found[pair] = not {*self.edges[self.first[pair]]} & {*self.edges[self.second[pair]]}
-        return found
+        crosses = apart(self._a, self._b, self._c, self._d) & apart(self._c, self._d, self._a, self._b)
+        for pair in np.flatnonzero(crosses):
+            crosses[pair] = not {*self.edges[self.first[pair]]} & {*self.edges[self.second[pair]]}
+        return crosses
 
     def are_along(self, apart: float) -> Any:
-        """Of each pair whether the edges run side by side, less than `apart` from each other for longer than that."""
+        """Whether the edges of each pair run side by side, less than `apart` from each other for longer than that."""
         import numpy as np
 
         first, second = self._b - self._a, self._d - self._c
@@ -487,8 +488,8 @@ def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
     by_count = defaultdict(list)
     for inside in squares.values():
         by_count[len(inside)].append(inside)
-    found = [np.empty(0, dtype=int)]
+    pairs = [np.empty(0, dtype=int)]
     for count, alike in by_count.items():
-        numbers, (one, other) = np.array(alike), np.triu_indices(count, 1)
-        found.append((numbers[:, one] * len(ends) + numbers[:, other]).ravel())
-    return np.divmod(np.unique(np.concatenate(found)), max(len(ends), 1))
+        numbers, (edge_1, edge_2) = np.array(alike), np.triu_indices(count, 1)
+        pairs.append((numbers[:, edge_1] * len(ends) + numbers[:, edge_2]).ravel())
+    return np.divmod(np.unique(np.concatenate(pairs)), max(len(ends), 1))

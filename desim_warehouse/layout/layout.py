@@ -22,7 +22,7 @@ Edge = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class StoragePlace:
-    """Where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre.
+    """A place where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre.
 
     One that is picked standing on a node has that node for both ends of its edge, and offset 0.
     """
@@ -55,13 +55,13 @@ class BayPlaces:
     kinds: tuple[str, ...] = ()
 
     def charges(self, kind: str) -> bool:
-        """Whether it has chargers for robots of a kind ("": ordinary ones)."""
+        """Whether the bay has chargers for robots of a kind ("": ordinary ones)."""
         return self.chargers != 0 and (not self.kinds or kind in self.kinds)
 
     def slots(self, homes: int) -> int:
         """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
         if self.places is not None:
-            spare = self.chargers == 0  # where a robot may park that leaves its slot at a charger to another
+            spare = self.chargers == 0  # room to park for a robot that leaves its slot at a charger to another
             return max(self.places, homes + spare, self.chargers or 0) if self.grows else self.places
         return max(homes, (self.chargers or 0) if self.shared else 0)
 
@@ -124,22 +124,22 @@ class Layout:
 
     @cached_property
     def called(self) -> dict[int, str]:
-        """What people call storage places, by number: their first names; empty where they have none."""
-        found: dict[int, str] = {}
+        """The first name of storage places by number; empty where they have no names."""
+        names: dict[int, str] = {}
         for name, number in self.place_names.items():
-            found.setdefault(number, name)
-        return found
+            names.setdefault(number, name)
+        return names
 
     @cached_property
     def names_at(self) -> dict[str, tuple[str, ...]]:
         """The names of storage places at a node, beside an edge (`A>B`) or a lane (`A-B`), in the order along it."""
-        found: defaultdict[str, list[str]] = defaultdict(list)
+        names_by_position: defaultdict[str, list[str]] = defaultdict(list)
         for place in sorted(self.storage, key=attrgetter("offset")) if self.called else ():
             a, b = place.edge
             edges = {">".join(edge) for edge, _ in self.approaches(place.edge, place.offset)}
-            for at in {a} if a == b else {*edges, "-".join(sorted(place.edge))}:
-                found[at] += [self.called[place.number]] if place.number in self.called else []
-        return {at: tuple(names) for at, names in found.items()}
+            for position in {a} if a == b else {*edges, "-".join(sorted(place.edge))}:
+                names_by_position[position] += [self.called[place.number]] if place.number in self.called else []
+        return {position: tuple(names) for position, names in names_by_position.items()}
 
     @property
     def two_way(self) -> list[Edge]:
@@ -174,7 +174,7 @@ class Layout:
 
     @cached_property
     def points(self) -> dict[str, complex]:
-        """Where the nodes are: x + iy."""
+        """The positions of nodes: x + iy."""
         return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
 
     def length(self, edge: Edge) -> float:
@@ -191,13 +191,13 @@ class Layout:
         return {edge: length for edge, length, _, two_way in self.edges if two_way}
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
-        """The node of this name, or those of the station of this name."""
+        """The node, or the nodes of the station, that has this name."""
         if name in self.graph:
             return (name,)
         return tuple(node for node, station in self.stations.items() if station.zone == name)
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
-        """The point `offset` length units along an edge drawn straight; of a storage place at a node, that node."""
+        """The point `offset` length units along an edge drawn straight; the node of a storage place at a node."""
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
         if source is target:
             return source["x"], source["y"]

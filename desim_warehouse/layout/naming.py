@@ -35,7 +35,7 @@ def block_nodes(columns: int, rows: int) -> tuple[tuple[str, ...], ...]:
 
 
 def wrong_part(pattern: str) -> str:
-    """What is wrong with a pattern of names; empty where nothing is."""
+    """The problem of a pattern of names; empty where there is none."""
     try:
         parts = list(Formatter().parse(pattern))
     except ValueError as error:
@@ -46,7 +46,7 @@ def wrong_part(pattern: str) -> str:
 
 
 def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iterator[tuple[str, int]]:
-    """The names of storage places by a pattern, each with the number of its place; those of a place level by level.
+    """The numbers of storage places by names from a pattern; a place with several levels has a name for each.
 
     An aisle is an edge beside which there are places, in the order in which they are listed; bays are counted along it.
     """

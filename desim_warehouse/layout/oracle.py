@@ -93,21 +93,21 @@ class RouteOracle:
 
     def length(self, origin: str, goal: str) -> float:
         """Length of the route; inf where there is none."""
-        row, at = self._row_of(origin, goal)
-        return float(row[0][at])
+        row, node = self._row_of(origin, goal)
+        return float(row[0][node])
 
     def time(self, origin: str, goal: str) -> float:
         """Free driving time of the route; inf where there is none."""
         return self._time(origin, goal)
 
     def _looked_up(self, origin: str, goal: str) -> float:
-        row, at = self._row_of(origin, goal)
-        return float(row[1][at])
+        row, node = self._row_of(origin, goal)
+        return float(row[1][node])
 
     def counted(self, origin: str, goal: str) -> float:
         """The cost by which a route is compared: more than its own if it leads against a preferred direction."""
-        row, at = self._row_of(origin, goal)
-        return float(row[3][at])
+        row, node = self._row_of(origin, goal)
+        return float(row[3][node])
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
         """Nodes of the route, both ends included; empty where there is none.
@@ -119,20 +119,20 @@ class RouteOracle:
 
     def _searched(self, origin: str, goal: str, tie: int) -> Sequence[str]:
         forward = self._forward(origin, goal)
-        row, at = self._row_of(origin, goal)
-        if math.isinf(row[0][at]):
+        row, node = self._row_of(origin, goal)
+        if math.isinf(row[0][node]):
             return ()
         names, root, steps = self.names, self.index[origin if forward else goal], row[2]
-        way = [names[at]]
+        way = [names[node]]
         if self._is_over_edges:
             assert self._turns is not None
             ends, size = self._turns.far_ends(forward=forward), len(names)
-            while (at := steps[at]) >= size:
-                way.append(names[ends[at - size]])
-        while at != root:
+            while (node := steps[node]) >= size:
+                way.append(names[ends[node - size]])
+        while node != root:
             tied = tie and self._turns is None
-            at = self._tied(row, at, root, tie, forward=forward) if tied else steps[at]
-            way.append(names[at])
+            node = self._tied(row, node, root, tie, forward=forward) if tied else steps[node]
+            way.append(names[node])
         return way[::-1] if forward else way
 
     @property
@@ -143,8 +143,8 @@ class RouteOracle:
     def beside(self, origin: str, goal: str) -> tuple[str, str]:
         """The second and the last node but one of a route with two nodes or more, where turns count."""
         forward = self._forward(origin, goal)
-        root, at = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
-        near, far = (self.names[nodes[at]] for nodes in self._besides(root, forward=forward))
+        root, node = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
+        near, far = (self.names[nodes[node]] for nodes in self._besides(root, forward=forward))
         return (far, near) if forward else (near, far)
 
     def beside_all(self, origins: Sequence[str], goals: Sequence[str]) -> tuple[Any, Any]:
@@ -179,38 +179,38 @@ class RouteOracle:
         )
 
     def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
-        """All edges by the numbers of their nodes, with length, time and what routes are compared by."""
+        """All edges by the numbers of their nodes, with length, time and the cost by which routes are compared."""
         return [
             (source, target, length, time, count * time)
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
             for (target, length, time), count in zip(edges, counts, strict=True)
         ]
 
-    def _tied(self, row: Row, at: int, root: int, tie: int, *, forward: bool) -> int:
-        """The next node towards the root on one of the routes that are as cheap, as long and take as long."""
+    def _tied(self, row: Row, node: int, root: int, tie: int, *, forward: bool) -> int:
+        """The next node towards the root on a route drawn from the routes of equal cost, length and time."""
         lengths, times, _, costs = row
-        length, time, cost = lengths[at] * TIE, times[at] * TIE, costs[at] * TIE
+        length, time, cost = lengths[node] * TIE, times[node] * TIE, costs[node] * TIE
         nexts = [
-            there
-            for there, long, lasts, counts in self._towards(forward=forward)[at]
-            if costs[there] < costs[at]
-            and (there == root or there not in self._closed)
-            and abs(costs[there] + counts - costs[at]) <= cost
-            and abs(lengths[there] + long - lengths[at]) <= length
-            and abs(times[there] + lasts - times[at]) <= time
+            neighbour
+            for neighbour, long, lasts, counts in self._towards(forward=forward)[node]
+            if costs[neighbour] < costs[node]
+            and (neighbour == root or neighbour not in self._closed)
+            and abs(costs[neighbour] + counts - costs[node]) <= cost
+            and abs(lengths[neighbour] + long - lengths[node]) <= length
+            and abs(times[neighbour] + lasts - times[node]) <= time
         ]
-        return nexts[_drawn(tie, at, root) % len(nexts)] if nexts else int(row[2][at])
+        return nexts[_drawn(tie, node, root) % len(nexts)] if nexts else int(row[2][node])
 
     def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
-        """By node the nodes that a route to the root may lead to, with length, time and cost of the edge between."""
+        """By node the nodes that a route to the root may go on to, with length, time and cost of the edge to them."""
         if forward not in self._steps:
-            found: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
+            neighbours: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
                 for (target, length, time), count in zip(edges, counts, strict=True):
                     cost = 1.0 if self.cost == "hops" else count * (length if self.cost == "length" else time)
-                    one, other = (target, source) if forward else (source, target)
-                    found[one].append((other, length, time, cost))
-            self._steps[forward] = found
+                    node, following = (target, source) if forward else (source, target)
+                    neighbours[node].append((following, length, time, cost))
+            self._steps[forward] = neighbours
         return self._steps[forward]
 
     def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
@@ -224,9 +224,9 @@ class RouteOracle:
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 
     def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
-        """A row for each origin and a column for each goal, of what is `read` for all nodes of routes from or to one.
+        """A row for each origin and a column for each goal, from values that are `read` for all nodes at once.
 
-        That one is where the search began: the origin (True) or the goal.
+        `read` has a root, and whether the search begins there: at the origin (True) or the goal.
         """
         import numpy as np
 
@@ -241,9 +241,9 @@ class RouteOracle:
         for i in np.flatnonzero(hub) if plain.any() else ():
             table[i, plain] = read(int(start[i]), True)[end[plain]]
         for some, others in ((plain, np.flatnonzero(~hub)), (~plain, slice(None))):
-            there, to = start[others], np.flatnonzero(some)
-            for column, goal in zip(to.tolist(), end[some].tolist(), strict=True) if len(there) else ():
-                table[others, column] = read(goal, False)[there]
+            sources, targets = start[others], np.flatnonzero(some)
+            for column, goal in zip(targets.tolist(), end[some].tolist(), strict=True) if len(sources) else ():
+                table[others, column] = read(goal, False)[sources]
         return table if table.shape == (len(rows), len(columns)) else table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
@@ -256,7 +256,7 @@ class RouteOracle:
         return self._row(self.index[goal], forward=False), self.index[origin]
 
     def _row(self, root: int, *, forward: bool) -> Row:
-        """Lengths, times and next nodes (towards the root) of all nodes, and what the routes count."""
+        """Lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
         key = root, forward
         row = self._rows.get(key)
         if row is None:
@@ -279,7 +279,7 @@ class RouteOracle:
         return lengths, times, before, lengths
 
     def _from(self, root: int) -> Found:
-        """Algorithm 1: every node is reached from the first of those found before it that lead there."""
+        """Algorithm 1 (breadth first): every node is reached from the first node found before it that leads there."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))
@@ -289,13 +289,13 @@ class RouteOracle:
             here = line.popleft()
             if here != root and here in self._closed:
                 continue
-            for there, length, time in self._next[here]:
-                if there not in seen:
-                    seen.add(there)
-                    before[there] = here
-                    lengths[there] = lengths[here] + length
-                    times[there] = times[here] + time
-                    line.append(there)
+            for neighbour, length, time in self._next[here]:
+                if neighbour not in seen:
+                    seen.add(neighbour)
+                    before[neighbour] = here
+                    lengths[neighbour] = lengths[here] + length
+                    times[neighbour] = times[here] + time
+                    line.append(neighbour)
         return lengths, times, before
 
     @cached_property
@@ -316,23 +316,23 @@ class RouteOracle:
         towards = self._edges[forward][0]
         if self._closed:
             towards = self._without_passing(self._edges[True][0], root, forward=forward)
-        found: tuple[Any, Any] = search(towards, indices=root, return_predecessors=True)
-        return found
+        tree: tuple[Any, Any] = search(towards, indices=root, return_predecessors=True)
+        return tree
 
     def _dijkstra(self, root: int, *, forward: bool) -> Row:
         import numpy as np
 
         if self._is_over_edges:
             assert self._turns is not None
-            found = self._turns.fastest(root, forward=forward)
-            made = [array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddid", found, strict=True)]
+            rows = self._turns.fastest(root, forward=forward)
+            made = [array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddid", rows, strict=True)]
             return made[0], made[1], made[2], made[3]
         costs, steps = self._cheapest(root, forward=forward)
         _, begins, beside, columns = self._edges[forward]
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
         edges, moved = begins.copy(), np.flatnonzero(steps != here)
-        left = moved  # of each node's edges, which are few, the one that its route takes
+        left = moved  # nodes still without the edge that their route takes; each has few edges to try
         while len(left := left[beside[edges[left]] != steps[left]]):
             edges[left] += 1
 
@@ -380,13 +380,13 @@ class RouteOracle:
         cost = length if self.cost == "length" else time
         if self._counted:
             cost = cost * np.concatenate([np.array(row) for row in self._counts])
-        found = {}
+        matrices = {}
         for forward, (far, near) in ((True, (source, target)), (False, (target, source))):
             order = np.argsort(near, kind="stable")
             columns = {"length": length[order], "time": time[order]}
             graph = csr_array((cost, (far, near)), shape=(size, size))
-            found[forward] = graph, np.searchsorted(near[order], np.arange(size)), far[order], columns
-        return found
+            matrices[forward] = graph, np.searchsorted(near[order], np.arange(size)), far[order], columns
+        return matrices
 
 
 def _drawn(tie: int, node: int, root: int) -> int:

@@ -73,8 +73,8 @@ def orient_lanes(
     trials = min(trials, _WORK // (len(graph) * len(hubs)))
     before = floor.mean_trip()
     aisles = Aisles.of(graph, lanes)
-    found = [floor.oriented(aisles.alternating(*first)) for first in itertools.product((0, 1), (0, 1))]
-    best = floor.best(min(found, key=floor.mean_trip_of), aisles.groups(), trials)
+    starts = [floor.oriented(aisles.alternating(*first)) for first in itertools.product((0, 1), (0, 1))]
+    best = floor.best(min(starts, key=floor.mean_trip_of), aisles.groups(), trials)
     kept, bridges = [], []
     for lane, way in zip(lanes, best, strict=True):
         if way == _BOTH:
@@ -85,7 +85,7 @@ def orient_lanes(
 
 
 class _Floor:
-    """The arcs of a floor as arrays; two for each lane, of which an orientation leaves one."""
+    """The arcs of a floor as arrays; each lane has two, and an orientation leaves one of them."""
 
     def __init__(
         self,
@@ -154,7 +154,7 @@ class _Floor:
         for lane in apart.tolist():
             ends = int(self.tails[lane]), int(self.heads[lane])
             for way in (preferred[lane], preferred[lane] ^ _BOTH):
-                tail, head = ends[::-1] if way == _AS_LISTED else ends  # of the direction to do without
+                tail, head = ends[::-1] if way == _AS_LISTED else ends  # ends of the direction to do without
                 onward[tail].discard(head)
                 if _reaches(onward, tail, head):
                     ways[lane] = way
@@ -163,7 +163,7 @@ class _Floor:
         return ways
 
     def best(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """The best ways found from those given; of a small floor the best that there are."""
+        """The best ways reached from given ones; on a small floor the best of all."""
         free = np.flatnonzero(ways != _BOTH)
         if len(free) <= _ALL:
             return self._shortest(ways, free)
@@ -173,16 +173,16 @@ class _Floor:
         return self.improved(self._annealed(ways, free, aisles, _COOLING * trials), aisles, trials)
 
     def _shortest(self, ways: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Of all ways of the lanes that can be turned, those with the shortest mean trip."""
-        found, best = ways, self.mean_trip_of(ways)
+        """The ways with the shortest mean trip, of all ways of the lanes that can be turned."""
+        shortest, best = ways, self.mean_trip_of(ways)
         turned = (np.arange(2 ** len(free))[:, None] >> np.arange(len(free)) & 1).astype(bool)
         for turns in turned[self._without_dead_ends(ways, free, turned)]:
             other = ways.copy()
             other[free] = np.where(turns, _TURNED, _AS_LISTED)
             mean = self.mean_trip_of(other) if self._is_connected(other) else np.inf
             if mean < best * (1 - _SAME):
-                found, best = other, mean
-        return found
+                shortest, best = other, mean
+        return shortest
 
     def _without_dead_ends(self, ways: np.ndarray, free: np.ndarray, turned: np.ndarray) -> np.ndarray:
         """Which rows of `turned` leave every node a way in and a way out: a quick look at tens of thousands."""
@@ -190,14 +190,14 @@ class _Floor:
         others[free] = 0
         fixed = self.network(others)
         has_in, has_out = (np.asarray(fixed.sum(axis=axis)).ravel() > 0 for axis in (0, 1))
-        found = np.ones(len(turned), dtype=bool)
+        has_none = np.ones(len(turned), dtype=bool)
         for node in range(self.size):
             begins, ends = self.tails[free] == node, self.heads[free] == node
             if not has_out[node]:
-                found &= (~turned[:, begins]).any(axis=1) | turned[:, ends].any(axis=1)
+                has_none &= (~turned[:, begins]).any(axis=1) | turned[:, ends].any(axis=1)
             if not has_in[node]:
-                found &= turned[:, begins].any(axis=1) | (~turned[:, ends]).any(axis=1)
-        return found
+                has_none &= turned[:, begins].any(axis=1) | (~turned[:, ends]).any(axis=1)
+        return has_none
 
     def _annealed(self, ways: np.ndarray, free: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
         """Ways with a short mean trip, found by turning aisles and lanes at random, less and less for the worse.
@@ -207,7 +207,7 @@ class _Floor:
         random = np.random.default_rng(0)
         groups = [[lane for lane in group if ways[lane] != _BOTH] for group in aisles]
         groups = [group for group in groups if len(group) > 1]
-        found, ways = ways.copy(), ways.copy()
+        shortest, ways = ways.copy(), ways.copy()
         now = best = self.mean_trip_of(ways)
         for heat in best * _HEAT * np.geomspace(1, _COLD, trials):
             is_aisle = groups and random.random() < _AISLES
@@ -217,13 +217,13 @@ class _Floor:
             if mean < now or random.random() < np.exp((now - mean) / heat):
                 now = mean
                 if now < best * (1 - _SAME):
-                    found, best = ways.copy(), now
+                    shortest, best = ways.copy(), now
             else:
                 ways[lanes] ^= _BOTH
-        return found
+        return shortest
 
     def _is_connected(self, ways: np.ndarray) -> bool:
-        """Whether the floor is strongly connected, which is found sooner than that a trip is infinite."""
+        """Whether the floor is strongly connected; checked first, as it is cheaper than an infinite mean trip."""
         from scipy.sparse.csgraph import connected_components
 
         parts, _ = connected_components(self.network(ways), connection="strong")
@@ -235,7 +235,7 @@ class _Floor:
         for groups in (aisles, [[lane] for lane in range(self.lanes)]):
             waiting = list(groups)
             while waiting and trials:
-                found = False
+                is_shorter = False
                 for group in waiting:
                     if not trials:
                         break
@@ -246,10 +246,10 @@ class _Floor:
                     ways[lanes] ^= _BOTH
                     mean = self.mean_trip_of(ways)
                     if mean < best * (1 - _SAME):
-                        best, found = mean, True
+                        best, is_shorter = mean, True
                     else:
                         ways[lanes] ^= _BOTH
-                if not found:
+                if not is_shorter:
                     break
         return ways
 
@@ -268,7 +268,7 @@ def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
 
 @dataclass(frozen=True)
 class Aisles:
-    """By lane: whether it lies along x, the rank of its aisle among those that lie so, whether it leads to more x or y.
+    """By lane: whether it lies along x, the rank of its aisle among the parallel ones, whether it leads to more x or y.
 
     Lanes along x whose middles have about the same y are one aisle: within half the median length of a lane.
     """
@@ -280,9 +280,9 @@ class Aisles:
     @classmethod
     def of(cls, graph: nx.DiGraph, lanes: Sequence[Edge]) -> Aisles:
         """The aisles of a floor."""
-        at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
-        tails = np.array([at[tail] for tail, _ in lanes], dtype=float).reshape(-1, 2)
-        heads = np.array([at[head] for _, head in lanes], dtype=float).reshape(-1, 2)
+        points = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+        tails = np.array([points[tail] for tail, _ in lanes], dtype=float).reshape(-1, 2)
+        heads = np.array([points[head] for _, head in lanes], dtype=float).reshape(-1, 2)
         spans, middles = heads - tails, (heads + tails) / 2
         along_x = np.abs(spans[:, 0]) >= np.abs(spans[:, 1])
         rank = np.zeros(len(lanes), dtype=int)
@@ -302,7 +302,7 @@ class Aisles:
 
     def groups(self) -> list[list[int]]:
         """The lanes of every aisle."""
-        found: dict[tuple[bool, int], list[int]] = {}
+        lanes_by_aisle: dict[tuple[bool, int], list[int]] = {}
         for lane, aisle in enumerate(zip(self.along_x.tolist(), self.rank.tolist(), strict=True)):
-            found.setdefault(aisle, []).append(lane)
-        return list(found.values())
+            lanes_by_aisle.setdefault(aisle, []).append(lane)
+        return list(lanes_by_aisle.values())

@@ -1,4 +1,4 @@
-"""What a model file says about a layout: blocks to generate, or nodes and edges, and what stands there."""
+"""The layout section of a model file: blocks to generate, or nodes and edges, and what stands there."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from desim_warehouse.values.fields import (
 Side = Literal["north", "south", "east", "west"]
 
 _SHOWN = 12  # node names in a message
-_COMPARED = 1000  # node names in which one like another is looked for
+_COMPARED = 1000  # node names among which the nearest is looked for
 _EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
@@ -64,7 +64,7 @@ def _node(name: str, info: ValidationInfo) -> str:
 
 
 def _node_or(zones: str) -> AfterValidator:
-    """Refuse what names neither a node nor a bay or station."""
+    """Refuse a name of neither a node nor a bay or station."""
 
     def check(name: str, info: ValidationInfo) -> str:
         _known_node(name, info, zones)
@@ -74,14 +74,16 @@ def _node_or(zones: str) -> AfterValidator:
 
 
 def _nodes(zones: str) -> AfterValidator:
-    """Replace the name of a bay or station by its nodes; a node of the same name wins.
+    """Replace the name of a bay or station by its nodes; a node that has the name wins.
 
     One that is wrong itself has no nodes: its name stays, so that the list does not count as empty.
     """
 
     def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        here, there = known(info).nodes or {}, known(info).zones.get(zones, {})
-        return tuple(node for name in names for node in ((name,) if name in here else there.get(name) or (name,)))
+        here, zones_by_name = known(info).nodes or {}, known(info).zones.get(zones, {})
+        return tuple(
+            node for name in names for node in ((name,) if name in here else zones_by_name.get(name) or (name,))
+        )
 
     return AfterValidator(nodes)
 
@@ -103,16 +105,16 @@ def _on_the_edge(offset: float, info: ValidationInfo) -> float:
 
 
 def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
-    nodes, there = known(info).nodes, known(info).zones.get(zones, {})
-    if not nodes or name in nodes or name in there:
+    nodes, zones_by_name = known(info).nodes, known(info).zones.get(zones, {})
+    if not nodes or name in nodes or name in zones_by_name:
         return
-    names, kind = list(nodes), f"node or {zones[:-1]}" if there else "node"
+    names, kind = list(nodes), f"node or {zones[:-1]}" if zones_by_name else "node"
     expected = f"one of {spoken(names, 'or')}"
     if len(names) > _SHOWN:
         expected = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
-    if there:
-        expected += f", or {zones[:-1]} {spoken(list(there)[:_SHOWN], 'or')}"
-    near = nearest(name, [*there, *names]) if len(names) <= _COMPARED else None
+    if zones_by_name:
+        expected += f", or {zones[:-1]} {spoken(list(zones_by_name)[:_SHOWN], 'or')}"
+    near = nearest(name, [*zones_by_name, *names]) if len(names) <= _COMPARED else None
     hint = f"; did you mean '{near}'?" if near else ""
     if all(end in nodes for end in name.split(">")):
         hint = f"; an edge is written [{', '.join(name.split('>'))}]"
@@ -185,7 +187,7 @@ def _straight(*ends: Any) -> float | None:
     """The distance between two nodes, if both have coordinates."""
     try:
         return math.dist(*ends)
-    except (TypeError, ValueError, OverflowError):  # which is told where the coordinates are checked
+    except (TypeError, ValueError, OverflowError):  # reported where the coordinates are checked
         return None
 
 
@@ -268,14 +270,14 @@ class PlacesSpec(Part):
     every: Count = Field(1, description="with along: every n-th node")
 
     def nodes(self, positions: Positions) -> list[str]:
-        """The nodes it stands at: those named, then every n-th along its side (west to east, north to south)."""
-        found = list(self.at)
+        """The nodes of the places: nodes by name, then every n-th along a side (west to east, north to south)."""
+        nodes = list(self.at)
         if self.along is not None:
             axis, pick = {"north": (1, min), "south": (1, max), "west": (0, min), "east": (0, max)}[self.along]
-            outermost = pick(at[axis] for at in positions.values())
-            side = [name for name, at in positions.items() if at[axis] == outermost]
-            found += sorted(side, key=lambda name: positions[name][1 - axis])[:: self.every]
-        return found
+            outermost = pick(point[axis] for point in positions.values())
+            side = [name for name, point in positions.items() if point[axis] == outermost]
+            nodes += sorted(side, key=lambda name: positions[name][1 - axis])[:: self.every]
+        return nodes
 
     @field_validator("every")
     @classmethod
@@ -474,7 +476,10 @@ class LayoutSpec(Part):
             ...,
         ],
         Forms("a list of storage places (edge, offset; or node), or {file: storage.csv}", StorageFile),
-    ] = Field((), description="places of goods, numbered from 0 as listed")
+    ] = Field(
+        (),
+        description="places of goods, numbered from 0 as listed; none where all flows run between stations or nodes",
+    )
     storage_names: Annotated[PlaceNames | None, Forms("a pattern with fields, or {file: names.csv}", NamesFile)] = (
         Field(None, description="names of storage places, for orders and drawings; default: numbers")
     )
@@ -545,9 +550,9 @@ class LayoutSpec(Part):
         cls, nodes: Mapping[str, tuple[float, float]], info: ValidationInfo
     ) -> Mapping[str, tuple[float, float]]:
         first: dict[tuple[float, float], str] = {}
-        for name, at in nodes.items():
-            if first.setdefault(at, name) != name:
-                raise wrong(f"at the same place as node '{first[at]}' (got {got(at)}), expected another", name)
+        for name, point in nodes.items():
+            if first.setdefault(point, name) != name:
+                raise wrong(f"at the same place as node '{first[point]}' (got {got(point)}), expected another", name)
         known(info).nodes = nodes or known(info).nodes
         return nodes
 

@@ -76,16 +76,16 @@ class FreeTravel:
         return time + self.stop_time if time else time
 
     def at(self, speed: float) -> FreeTravel:
-        """The same at another speed."""
+        """The travel times of robots at another speed."""
         node_time, node_times, slowness = self._given
         ways = self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness
         return FreeTravel(*ways)
 
     def oracle(self, cost: Cost) -> RouteOracle:
         """The oracle for routes that are cheapest by a cost."""
-        found = self._oracles.get(cost)
-        if found is None:
-            found = self._oracles[cost] = RouteOracle(
+        oracle = self._oracles.get(cost)
+        if oracle is None:
+            oracle = self._oracles[cost] = RouteOracle(
                 self.highways,
                 cost,
                 self.speed,
@@ -95,11 +95,11 @@ class FreeTravel:
                 self.node_times,
                 self.stop_time,
             )
-        return found
+        return oracle
 
     @property
     def half_turn(self) -> float:
-        """The longest that a robot turns on a node where it sets out, and what it takes to stop and start."""
+        """The longest turn of a robot on a node where it sets out, and the time to stop and start."""
         return 2 * self.turn_time + self.stop_time
 
     def to_edge(self, node: str, edge: Edge) -> float:
@@ -145,14 +145,14 @@ class FreeTravel:
 
         ways, places = self.ways, self.highways.nodes
         starts, ends = _ends(origins, goals)
-        at = np.array([complex(places[name]["x"], places[name]["y"]) for name in ways.names])
-        start, end = (at[[ways.index[name] for name in names]] for names in (starts, ends))
-        second, last = (at[nodes] for nodes in ways.beside_all(starts, ends))
+        points = np.array([complex(places[name]["x"], places[name]["y"]) for name in ways.names])
+        start, end = (points[[ways.index[name] for name in names]] for names in (starts, ends))
+        second, last = (points[nodes] for nodes in ways.beside_all(starts, ends))
         before, after = (
             np.array([np.nan if edge is None else heading(self.highways, edge) for edge in edges])
-            for edges in ([_edge_to(self.highways, one) for one in origins], [_edge_from(one) for one in goals])
+            for edges in ([_edge_to(self.highways, place) for place in origins], [_edge_from(place) for place in goals])
         )
-        is_edge = np.array([_edge_from(one) is not None for one in origins])
+        is_edge = np.array([_edge_from(origin) is not None for origin in origins])
         meets = np.equal.outer(np.array(starts, dtype=object), np.array(ends, dtype=object))
         drives = ~meets & np.isfinite(times)
         turns = (
@@ -206,7 +206,7 @@ class FreeTravel:
         return self.oracle("time").time(origin, goal)
 
     def _by_time(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Some nodes, the one first to which a robot drives in the least time; those as near in their order."""
+        """Some nodes, the node first to which a robot drives in the least time; equally near ones in their order."""
         times = self.times([origin], nodes)[0]
         return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 

@@ -1,4 +1,4 @@
-"""What of a floor can be turned: the lanes between junctions, one or several to a unit, and the aisles they form."""
+"""The parts of a floor that can be turned: lanes between junctions, one or several to a unit, and their aisles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MIRRORED: Mapping[Way, Way] = {
 
 
 def mirrored(way: Way) -> Way:
-    """The same way of a lane that is listed from its other end."""
+    """The way of a lane as seen from its other end."""
     return _MIRRORED[way]
 
 
@@ -89,12 +89,12 @@ class Turnable:
 
     def _with(self, design: Sequence[Way], aisle: Iterable[tuple[int, Way]], way: Way) -> tuple[Way, ...]:
         """A design with each unit of an aisle driven `way`, seen along the aisle, where it can be."""
-        found = list(design)
+        turned_design = list(design)
         for unit, along in aisle:
             turned = way if along == "along" else mirrored(way)
             if turned in self.ways[unit]:
-                found[unit] = turned
-        return tuple(found)
+                turned_design[unit] = turned
+        return tuple(turned_design)
 
     def lanes(self, design: Sequence[Way]) -> dict[Edge, Way]:
         """The way of every lane that can be turned."""
@@ -108,7 +108,7 @@ class Turnable:
 
 
 def turnable(layout: Layout) -> Turnable:
-    """What can be turned of a floor: one-way lanes without a lane beside them, and two-way lanes.
+    """The lanes of a floor that can be turned: one-way lanes without a lane beside them, and two-way lanes.
 
     Lanes that alone lead to what is beyond (bridges) stay as they are. Only the largest part of the floor counts whose
     nodes can reach each other.
@@ -142,7 +142,7 @@ def turnable(layout: Layout) -> Turnable:
 
 
 def turnable_blocks(blocks: Blocks) -> Turnable:
-    """What can be turned of blocks: every row and every column of aisles, as a whole."""
+    """The units of blocks that can be turned: every row and every column of aisles, as a whole."""
     graph = highways(blocks)
     names = block_nodes(blocks.columns, blocks.rows)
     lines = [tuple(pairwise(line)) for line in (*names, *zip(*names, strict=True))]
@@ -156,15 +156,15 @@ def turnable_blocks(blocks: Blocks) -> Turnable:
 
 def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ...]]:
     """Lanes that follow each other through nodes without another lane, in order: they can only be turned together."""
-    at: dict[str, list[Edge]] = {}
+    lanes_at: dict[str, list[Edge]] = {}
     for lane in lanes:
         for node in lane:
-            at.setdefault(node, []).append(lane)
+            lanes_at.setdefault(node, []).append(lane)
 
     def beyond(node: str, lane: Edge) -> Edge | None:
         """The lane that goes on at the end of another, listed in the same sense."""
         around = {*graph.pred[node], *graph.succ[node]}
-        here = [other for other in at[node] if other != lane and other != lane[::-1]]
+        here = [other for other in lanes_at[node] if other != lane and other != lane[::-1]]
         if len(around) != 2 or len(here) != 1:  # noqa: PLR2004 - one lane before and one after
             return None
         other = here[0]
@@ -195,9 +195,9 @@ def _aisles(graph: nx.DiGraph, units: Sequence[tuple[Edge, ...]]) -> Iterator[tu
     if not lanes:
         return
     unit_of = [number for number, unit in enumerate(units) for _ in unit]
-    found = Aisles.of(graph, lanes)
-    for group in found.groups():
-        aisle: dict[int, Way] = {unit_of[lane]: "along" if found.upwards[lane] else "back" for lane in group}
+    aisles = Aisles.of(graph, lanes)
+    for group in aisles.groups():
+        aisle: dict[int, Way] = {unit_of[lane]: "along" if aisles.upwards[lane] else "back" for lane in group}
         if len(aisle) > 1:
             yield tuple(aisle.items())
 

@@ -1,4 +1,4 @@
-"""Free driving where robots take time to turn on nodes: what a route costs depends on which edges follow each other.
+"""Free driving where robots take time to turn on nodes: the cost of a route depends on which edges follow each other.
 
 So the fastest route is searched over edges, not over nodes, towards a goal or from an origin. Each step is an edge with
 the turn from the one before. Turns before the first edge and after the last are not in the time of a route, as a node
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     import networkx as nx
 
 
-def turning(highways: nx.DiGraph, one: Edge, other: Edge) -> float:
-    """Quarters of a turn from the heading of one edge to that of another, drawn straight."""
-    return float(quarters(heading(highways, one) - heading(highways, other)))
+def turning(highways: nx.DiGraph, edge: Edge, other: Edge) -> float:
+    """Quarters of a turn from the heading of one edge to the heading of another, drawn straight."""
+    return float(quarters(heading(highways, edge) - heading(highways, other)))
 
 
 def heading(highways: nx.DiGraph, edge: Edge) -> float:
@@ -39,7 +39,7 @@ def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
 
 
 class Turns:
-    """The turns on all nodes of some Highways; edges are given by node numbers, with what routes are compared by.
+    """The turns on all nodes of some Highways; edges are given by node numbers, with the costs of routes.
 
     No route leads through a node that is `closed`. Besides, each turn takes `stop_time`: a robot stops for it.
     """
@@ -66,12 +66,12 @@ class Turns:
         self._graphs: dict[bool, Any] = {}
 
     def between(self, steps: Any) -> Any:
-        """Time of the turn between the first two edges of every chain of nodes; 0 where it ends after one."""
+        """Time of the turn between the first two edges of every chain of nodes; 0 for chains of one edge or none."""
         import numpy as np
 
         here, further = np.arange(len(steps)), steps[steps]
-        one, other = np.angle(self.at[steps] - self.at[here]), np.angle(self.at[further] - self.at[steps])
-        return np.where((steps != here) & (further != steps), self._times(one - other), 0.0)
+        incoming, outgoing = np.angle(self.at[steps] - self.at[here]), np.angle(self.at[further] - self.at[steps])
+        return np.where((steps != here) & (further != steps), self._times(incoming - outgoing), 0.0)
 
     def _times(self, angles: Any) -> Any:
         """How long turns by some angles take."""
@@ -93,16 +93,16 @@ class Turns:
         steps = np.where(before < 0, here, before)
         onward = steps[size:] - size
         turn = np.where(onward >= 0, self._times(self.heading - self.heading[onward]), 0.0)
-        found = np.isfinite(costs[size:])
+        is_reached = np.isfinite(costs[size:])
         node = self.target if forward else self.source
         order = np.lexsort((np.arange(count), costs[size:], node))
         first = np.minimum(np.searchsorted(node[order], np.arange(size)), count - 1)
         best = order[first]
-        has = (node[best] == np.arange(size)) & found[best] & (np.arange(size) != root)
+        has = (node[best] == np.arange(size)) & is_reached[best] & (np.arange(size) != root)
         steps[:size] = np.where(has, size + best, here[:size])
         sums = []
         for first_of in (self.length, self.time + turn):
-            along = np.concatenate([np.zeros(size), np.where(found, first_of, 0.0)])
+            along = np.concatenate([np.zeros(size), np.where(is_reached, first_of, 0.0)])
             sums.append(np.where(has, sums_along(steps, along)[:size], np.inf))
             sums[-1][root] = 0.0
         costs = np.where(has, costs[size + best], np.inf)
@@ -122,21 +122,21 @@ class Turns:
             begin, end = (self.source, self.target) if forward else (self.target, self.source)
             order = np.argsort(begin, kind="stable")
             low, high = (np.searchsorted(begin[order], end, side=side) for side in ("left", "right"))
-            one = np.repeat(np.arange(count), high - low)
-            rank = np.arange(len(one)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
-            other = order[np.repeat(low, high - low) + rank]
-            passing = ~np.isin(end[one], self.closed)
-            one, other = one[passing], other[passing]
-            turn = self._times(self.heading[one] - self.heading[other])
-            rows = np.concatenate([begin, size + one])
-            columns = np.concatenate([size + np.arange(count), size + other])
-            values = np.concatenate([self.cost, turn + self.cost[other]])
+            edge = np.repeat(np.arange(count), high - low)
+            rank = np.arange(len(edge)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
+            following = order[np.repeat(low, high - low) + rank]
+            passing = ~np.isin(end[edge], self.closed)
+            edge, following = edge[passing], following[passing]
+            turn = self._times(self.heading[edge] - self.heading[following])
+            rows = np.concatenate([begin, size + edge])
+            columns = np.concatenate([size + np.arange(count), size + following])
+            values = np.concatenate([self.cost, turn + self.cost[following]])
             self._graphs[forward] = csr_array((values, (rows, columns)), shape=(size + count, size + count))
         return self._graphs[forward]
 
 
 def sums_along(steps: Any, first: Any) -> Any:
-    """Sum of `first` along the chains of `steps`, each of which ends where it leads to itself, with 0 there."""
+    """Sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
     total = first
     while True:
         further = steps.take(steps)
@@ -147,12 +147,12 @@ def sums_along(steps: Any, first: Any) -> Any:
 
 
 def last_steps(steps: Any, root: int) -> Any:
-    """The last before the root on every chain of `steps`; itself where there is none."""
+    """The node before the root on every chain of `steps`; the node itself on chains that do not lead there."""
     import numpy as np
 
-    found = np.where(steps == root, np.arange(len(steps)), steps)
+    last = np.where(steps == root, np.arange(len(steps)), steps)
     while True:
-        further = found[found]
-        if (further == found).all():
-            return found
-        found = further
+        further = last[last]
+        if (further == last).all():
+            return last
+        last = further

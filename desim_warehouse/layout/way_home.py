@@ -1,4 +1,4 @@
-"""How robots that stand in each other's way all come home: searched for before a run, and at steps during it.
+"""Plans by which robots that stand in each other's way all come home: searched for before a run, and during it.
 
 Each robot has a trail of stands that it still has to use, which ends in a slot off the lanes. A *move* takes the first
 robot of a stand on along its trail, over stands that are free by then: home, or to a *refuge*. That is a one-way lane
@@ -16,12 +16,12 @@ from typing import Generic, Protocol, TypeVar
 R = TypeVar("R")
 """A robot."""
 S = TypeVar("S")
-"""A stand: a node or a lane; or the mark of one direction of a zone, on which those stand that drive the other way."""
+"""A stand: a node or a lane; or the mark of one direction of a zone, on which robots stand that drive the other way."""
 T_co = TypeVar("T_co", covariant=True)
 
 
 class Way(Protocol[T_co]):
-    """What a robot has still to use: its trail beyond `at`, where it stands."""
+    """The trail that a robot has still to use, beyond `at`, where it stands."""
 
     @property
     def trail(self) -> Sequence[T_co]:
@@ -29,16 +29,16 @@ class Way(Protocol[T_co]):
 
     @property
     def at(self) -> int:
-        """Where on it the robot stands."""
+        """The position on the trail where the robot stands."""
 
 
 def room(length: float, headway: float) -> int:
-    """How many robots can stand on a lane: D (`headway`) apart, and D clear of its ends."""
+    """The number of robots that can stand on a lane: D (`headway`) apart, and D clear of its ends."""
     return math.floor(length / headway + 1e-9) - 1
 
 
 class Stands(Generic[R, S]):
-    """Who stands where, and who has still to use what.
+    """Which robots stand where, in which order, and which have still to use which stands.
 
     `ways` has every robot with a trail. `users` are robots by what they still have to use, those in slots included.
     `lines` are the robots out by stand, those ahead first. `held` is what a robot stands on: its stand, and after that
@@ -55,25 +55,25 @@ class Stands(Generic[R, S]):
         self.held: dict[R, tuple[S, ...]] = {}
 
     def put(self, robot: R, held: tuple[S, ...]) -> None:
-        """A robot stands there, as the last."""
+        """Let a robot stand there, as the last."""
         self.held[robot] = held
         for stand in held:
             self.lines.setdefault(stand, []).append(robot)
 
     def take(self, robot: R) -> list[tuple[S, int]]:
-        """A robot no longer stands anywhere. Returned is where it stood, for `put_back`."""
-        found = []
+        """Remove a robot from where it stands. Returns its stands and its places in them, for `put_back`."""
+        places = []
         for stand in self.held.pop(robot):
             line = self.lines[stand]
             place = line.index(robot)
             del line[place]
             if not line:
                 del self.lines[stand]
-            found.append((stand, place))
-        return found
+            places.append((stand, place))
+        return places
 
     def put_back(self, robot: R, places: Iterable[tuple[S, int]]) -> None:
-        """A robot stands where it did before, with the same robots ahead of it."""
+        """Let a robot stand where it did before, with the same robots ahead of it."""
         self.held[robot] = tuple(stand for stand, _ in places)
         for stand, place in places:
             self.lines.setdefault(stand, []).insert(place, robot)
@@ -98,11 +98,11 @@ class HomeSearch(Generic[R, S]):
         self.at: dict[R, int] = {}
         self.own: dict[R, S] = {}  # where a robot stands
         self.blocked: dict[R, int] = {}  # how often others are in the way of a robot
-        self.waiting: dict[S, dict[R, None]] = {}  # by stand, who has still to use it
+        self.waiting: dict[S, dict[R, None]] = {}  # robots that have still to use a stand, by stand
         self._gather(robots)
         # Robots with the shortest way left come first: likely to be home first, they keep the plan valid for longer.
-        ways, at = stands.ways, self.at
-        order = sorted(self.blocked, key=lambda robot: len(ways[robot].trail) - at[robot])
+        ways, positions = stands.ways, self.at
+        order = sorted(self.blocked, key=lambda robot: len(ways[robot].trail) - positions[robot])
         self.left = dict.fromkeys(order)
         self.free = deque(robot for robot in order if not self.blocked[robot])
         self.to_try = deque(order)
@@ -111,7 +111,7 @@ class HomeSearch(Generic[R, S]):
             self._go_home()
 
     def _gather(self, robots: Iterable[R]) -> None:
-        """The robots, those in their way, those in the way of these, and so on; and how many block each."""
+        """Collect the robots, those in their way, those in the way of these, and so on; count how many block each."""
         lines, ways, held = self.lines, self.stands.ways, self.stands.held
         blocked, waiting = self.blocked, self.waiting
         to_follow = list(robots)
@@ -152,7 +152,7 @@ class HomeSearch(Generic[R, S]):
             self._leave(robot)
 
     def _leave(self, robot: R) -> None:
-        """A robot drives off from the head of its stand: one robot less in the way of those behind, and of users."""
+        """Drive a robot off from the head of its stand: it is out of the way of robots behind it, and of users."""
         blocked, free, left, own = self.blocked, self.free, self.left, self.own[robot]
         held = self.stands.held[robot]
         for stand in held if held[0] is own else (own,):  # a refuge is in no zone
@@ -187,28 +187,28 @@ class HomeSearch(Generic[R, S]):
 
     def _refuge(self, robot: R) -> int | None:
         """The farthest refuge that the first robot of a stand can drive to, as a position on its trail."""
-        lines, refuges, trail, found = self.lines, self.stands.refuges, self.stands.ways[robot].trail, None
+        lines, refuges, trail, refuge = self.lines, self.stands.refuges, self.stands.ways[robot].trail, None
         for index in range(self.at[robot] + 1, len(trail)):
             step = trail[index]
             line = lines.get(step, ())
             if step in refuges and len(line) < refuges[step]:
-                found = index
+                refuge = index
             if line and (len(line) > 1 or line[0] is not robot):
                 break
-        return found
+        return refuge
 
     def _move(self, robot: R, index: int) -> None:
-        """To a refuge, behind those that are there. They are as many in its way as before."""
+        """Move a robot to a refuge, behind the robots there; as many robots as before are in its way."""
         self.moves.append((robot, index))
         trail = self.stands.ways[robot].trail
         passed, refuge = trail[self.at[robot] + 1 : index + 1], trail[index]
-        # There before it has left: none may come free that it blocks again.
+        # In its new place before it leaves the old: no robot may come free that it blocks again.
         line = self.lines.setdefault(refuge, [])
         waiting = self._waiting_for(refuge)
         for other in waiting:
             if other is not robot and other in self.left:
                 self.blocked[other] += 1
-        if refuge in trail[index + 1 :]:  # to be used once more: those ahead are in its way twice
+        if refuge in trail[index + 1 :]:  # to be used once more: robots ahead are in its way twice
             self.blocked[robot] += sum(other is not robot for other in line)
         line.append(robot)
         for step in passed:
@@ -218,13 +218,13 @@ class HomeSearch(Generic[R, S]):
         self.at[robot], self.own[robot] = index, refuge
 
     def _waiting_for(self, refuge: S) -> dict[R, None]:
-        """Who has still to use a refuge, also if no robot has stood there up to now."""
-        found = self.waiting.get(refuge)
-        if found is None:
-            found = self.waiting[refuge] = {}
+        """Robots that have still to use a refuge, also if no robot has stood there up to now."""
+        users = self.waiting.get(refuge)
+        if users is None:
+            users = self.waiting[refuge] = {}
             for user in self.stands.users.get(refuge, ()):
                 if user in self.left:
-                    way, at = self.stands.ways[user], self.at[user]
-                    if at == way.at or refuge in way.trail[at + 1 :]:
-                        found[user] = None
-        return found
+                    way, index = self.stands.ways[user], self.at[user]
+                    if index == way.at or refuge in way.trail[index + 1 :]:
+                        users[user] = None
+        return users

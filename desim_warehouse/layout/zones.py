@@ -67,11 +67,11 @@ class TrafficZone:
     @property
     def lane_ends(self) -> dict[str, list[str]]:
         """The neighbours of each node along the zone's edges."""
-        found: defaultdict[str, list[str]] = defaultdict(list)
+        neighbours: defaultdict[str, list[str]] = defaultdict(list)
         for a, b in self.edges:
-            found[a] += [b] * (b not in found[a])
-            found[b] += [a] * (a not in found[b])
-        return found
+            neighbours[a] += [b] * (b not in neighbours[a])
+            neighbours[b] += [a] * (a not in neighbours[b])
+        return neighbours
 
     @property
     def line(self) -> list[str]:
@@ -91,14 +91,14 @@ class TrafficZone:
 
 def zones_on(layout: Layout, specs: Mapping[str, ZoneSpec]) -> tuple[TrafficZone, ...]:
     """The zones of a model on its layout."""
-    found = []
+    zones = []
     for name, spec in specs.items():
         drawn = [member for member in spec.members if not isinstance(member, str)]
         edges = {edge: None for a, b in drawn for edge in ((a, b), (b, a)) if layout.graph.has_edge(*edge)}
         nodes = dict.fromkeys([member for member in spec.members if isinstance(member, str)])
         nodes.update(dict.fromkeys(node for edge in drawn for node in edge))
-        found.append(TrafficZone(name, spec.rule, tuple(nodes), tuple(edges)))
-    return tuple(found)
+        zones.append(TrafficZone(name, spec.rule, tuple(nodes), tuple(edges)))
+    return tuple(zones)
 
 
 def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
@@ -107,14 +107,14 @@ def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
 
 
 def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
-    """The edges of some members, in both directions where they have them, and all that lead to those that are nodes."""
-    found: dict[Edge, None] = {}
+    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes."""
+    edges: dict[Edge, None] = {}
     for member in members:
         if isinstance(member, str):
-            found.update(dict.fromkeys(layout.graph.in_edges(member)))
+            edges.update(dict.fromkeys(layout.graph.in_edges(member)))
         else:
-            found.update(dict.fromkeys(edge for edge in (member, member[::-1]) if layout.graph.has_edge(*edge)))
-    return tuple(found)
+            edges.update(dict.fromkeys(edge for edge in (member, member[::-1]) if layout.graph.has_edge(*edge)))
+    return tuple(edges)
 
 
 def edges_along(layout: Layout, line: Sequence[str]) -> tuple[Edge, ...]:
@@ -130,12 +130,12 @@ def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -
     lengths = list(layout.graph.edges(data="length"))
     joined = nx.Graph((a, b) for a, b, length in lengths if length < contact and not _is_about(length, contact))
     joined.add_edges_from(pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes))
-    of = {node: number for number, part in enumerate(nx.connected_components(joined)) for node in part}
+    part_of = {node: number for number, part in enumerate(nx.connected_components(joined)) for node in part}
     kept = closed(zones)
     return frozenset(
         (a, b)
         for a, b, length in lengths
-        if of.get(a, a) == of.get(b, b)
+        if part_of.get(a, a) == part_of.get(b, b)
         and ((length < 2 * contact and not _is_about(length, 2 * contact)) or (a, b) in kept)
     )
 

@@ -76,7 +76,7 @@ class Live:
 
     @property
     def address(self) -> str:
-        """What opens the page: the token is behind the #, which browsers send to nobody."""
+        """The address of the page: the token is behind the #, which browsers send to nobody."""
         return f"http://{HOME}:{self.port}/#{self.token}"
 
     @property
@@ -101,7 +101,7 @@ class Live:
         self.close()
 
     def _repr_html_(self) -> str:
-        """The page in a frame."""
+        """The page in a frame, for notebooks."""
         address = html.escape(self.address)
         return f'<iframe title="Live page" src="{address}" style="width:100%;height:900px;border:0"></iframe>'
 
@@ -117,7 +117,7 @@ def serve(
     embed: Iterable[str] | None = None,
     changes: Mapping[str, Any] | None = None,
 ) -> Live:
-    """Serve a page on which sliders change the model, and its answers come in run by run.
+    """Serve a page on which sliders change the model, and whose answers come in run by run.
 
         live = dw.serve("w.yaml", target="on_time >= 95 %")
         print(live.address)
@@ -155,19 +155,19 @@ def serve(
 
 
 def _bound(port: int) -> socket.socket:
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((HOME, port))
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((HOME, port))
     except (OSError, OverflowError) as error:
-        found.close()
+        listening.close()
         why = reason(error) if isinstance(error, OSError) else "expected 0 to 65535"
         raise StudyError(f"port {port}: cannot be used ({why}); --port 0 takes a free one") from None
-    return found
+    return listening
 
 
 def _home(model: Model) -> Path:
-    """The folder of a model in the user's cache, which nobody else can enter.
+    """The folder of a model in the user's cache, closed to others.
 
     Raises:
         StudyError: where it cannot be used.
@@ -189,7 +189,7 @@ def _target(model: Model, text: str | None) -> Target | None:
 
 
 def _main(model: Model) -> str:
-    """What a design without a target is judged by first."""
+    """The first indicator of a design without a target."""
     return "throughput_per_hour" if model.tasks.never_end else "T"
 
 

@@ -1,4 +1,4 @@
-"""What the live page says of a design, before any run and after some.
+"""The words of the live page for a design, before any run and after some.
 
 Before: the quick estimate, or why it cannot be simulated. After: numbers, a verdict that stands, and a sentence.
 """
@@ -39,13 +39,13 @@ from desim_warehouse.study.table import Row
 
 CONFIDENCE = 0.95
 FEWEST = 5
-"""Runs of a design that cannot last, or of which some fail, before it is given up."""
+"""Runs after which a design that cannot last, or some of whose runs fail, is given up."""
 _SHOWN = 6
 """Indicators on the page."""
 
 
 class ByHand(NamedTuple):
-    """The quick estimate of a design: a sentence, one more, and by key what would be enough."""
+    """The quick estimate of a design: a sentence, one more, and by key the value that would be enough."""
 
     sentence: str
     more: str
@@ -53,51 +53,51 @@ class ByHand(NamedTuple):
 
 
 def by_hand(model: Model, design: str) -> ByHand:
-    """Estimate what a design does.
+    """Make the quick estimate of a design.
 
     Raises:
         CheckError: where it cannot work, with cures; what the model accepts is no reason.
     """
-    found = [item.problem for item in errors(model) if item.code not in model.accept]
-    if found:
-        raise CheckError(found)
+    problems = [item.problem for item in errors(model) if item.code not in model.accept]
+    if problems:
+        raise CheckError(problems)
     calculation = estimate(model)
     return ByHand(
         _sentence(calculation, model.units.hour, design),
-        "Quick estimate, ignoring traffic and randomness. The simulation follows.",
+        "A quick estimate. The simulation follows.",
         _needed(calculation, model),
     )
 
 
-def _sentence(found: QuickEstimate, hour: float, design: str) -> str:
-    capacity = f"about {number(found.capacity * hour, 0)}" if math.isfinite(found.capacity) else ""
-    if found.rate is None:
-        end = f"limited by {found.bottleneck}"
+def _sentence(quick: QuickEstimate, hour: float, design: str) -> str:
+    capacity = f"about {number(quick.capacity * hour, 0)}" if math.isfinite(quick.capacity) else ""
+    if quick.rate is None:
+        end = f"limited by {quick.bottleneck}"
         return (
             f"{design} can do {capacity} tasks an hour, {end}." if capacity else f"{design}: nothing limits the work."
         )
-    asked = number(found.rate * hour, 0)
-    if found.capacity < found.rate:
-        return f"{design} can do {capacity} of the {asked} tasks asked for an hour, limited by {found.bottleneck}."
-    if found.power is not None and found.power.short:
-        return f"{design}: the chargers give less than the fleet draws; {found.power.needed} are needed."
-    return f"{design}: the robots would be busy {percent(found.rate / found.fleet_capacity, 0)} % of the time."
+    asked = number(quick.rate * hour, 0)
+    if quick.capacity < quick.rate:
+        return f"{design} can do {capacity} of the {asked} tasks asked for an hour, limited by {quick.bottleneck}."
+    if quick.power is not None and quick.power.short:
+        return f"{design}: the chargers give less than the fleet draws; {quick.power.needed} are needed."
+    return f"{design}: the robots would be busy {percent(quick.rate / quick.fleet_capacity, 0)} % of the time."
 
 
-def _needed(found: QuickEstimate, model: Model) -> dict[str, float]:
+def _needed(quick: QuickEstimate, model: Model) -> dict[str, float]:
     needed: dict[str, float] = {}
-    if found.robots_needed is not None and math.isfinite(found.robots_needed):
-        needed[ROBOTS] = math.ceil(found.robots_needed - 1e-9)
-    if found.power is not None and found.power.needed:
+    if quick.robots_needed is not None and math.isfinite(quick.robots_needed):
+        needed[ROBOTS] = math.ceil(quick.robots_needed - 1e-9)
+    if quick.power is not None and quick.power.needed:
         for zone, bay in model.layout.bays.items():
             if bay.total_chargers:
-                needed[f"layout.bays.{zone}.total_chargers"] = found.power.needed
+                needed[f"layout.bays.{zone}.total_chargers"] = quick.power.needed
     return needed
 
 
 @dataclass(frozen=True)
 class Said:
-    """A verdict, the sentence, and what is added to it."""
+    """A verdict, its sentence, and further sentences."""
 
     verdict: Verdict
     sentence: str
@@ -107,13 +107,13 @@ class Said:
 
     @property
     def label(self) -> str:
-        """The verdict for people; before the first look how many of its runs there are."""
+        """The label of the verdict, for people; before the first look how many of its runs there are."""
         return f"{self.runs} of {FIRST_OF_MEANS} runs" if self.runs else label(self.verdict)
 
 
 @dataclass(frozen=True)
 class Named:
-    """A design of a page: in words, what it changes, and its model."""
+    """A design of a page: its name in words, its changes, and its model."""
 
     words: str
     changes: Mapping[str, object]
@@ -121,7 +121,7 @@ class Named:
 
 
 class RunsSoFar:
-    """The first runs of a design, from replication 0 on without a gap, and what follows from them."""
+    """The first runs of a design, from replication 0 on without a gap, and the results that follow."""
 
     def __init__(self, design: Named, outcomes: Sequence[Outcome], main: str, seed: int) -> None:
         self.design = design
@@ -133,7 +133,7 @@ class RunsSoFar:
 
     @property
     def n(self) -> int:
-        """How many runs."""
+        """How many runs there are."""
         return len(self.rows)
 
     @cached_property
@@ -148,17 +148,17 @@ class RunsSoFar:
 
     @cached_property
     def indicators(self) -> list[str]:
-        """What such runs are judged by, first the main one."""
+        """The indicators that such runs are judged by, first the main one."""
         names = dict.fromkeys(name for row in self.rows for name in row.indicators)
-        found = judged_by(names, never_ends=self.model.tasks.never_end)
-        return [name for name in dict.fromkeys([self.main, *found]) if name in names][:_SHOWN]
+        usual = judged_by(names, never_ends=self.model.tasks.never_end)
+        return [name for name in dict.fromkeys([self.main, *usual]) if name in names][:_SHOWN]
 
     def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
         """Mean and usual interval, over the first n runs."""
         return self.results.estimate(self.rows[:n], indicator)
 
     def scale(self, indicator: str) -> Scale:
-        """How the indicator is written."""
+        """The scale on which the indicator is written."""
         return words.scale_of(indicator, self.model, [self.estimate(indicator)])
 
     def reached(self, value: str) -> str:
@@ -167,12 +167,12 @@ class RunsSoFar:
 
     def values(self, by: float) -> list[float | None]:
         """The main indicator in each run, times `by`."""
-        found = (by * row.value(self.main) for row in self.rows)
-        return [value if math.isfinite(value) else None for value in found]
+        values = (by * row.value(self.main) for row in self.rows)
+        return [value if math.isfinite(value) else None for value in values]
 
     @cached_property
     def lasting(self) -> Wrong | None:
-        """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands.
+        """The problem that makes the time to come unlike the runs; looked for where a verdict may fall, and kept.
 
         That work piles up the first run says by itself, as chance is allowed for in its own arrivals.
         """
@@ -199,14 +199,14 @@ class RunsSoFar:
             return "first run"
         if not self._can_meet(target):
             return "known"
-        found = self.look(target)
-        return "early" if found is None else standing(found)
+        verdict = self.look(target)
+        return "early" if verdict is None else standing(verdict)
 
     def _can_meet(self, target: Target | None) -> bool:
         return target is not None and all(math.isfinite(row.value(self.main)) for row in self.rows)
 
     def look(self, target: Target | None) -> DesignVerdict[None] | None:
-        """The verdict of the first look that gave one, or of the last; its bounds are the interval of the page."""
+        """The verdict of the first look that decided, or of the last one; its bounds are the interval of the page."""
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
@@ -221,13 +221,13 @@ class RunsSoFar:
         )
 
     def told(self, target: Target | None) -> str:
-        """The main indicator with its one interval: that of the verdict, none before the first look at a target."""
-        found, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
-        assert found is not None
+        """The main indicator with its one interval, from the verdict; none before the first look at a target."""
+        estimate, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
+        assert estimate is not None
         if target is None or not self._can_meet(target):
-            return scale.estimate(found)
+            return scale.estimate(estimate)
         if look is None:
-            return scale.value(found.mean)
+            return scale.value(estimate.mean)
         if look.low is None or look.high is None:
             return scale.value(look.mean)
         return scale.within(look.mean, look.low, look.high, target.value)
@@ -235,62 +235,62 @@ class RunsSoFar:
     def said(self, target: Target | None) -> Said:
         """The verdict with its sentence."""
         verdict, design = self.met(target), self.design.words
-        found = self.estimate(self.main)
+        estimate = self.estimate(self.main)
         if verdict == "fails":
             count = f"{len(self.failed)} of {number_of(self.n, 'run')}"
             return Said(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
-        if found is None:
+        if estimate is None:
             title = words.in_sentence(self.main)
             return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")
-            said = instead([self.lasting], None if done is None else done.mean, self.model)
-            return Said(verdict, f"{numbers.capital(said)} with {design}.")
+            text = instead([self.lasting], None if done is None else done.mean, self.model)
+            return Said(verdict, f"{numbers.capital(text)} with {design}.")
         if verdict == "first run":
-            told = self.reached(self.scale(self.main).value(found.mean))
-            said = f"{numbers.capital(told)} with {design}, in the first run."
+            result = self.reached(self.scale(self.main).value(estimate.mean))
+            text = f"{numbers.capital(result)} with {design}, in the first run."
             runs = self.n if self._can_meet(target) else 0
-            return Said(verdict, said, ("One run says nothing about chance yet.",), runs)
+            return Said(verdict, text, ("One run says nothing about chance yet.",), runs)
         aim = () if target is None else (f"Target: {words.target(target)}.",)
-        told = self.reached(self.told(target))
+        result = self.reached(self.told(target))
         if verdict == "early":
-            return Said(verdict, f"So far {told} with {design}{self._year()}.", aim, self.n)
-        return Said(verdict, f"{numbers.capital(told)} with {design}{self._year()}.", aim)
+            return Said(verdict, f"So far {result} with {design}{self._year()}.", aim, self.n)
+        return Said(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
-        """What a year costs, where the model has prices."""
-        found = self.estimate("annual_cost") if self.main != "annual_cost" else None
-        return "" if found is None else f", {self.scale('annual_cost').value(found.mean)} a year"
+        """The cost of a year, where the model has prices."""
+        estimate = self.estimate("annual_cost") if self.main != "annual_cost" else None
+        return "" if estimate is None else f", {self.scale('annual_cost').value(estimate.mean)} a year"
 
     def measured(self, target: Target | None) -> list[Measured]:
         """The indicators, each with its one interval."""
-        found = []
+        measured = []
         for name in self.indicators:
-            one = self.estimate(name)
-            if one is None:
+            estimate = self.estimate(name)
+            if estimate is None:
                 continue
             scale = self.scale(name)
-            low, high = one.interval or (None, None)
-            text = within(name, scale, (one.mean, low, high)).text
+            low, high = estimate.interval or (None, None)
+            text = within(name, scale, (estimate.mean, low, high)).text
             if name == self.main and self._can_meet(target):
                 look, text = self.look(target), self.told(target)
                 low, high = (None, None) if look is None else (look.low, look.high)
             unit = "%" if scale.is_share else scale.unit
-            found.append(
+            measured.append(
                 Measured(
                     name=name,
                     label=words.indicator_name(name),
                     unit=unit,
                     text=text,
-                    mean=scale.by * one.mean,
+                    mean=scale.by * estimate.mean,
                     low=None if low is None else scale.by * low,
                     high=None if high is None else scale.by * high,
                 )
             )
-        return found
+        return measured
 
     def busy(self) -> Busy:
-        """Say who is busiest, with the load of each group, the largest first."""
+        """Say which group is busiest, with the load of each group, the largest first."""
         return busy(self.rows, self.model, CONFIDENCE)
 
 

@@ -62,7 +62,7 @@ HEADERS = {
 
 
 def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
-    """The server of a desk, for whoever has the token."""
+    """The server of a desk, for anybody who has the token."""
     calls = Calls(desk, about, frames)
     routes = [
         Route("/", calls.page, methods=["GET"]),
@@ -87,7 +87,7 @@ def page(name: str) -> str:
 
 
 class Guard:
-    """Turns away who is not the user of the page, before anything is read or done."""
+    """Turns away callers who are not the user of the page, before anything is read or done."""
 
     def __init__(self, app: ASGIApp, token: str, hosts: frozenset[str]) -> None:
         self.app, self.token, self.hosts = app, token, hosts
@@ -111,12 +111,12 @@ class Guard:
         host, origin = headers.get("host", []), headers.get("origin", [])
         if len(host) != 1 or host[0] not in self.hosts:
             return 421, "Host: not the address of this server"
-        if any(one.removeprefix("http://") not in self.hosts or not one.startswith("http://") for one in origin):
+        if any(value.removeprefix("http://") not in self.hosts or not value.startswith("http://") for value in origin):
             return 403, "Origin: only the page of this server may ask"
         if path == "/":
             return None
-        given = headers.get("authorization", [])
-        if len(given) != 1 or not secrets.compare_digest(given[0].encode(), f"Bearer {self.token}".encode()):
+        tokens = headers.get("authorization", [])
+        if len(tokens) != 1 or not secrets.compare_digest(tokens[0].encode(), f"Bearer {self.token}".encode()):
             return 401, "Authorization: not the token of this server, which `desim serve` prints with its address"
         return None
 
@@ -127,7 +127,7 @@ def refused(status: int, *problems: str) -> JSONResponse:
 
 
 class Calls:
-    """What the page can ask a desk."""
+    """The calls that a page can make to a desk."""
 
     def __init__(self, desk: Desk, about: About, frames: tuple[str, ...]) -> None:
         self.desk, self.about, self.frames = desk, about, frames
@@ -146,7 +146,7 @@ class Calls:
         return HTMLResponse(body, headers={**HEADERS, "Content-Security-Policy": policy})
 
     async def model(self, request: Request) -> Response:  # noqa: ARG002
-        """What is offered."""
+        """The model, and the keys on offer."""
         return _json(self.about)
 
     async def openapi(self, request: Request) -> Response:  # noqa: ARG002
@@ -154,10 +154,10 @@ class Calls:
         return JSONResponse(openapi(), headers=HEADERS)
 
     async def design(self, request: Request) -> Response:
-        """A design by estimate."""
+        """The quick estimate of a design."""
         ask = await _read(request, Ask)
-        found = await run_in_threadpool(self.desk.design, ask.levels)
-        return _json(asked(found))
+        design = await run_in_threadpool(self.desk.design, ask.levels)
+        return _json(asked(design))
 
     async def events(self, request: Request) -> Response:
         """The answers on a design as they change."""
@@ -204,7 +204,7 @@ class Calls:
                     yield "event: alive\ndata: {}\n\n"
 
     async def floor(self, request: Request) -> Response:
-        """What a page plays of one run."""
+        """The replay of one run, for the page to play."""
         design = self._known(request.path_params["id"])
         if not design.floor:
             raise HTTPException(404, "floor: none yet, expected after the event that says so")
@@ -214,7 +214,7 @@ class Calls:
         """The page of some designs, which needs no server."""
         ask = await _read(request, ShareAsk)
         designs = [self._known(name) for name in dict.fromkeys(ask.ids)]
-        made = await run_in_threadpool(self.desk.page, [one for one in designs if one.n], self.about)
+        made = await run_in_threadpool(self.desk.page, [design for design in designs if design.n], self.about)
         safe = {"Content-Disposition": "attachment", "Content-Security-Policy": "sandbox"}
         return HTMLResponse(made.html, headers={**HEADERS, **safe})
 
@@ -226,7 +226,7 @@ class Calls:
 
 
 class _Stream(StreamingResponse):
-    """An answer that goes on until the listener leaves, also one who is gone before its first line."""
+    """An answer that goes on until the listener leaves, even before its first line."""
 
     def __init__(self, content: AsyncIterator[str], leave: Callable[[], None], **how: Any) -> None:
         super().__init__(content, **how)
@@ -255,20 +255,22 @@ async def _read(request: Request, kind: type[M]) -> M:
     try:
         return kind.model_validate(value_of(body))
     except ValidationError as error:
-        said = [f"{'.'.join(map(str, one['loc'])) or 'body'}: {one['msg']}" for one in error.errors()[:5]]
-        raise HTTPException(400, "\n".join(said)) from None
+        problems = [
+            f"{'.'.join(map(str, problem['loc'])) or 'body'}: {problem['msg']}" for problem in error.errors()[:5]
+        ]
+        raise HTTPException(400, "\n".join(problems)) from None
     except JsonError as error:
         raise HTTPException(400, f"body{error.where}: {error}") from None
 
 
 def _number(text: str, name: str, *, whole: bool = False) -> float:
     try:
-        found = float(text)
+        number = float(text)
     except ValueError:
-        found = math.nan
-    if not math.isfinite(found) or (whole and found != int(found)):
+        number = math.nan
+    if not math.isfinite(number) or (whole and number != int(number)):
         raise StudyError(f"{name}: {text!r:.40}, expected a {'whole ' if whole else ''}number")
-    return found
+    return number
 
 
 def _json(message: Message) -> Response:

@@ -1,4 +1,4 @@
-"""Who is busiest at a design, as the live page shows it."""
+"""The busiest group at a design, as the live page shows it."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from desim_warehouse.study.table import Row
 
 
 class Busy(NamedTuple):
-    """Who is busiest in a sentence, and each group by its name with its load, the largest first."""
+    """The busiest group in a sentence, and each group by its name with its load, the largest first."""
 
     busiest: str
     loads: list[tuple[str, float]]
 
 
 def busy(rows: Sequence[Row], model: Model, confidence: float) -> Busy:
-    """Say who is busiest in the runs of a design, and by how much."""
+    """Say which group is busiest in the runs of a design, and by how much."""
     measured = loads(rows, model, confidence)
     line = busiest.are(measured)
     listed = [(numbers.capital(load.group.name), load.mean) for load in measured]

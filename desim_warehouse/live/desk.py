@@ -1,8 +1,8 @@
-"""The designs of a live page and their runs: who listens to which, what is simulated next, and what is known.
+"""The designs of a live page and their runs: who listens to which, what is simulated next, and results so far.
 
-A run is simulated only while somebody listens to its design. Of all that is wanted the design with the fewest runs is
-next, and of those the one that was asked for last: so a pinned design and the one beside it grow together, and of many
-listeners none waits for all the others.
+A run is simulated only while somebody listens to its design. Next comes the wanted design with the fewest runs, among
+equals the design asked for last: so a pinned design and the design beside it grow together, and of many listeners none
+waits for all the others.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Design:
 
     @property
     def n(self) -> int:
-        """Runs from the first on without a gap: what does not depend on how fast workers are."""
+        """How many runs there are from the first on without a gap, whatever the speed of workers."""
         n = 0
         while n in self.outcomes:
             n += 1
@@ -82,7 +82,7 @@ class Design:
 
 @dataclass(eq=False)
 class Listener:
-    """Somebody who listens to a design, beside a pinned one; `runs`: at least so many, whatever the verdict.
+    """A listener to a design, beside a pinned one; `runs`: at least so many, whatever the verdict.
 
     `most`: where no verdict falls before. `floor`: whether the floor of a run is to be watched. `told` is called from
     another thread when there is more to know.
@@ -138,7 +138,7 @@ class Desk:
         """Start the workers, with the first runs of the model as it is today."""
         try:
             today = self.design({})
-        except WarehouseError as error:  # which the page says, too
+        except WarehouseError as error:  # the page says so, too
             self.notes.append(str(error))
         else:
             self.listen(Listener(today, None, self.target, 0, most=2))
@@ -182,27 +182,31 @@ class Desk:
         for key, offer in self.offers.items():
             changes |= offer.changes[places[key]]
         model = self.model.replace(changes) if changes else self.model
-        said = spoken_design(self.offers, places)
-        hand = by_hand(model, said)
+        text = spoken_design(self.offers, places)
+        hand = by_hand(model, text)
         with self.lock:
             if name not in self.designs:
                 self._forget_designs()
-                named = Named(said, changes, model)
+                named = Named(text, changes, model)
                 made = Design(name, next(self._number), named, whole, model.digest(), hand, asked=monotonic())
                 self.designs[name] = made
                 self._recall(made)
             return self.designs[name]
 
     def _forget_designs(self) -> None:
-        """Make room for another design: of those that nobody listens to, the ones asked for longest ago go.
+        """Make room for another design: designs without a listener are dropped, those asked for longest ago first.
 
         Those with runs go last, and today's stays. Runs stay in the folder, from where they are recalled.
         """
-        listened = {one for listener in self.listeners for one in (listener.design, listener.pinned)}
-        left = [one for one in self.designs.values() if one.number and one not in listened and not one.handles]
-        left.sort(key=lambda one: (one.n > 0, one.asked))
-        for one in left[: max(len(self.designs) + 1 - MOST_DESIGNS, 0)]:
-            del self.designs[one.id]
+        listened = {design for listener in self.listeners for design in (listener.design, listener.pinned)}
+        left = [
+            design
+            for design in self.designs.values()
+            if design.number and design not in listened and not design.handles
+        ]
+        left.sort(key=lambda design: (design.n > 0, design.asked))
+        for design in left[: max(len(self.designs) + 1 - MOST_DESIGNS, 0)]:
+            del self.designs[design.id]
 
     def _recall(self, design: Design) -> None:
         """Take the runs that the folder has."""
@@ -213,12 +217,12 @@ class Desk:
             design.outcomes[r] = outcome
 
     def _recall_designs(self) -> None:
-        """List the designs that were tried in this folder before, the last ones of those that are still on offer."""
+        """List the designs that were tried in this folder before, the latest of the ones still on offer."""
         if not (self.folder / STUDY).exists():
             return
         try:
             tried = [levels_of(self.offers, point.overrides) for point in read_record(self.folder).plan.points()]
-            for levels in [one for one in tried if one is not None][-_LISTED:]:
+            for levels in [values for values in tried if values is not None][-_LISTED:]:
                 if not self.closing:
                     self.design(levels)
         except WarehouseError as error:
@@ -236,7 +240,7 @@ class Desk:
             self._schedule()
 
     def leave(self, listener: Listener) -> None:
-        """Stop what nobody else wants."""
+        """Stop the runs that nobody else wants."""
         with self.lock:
             if listener in self.listeners:
                 self.listeners.remove(listener)
@@ -264,7 +268,7 @@ class Desk:
         return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "overloaded", "drained"}
 
     def known(self, design: Design) -> RunsSoFar:
-        """What the runs of a design say so far."""
+        """The runs of a design so far, with the results that follow."""
         with self.lock:
             if design.known is None or design.known.n != design.n:
                 outcomes = [design.outcomes[r] for r in range(design.n)]
@@ -272,7 +276,7 @@ class Desk:
             return design.known
 
     def _schedule(self) -> None:
-        """Cancel what nobody wants, and hand out what is wanted next."""
+        """Cancel runs that nobody wants, and hand out those wanted next."""
         want: dict[Design, int] = {}
         for listener in self.listeners:
             for design in filter(None, (listener.design, listener.pinned)):
@@ -309,7 +313,7 @@ class Desk:
         handle.tell(self.ended)
 
     def _work(self) -> None:
-        """Take what has ended, in a thread of its own."""
+        """Take runs that have ended, in a thread of its own."""
         self._recall_designs()
         while not self.closing:
             handle: Handle | None = None
@@ -337,7 +341,7 @@ class Desk:
         if outcome.floor is not None:
             design.floor = outcome.floor
             self._forget_floors(design)
-        outcome = outcome._replace(floor=None)  # which is kept once for its design
+        outcome = outcome._replace(floor=None)  # the floor is kept once for a design
         if r not in design.outcomes:
             try:
                 self.store.add(design.digest, run_seed(self.seed, r), outcome)
@@ -351,9 +355,9 @@ class Desk:
         self._tell(None if r == 0 else design)  # all pages list what was tried
 
     def _forget_floors(self, latest: Design) -> None:
-        kept = [one for one in self.designs.values() if one.floor and one is not latest]
-        for one in sorted(kept, key=lambda one: one.asked)[: max(len(kept) - MOST_LISTENERS, 0)]:
-            one.floor = None
+        kept = [design for design in self.designs.values() if design.floor and design is not latest]
+        for design in sorted(kept, key=lambda design: design.asked)[: max(len(kept) - MOST_LISTENERS, 0)]:
+            design.floor = None
 
     def _tell(self, design: Design | None) -> None:
         for listener in self.listeners:
@@ -363,36 +367,36 @@ class Desk:
     # Looking
 
     def _beside(self, other: RunsSoFar, pinned: Design, listener: Listener, by: float) -> tuple[Band | None, list[str]]:
-        """Where the pinned design lies on the scale, and what is said of it beside the one that is shown."""
-        at: Band | None = None
-        said: list[str] = []
-        found = other.estimate(self.main)
-        if found is not None:
-            at = _times(by, (found.mean, *(found.interval or (None, None))))
-            told = capital(other.reached(other.told(listener.target)))
-            said.append(f"Pinned: {told} with {pinned.named.words}.")
+        """The band of the pinned design on the scale, and sentences on it beside the design that is shown."""
+        band: Band | None = None
+        lines: list[str] = []
+        estimate = other.estimate(self.main)
+        if estimate is not None:
+            band = _times(by, (estimate.mean, *(estimate.interval or (None, None))))
+            result = capital(other.reached(other.told(listener.target)))
+            lines.append(f"Pinned: {result} with {pinned.named.words}.")
         apart = self._difference(pinned, listener.design)
-        return at, said + ([] if apart is None else [f"Difference, run by run: {apart}."])
+        return band, lines + ([] if apart is None else [f"Difference, run by run: {apart}."])
 
     def answer(self, listener: Listener) -> Watched:
-        """All that is known of a listener's design."""
+        """The state of a listener's design."""
         with self.lock:
             design, pinned = listener.design, listener.pinned
-            known, wanted = self.known(design), self.wanted(design, listener)
+            runs, wanted = self.known(design), self.wanted(design, listener)
             other = self.known(pinned) if pinned is not None and pinned is not design and pinned.n else None
             later = [pinned] if pinned is not None and pinned is not design else []
-            left = sum(max(self.wanted(one, listener) - one.n, 0) for one in [design, *later])
+            left = sum(max(self.wanted(each, listener) - each.n, 0) for each in [design, *later])
             taken = [outcome.run_time for outcome in design.outcomes.values()]
             clear = self._is_clear(design, listener.target)
             floor, notes = bool(design.floor), self.notes[-3:]
-            tried = [one for one in self.designs.values() if one.outcomes.get(0)]
-        scale = known.scale(self.main)
-        said = known.said(listener.target)
-        sentence, more, verdict, label = said.sentence, list(said.more), said.verdict, said.label
-        if known.n == 0:
+            tried = [each for each in self.designs.values() if each.outcomes.get(0)]
+        scale = runs.scale(self.main)
+        summary = runs.said(listener.target)
+        sentence, more, verdict, label = summary.sentence, list(summary.more), summary.verdict, summary.label
+        if runs.n == 0:
             sentence, more = design.hand.sentence, [design.hand.more]
         pinned_at = None
-        if other is not None and pinned is not None and known.n:
+        if other is not None and pinned is not None and runs.n:
             pinned_at, beside = self._beside(other, pinned, listener, scale.by)
             more += beside
         done = ""
@@ -400,11 +404,11 @@ class Desk:
             done = "fails"
             more.append(f"Nothing more can be simulated: {self.error}")
         elif left <= 0:
-            done = "exact" if known.exact else "fails" if known.failed else "verdict" if clear else "all"
-        busy = known.busy() if known.n and not known.failed else Busy("", [])
+            done = "exact" if runs.exact else "fails" if runs.failed else "verdict" if clear else "all"
+        busy = runs.busy() if runs.n and not runs.failed else Busy("", [])
         return Watched(
             id=design.id,
-            n=known.n,
+            n=runs.n,
             wanted=wanted,
             done=done,  # type: ignore[arg-type]
             seconds_left=None if not taken else round(left * math.fsum(taken) / len(taken) / self.workers, 1),
@@ -412,34 +416,36 @@ class Desk:
             label=label,
             sentence=sentence,
             more=more,
-            values=known.values(scale.by),
-            measured=known.measured(listener.target) if known.n else [],
+            values=runs.values(scale.by),
+            measured=runs.measured(listener.target) if runs.n else [],
             busiest=busy.busiest,
             busy=busy.loads,
             pinned=None if pinned is None else pinned.id,
             pinned_at=pinned_at,
             floor=floor,
-            tried=[self._tried(one, listener.target) for one in sorted(tried, key=lambda one: -one.asked)[:_LISTED]],
+            tried=[
+                self._tried(each, listener.target) for each in sorted(tried, key=lambda each: -each.asked)[:_LISTED]
+            ],
             notes=notes,
         )
 
     def _tried(self, design: Design, target: Target | None) -> Tried:
-        known = self.known(design)
-        found = known.estimate(self.main)
-        text = "–" if found is None else known.scale(self.main).value(found.mean)
+        runs = self.known(design)
+        estimate = runs.estimate(self.main)
+        text = "–" if estimate is None else runs.scale(self.main).value(estimate.mean)
         return Tried(
             id=design.id,
             words=design.named.words,
             levels=dict(design.levels),
-            runs=known.n,
+            runs=runs.n,
             text=text,
-            verdict=known.met(target),
+            verdict=runs.met(target),
         )
 
     def results(self, designs: Sequence[Design], target: str = "") -> Results:
         """The runs of some designs, the first as baseline, as the results of a study."""
         with self.lock:
-            pairs = [(one.named, [one.outcomes[r] for r in range(one.n)]) for one in designs]
+            pairs = [(design.named, [design.outcomes[r] for r in range(design.n)]) for design in designs]
         return replace(results_of(self.model, pairs, self.seed, target), folder=self.folder, notes=tuple(self.notes))
 
     def page(self, designs: Sequence[Design], about: About) -> FrozenPage:
@@ -452,34 +458,34 @@ class Desk:
 
         if not 1 < len(designs) <= frozen.MOST:
             raise ReportError(f"a page compares 2 to {frozen.MOST} options that have runs (got {len(designs)})")
-        known = [(asked(one), self.answer(Listener(one, None, self.target, 0))) for one in designs]
-        table = [[self._difference(one, other) for other in designs] for one in designs]
-        return frozen.page(about.model_copy(update={"folder": ""}), known, table, start=1, pinned=0)
+        watched = [(asked(design), self.answer(Listener(design, None, self.target, 0))) for design in designs]
+        table = [[self._difference(base, other) for other in designs] for base in designs]
+        return frozen.page(about.model_copy(update={"folder": ""}), watched, table, start=1, pinned=0)
 
     def _difference(self, base: Design, other: Design) -> str | None:
-        """The second minus the first, run by run; None where nothing can be said."""
+        """The difference of the second to the first, run by run; None where there is none to tell."""
         if base is other:
             return None
         results = self.results([base, other])
-        found = results.compare_finished(self.main)
-        return None if found is None else difference(results, self.main, found.differences[0]).text
+        comparison = results.compare_finished(self.main)
+        return None if comparison is None else difference(results, self.main, comparison.differences[0]).text
 
     def _write(self) -> None:
         """Say which study the folder has, for `desim report`; its runs are in the journal."""
         self.changed, self.written = False, monotonic()
-        tried = [one for one in self.designs.values() if one.n]
+        tried = [design for design in self.designs.values() if design.n]
         if not tried:
             return
-        found = self.results(tried, self.target.text if self.target else "")
-        keys = {point.number: one.digest for point, one in zip(found.points, tried, strict=True)}
+        results = self.results(tried, self.target.text if self.target else "")
+        keys = {point.number: design.digest for point, design in zip(results.points, tried, strict=True)}
         try:
-            write_record(found.plan, found.points, keys, self.folder)
+            write_record(results.plan, results.points, keys, self.folder)
         except WarehouseError as error:
             self.notes.append(str(error))
 
 
 def asked(design: Design) -> Calculated:
-    """A design as the page has it at once: by hand."""
+    """A design as the page has it at once: by quick estimate."""
     return Calculated(
         id=design.id,
         words=design.named.words,
@@ -492,6 +498,6 @@ def asked(design: Design) -> Calculated:
 
 
 def _times(by: float, band: Band) -> Band:
-    """The same on another scale."""
+    """A band on another scale."""
     mean, low, high = band
     return by * mean, None if low is None else by * low, None if high is None else by * high

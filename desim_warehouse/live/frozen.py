@@ -1,4 +1,4 @@
-"""The page of `desim what-if --page` and of Share: the live page with answers that are all in it, and no server."""
+"""The page of `desim what-if --page` and of Share: the live page with all answers inside, and no server."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ def page(
 
     `start`, `pinned`: the designs shown first. `answers`: sentences above them.
     """
-    levels = {one.key: {asked.levels[one.key] for asked, _ in designs} for one in about.knobs}
-    knobs = [_kept(one, levels[one.key]) for one in about.knobs if len(levels[one.key]) > 1]
-    tried = [one for one in designs[0][1].tried if one.id in {asked.id for asked, _ in designs}]
+    levels = {knob.key: {asked.levels[knob.key] for asked, _ in designs} for knob in about.knobs}
+    knobs = [_kept(knob, levels[knob.key]) for knob in about.knobs if len(levels[knob.key]) > 1]
+    tried = [design for design in designs[0][1].tried if design.id in {asked.id for asked, _ in designs}]
     data = {
         "about": about.model_copy(update={"knobs": knobs, "colours": {}}).model_dump(),
-        "tried": [one.model_dump() for one in tried],
+        "tried": [design.model_dump() for design in tried],
         "designs": [
             [asked.model_dump(), answer.model_copy(update={"tried": [], "floor": False}).model_dump()]
             for asked, answer in designs
@@ -90,8 +90,8 @@ def _kept(knob: Knob, values: set[Any]) -> Knob:
     """A knob with these values only."""
     kept = [place for place, value in enumerate(knob.values) if value in values]
     today = kept.index(knob.today) if knob.today in kept else None
-    found = {"values": [knob.values[place] for place in kept], "texts": [knob.texts[place] for place in kept]}
-    return knob.model_copy(update={**found, "today": today})
+    kept_values = {"values": [knob.values[place] for place in kept], "texts": [knob.texts[place] for place in kept]}
+    return knob.model_copy(update={**kept_values, "today": today})
 
 
 def what_if_page(study: Results, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
@@ -132,7 +132,7 @@ class _Frozen:
         watched = [self._watched(rank, design) for rank, design in enumerate(self.designs)]
         base = self.designs.index(study.baseline) if study.baseline in self.designs else 0
         name = None if self.answer.about is None else self.answer.about.name
-        start = next((rank for rank, one in enumerate(watched) if one[0].words == name), len(watched) - 1)
+        start = next((rank for rank, pair in enumerate(watched) if pair[0].words == name), len(watched) - 1)
         pinned = base if base != start else None
         table = [self._differences(design) for design in self.designs]
         return page(about, watched, table, start=start, pinned=pinned, answers=self.answer.answer)
@@ -179,7 +179,7 @@ class _Frozen:
         )
 
     def _own(self, key: str, levels: Sequence[Any]) -> int | None:
-        """Which of the values tried, from 0, is the model's own; None if it is none of them."""
+        """Which of the values tried, from 0, is the model's own; None if none of them is."""
         base = self.study.base
         for rank, level in enumerate(levels):
             try:
@@ -194,7 +194,7 @@ class _Frozen:
         name = words.design_spoken({key: self._of(design, key) for key in self.keys})
         levels = {key: self._level(key, self._of(design, key)) for key in self.keys}
         runs = study.runs(design)
-        told = option.said or words.reached(self.main, option.text)
+        result = option.said or words.reached(self.main, option.text)
         year = "" if option.cost is None else f", {words.scale('annual_cost', study.base).value(option.cost)} a year"
         values = [value if math.isfinite(value) else None for value in study.values(design, self.main).tolist()]
         failed = all(row.outcome.error is not None for row in runs)
@@ -209,16 +209,16 @@ class _Frozen:
             seconds_left=None,
             verdict=option.standing,
             label=label(option.standing),
-            sentence=capital(f"{told} with {name}{year}."),
+            sentence=capital(f"{result} with {name}{year}."),
             more=[same] if same else [],
-            values=[None if one is None else float(f"{self.scale.by * one:.{_DIGITS}g}") for one in values],
-            measured=[self._measured(one) for one in option.numbers],
+            values=[None if value is None else float(f"{self.scale.by * value:.{_DIGITS}g}") for value in values],
+            measured=[self._measured(number) for number in option.numbers],
             busiest=at_work.busiest,
             busy=at_work.loads,
             pinned=None,
             pinned_at=None,
             floor=False,
-            tried=[] if rank else [self._tried(place, one) for place, one in enumerate(self.designs)],
+            tried=[] if rank else [self._tried(place, other) for place, other in enumerate(self.designs)],
             notes=list(self.answer.notes),
         )
 
@@ -227,37 +227,39 @@ class _Frozen:
 
     def _option(self, design: str) -> Option:
         first = self.study.same.get(design, design)
-        kept = [one for one in self.study.designs if self.study.runs(one) and one not in self.study.same]
+        kept = [name for name in self.study.designs if self.study.runs(name) and name not in self.study.same]
         return self.answer.options[kept.index(first)]
 
-    def _measured(self, one: SaidNumber) -> Measured:
-        scale = words.scale_of(one.of, self.study.base, self.study.estimates(one.of).values())
-        low, high = (None if end is None else scale.by * end for end in (one.low, one.high))
+    def _measured(self, number: SaidNumber) -> Measured:
+        scale = words.scale_of(number.of, self.study.base, self.study.estimates(number.of).values())
+        low, high = (None if end is None else scale.by * end for end in (number.low, number.high))
         unit = "%" if scale.is_share else scale.unit
-        label = words.indicator_name(one.of)
+        label = words.indicator_name(number.of)
         return Measured(
-            name=one.of, label=label, unit=unit, text=one.text, mean=scale.by * one.mean, low=low, high=high
+            name=number.of, label=label, unit=unit, text=number.text, mean=scale.by * number.mean, low=low, high=high
         )
 
     def _tried(self, rank: int, design: str) -> Tried:
         option = self._option(design)
-        found = self.study.estimate(self.study.runs(design), self.main)
+        estimate = self.study.estimate(self.study.runs(design), self.main)
         return Tried(
             id=str(rank),
             words=words.design_spoken({key: self._of(design, key) for key in self.keys}),
             levels={key: self._level(key, self._of(design, key)) for key in self.keys},
             runs=len(self.study.runs(design)),
-            text=numbers.NONE if found is None else self.scale.value(found.mean),
+            text=numbers.NONE if estimate is None else self.scale.value(estimate.mean),
             verdict=option.standing,
         )
 
     def _differences(self, base: str) -> list[str | None]:
-        """All designs minus this one; copies of another as that is."""
-        found = self.study.compare_finished(self.main, base)
-        rows = {} if found is None else {str(one.design): one for one in found.differences}
-        of = {design: self.study.same.get(design, design) for design in self.designs}
-        texts = {one: difference(self.study, self.main, row).text for one, row in rows.items()}
+        """All designs minus this one; copies of a design have its difference."""
+        comparison = self.study.compare_finished(self.main, base)
+        rows = {} if comparison is None else {str(row.design): row for row in comparison.differences}
+        original = {design: self.study.same.get(design, design) for design in self.designs}
+        texts = {name: difference(self.study, self.main, row).text for name, row in rows.items()}
         return [
-            "none" if design != base and of[design] == of[base] else texts.get(of[design], texts.get(design))
+            "none"
+            if design != base and original[design] == original[base]
+            else texts.get(original[design], texts.get(design))
             for design in self.designs
         ]

@@ -1,4 +1,4 @@
-"""What a live page and its server say to each other: the types, and the OpenAPI document made from them."""
+"""The messages between a live page and its server: the types, and the OpenAPI document made from them."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ _APART: dict[Verdict, str] = {
 
 
 def label(verdict: Verdict) -> str:
-    """A verdict for people."""
+    """The label of a verdict, for people."""
     return capital(_APART.get(verdict) or WORDS[verdict])  # type: ignore[index] # the others are above
 
 
 class Message(BaseModel):
-    """What is sent, with no other keys."""
+    """A message, with no other keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Ask(Message):
-    """A design: values by key, each of which the page offers; keys that are left out are as in the model."""
+    """A design: values by key, each one offered by the page; keys that are left out are as in the model."""
 
     levels: Annotated[dict[str, int | float | str], Field(max_length=50)]
 
 
 class ShareAsk(Message):
-    """The designs that a shared page should have, the first of them as the one to compare with."""
+    """The designs of a shared page, the first of them as the baseline."""
 
     ids: Annotated[list[str], Field(min_length=2, max_length=120)]
 
@@ -57,7 +57,7 @@ class Knob(Message):
 
 
 class Aim(Message):
-    """What designs should meet: `value` is as the page shows it (95 for 95 %)."""
+    """The target of designs: `value` is as the page shows it (95 for 95 %)."""
 
     indicator: str
     label: str
@@ -87,7 +87,7 @@ class About(Message):
 
 
 class Calculated(Message):
-    """A design that was asked for: the quick estimate; `needed` has by key what would be enough."""
+    """The quick estimate of a design; `needed` has by key the value that would be enough."""
 
     id: str
     words: str
@@ -122,7 +122,7 @@ class Tried(Message):
 
 
 class Watched(Message):
-    """All that is known of a design: every event holds the whole of it, so one that is missed loses nothing.
+    """The state of a design: every event holds the whole of it, so a missed event loses nothing.
 
     `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each. `pinned_at`: mean and ends of
     the interval of the pinned design. `done`: nothing more is simulated, and why.
@@ -168,7 +168,7 @@ def openapi() -> dict[str, Any]:
 
     def call(text: str, kind: type[Message] | None, media: str, ask: type[Message] | None = None) -> dict[str, Any]:
         schema = {"type": "string"} if kind is None else made[kind, "validation"]
-        found: dict[str, Any] = {
+        operation: dict[str, Any] = {
             "summary": text,
             "responses": {
                 "200": {"description": "done", "content": {media: {"schema": schema}}},
@@ -177,8 +177,8 @@ def openapi() -> dict[str, Any]:
         }
         if ask is not None:
             body = {"application/json": {"schema": made[ask, "validation"]}}
-            found["requestBody"] = {"required": True, "content": body}
-        return found
+            operation["requestBody"] = {"required": True, "content": body}
+        return operation
 
     def parameter(name: str, where: str, kind: str) -> dict[str, Any]:
         return {"name": name, "in": where, "required": where == "path", "schema": {"type": kind}}

@@ -1,4 +1,4 @@
-"""What a live page offers to change: robots, chargers, demand and allocation, or what its user names."""
+"""The keys that a live page offers to change: robots, chargers, demand and allocation, or keys that its user names."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Offer:
 
 
 def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[str, Offer]:
-    """What a page offers of a model, by key.
+    """Offer the keys of a model that a page may change, with their values.
 
     Args:
         model: the model as it is today.
@@ -64,42 +64,42 @@ def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[s
     usual = _usual(model)
     if not vary:
         return usual
-    given = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
-    found = {}
-    for key, values in given.items():
+    wanted = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
+    offered = {}
+    for key, values in wanted.items():
         if values is not None:
-            found[key] = _given(model, key, values)
+            offered[key] = _given(model, key, values)
         elif key in usual:
-            found[key] = usual[key]
+            offered[key] = usual[key]
         else:
             near = nearest(key, usual)
             hint = f"did you mean {near!r}?" if near else f"only {spoken(list(usual), 'and')} can do without values"
             raise StudyError(f"--vary {key}: no values, expected {key}=VALUES; {hint}")
-    return found
+    return offered
 
 
-def levels_of(of: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[str, Any] | None:
+def levels_of(offered: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[str, Any] | None:
     """The value of each key where these are all the changes to the model; None where no values on offer make them."""
-    found, made = {}, dict[str, Any]()
-    for key, offer in of.items():
+    levels, made = {}, dict[str, Any]()
+    for key, offer in offered.items():
         fits = [place for place, change in enumerate(offer.changes) if change and change.items() <= changes.items()]
         place = fits[0] if fits else offer.today
-        found[key] = offer.values[place]
+        levels[key] = offer.values[place]
         made |= offer.changes[place]
-    return found if made == changes else None
+    return levels if made == changes else None
 
 
-def spoken_design(of: Mapping[str, Offer], places: Mapping[str, int]) -> str:
-    """A design as one says it: its robots and chargers, and whatever is not as today."""
-    said = {}
-    for key, offer in of.items():
+def spoken_design(offered: Mapping[str, Offer], places: Mapping[str, int]) -> str:
+    """A design in words: its robots and chargers, and all else that is not as today."""
+    chosen = {}
+    for key, offer in offered.items():
         counted = key == ROBOTS or key.endswith(".total_chargers")
         if counted or places[key] != offer.today:
-            said[key] = offer.values[places[key]] if offer.key != DEMAND else None
-    demand = said.pop(DEMAND, 0)
-    text = words.design_spoken(said) if said else ""
+            chosen[key] = offer.values[places[key]] if offer.key != DEMAND else None
+    demand = chosen.pop(DEMAND, 0)
+    text = words.design_spoken(chosen) if chosen else ""
     if demand is None:
-        offer = of[DEMAND]
+        offer = offered[DEMAND]
         more = f"{offer.texts[places[DEMAND]]}" + (" orders an hour" if "demand" not in offer.label else " demand")
         text = f"{text}, {more}" if text else more
     return text or "the model as it is"
@@ -107,27 +107,27 @@ def spoken_design(of: Mapping[str, Offer], places: Mapping[str, int]) -> str:
 
 def _usual(model: Model) -> dict[str, Offer]:
     size = model.fleet.size
-    found = {}
+    usual = {}
     if not model.fleet.kinds:
-        found[ROBOTS] = _counts(ROBOTS, "Robots", size, [{ROBOTS: n} for n in _range(size)], _range(size))
+        usual[ROBOTS] = _counts(ROBOTS, "Robots", size, [{ROBOTS: n} for n in _range(size)], _range(size))
     designs = Designs(model)
     if designs.zone is not None and designs.today:
         key, some = f"layout.bays.{designs.zone}.total_chargers", _range(designs.today)
-        found[key] = _counts(key, "Chargers", designs.today, [designs.of_chargers(n) for n in some], some)
+        usual[key] = _counts(key, "Chargers", designs.today, [designs.of_chargers(n) for n in some], some)
     if model.tasks.grow:
-        found[DEMAND] = _demand(model)
+        usual[DEMAND] = _demand(model)
     now = model.policies.allocation
     if not now.params:
         names = tuple(dict.fromkeys((now.name, *sorted(OURS["allocation"]))))
         changes = tuple({} if name == now.name else {ALLOCATION: name} for name in names)
-        found[ALLOCATION] = Offer(
+        usual[ALLOCATION] = Offer(
             ALLOCATION, "Dispatching", names, tuple(words.policy(ALLOCATION, name) for name in names), changes, 0
         )
-    return found
+    return usual
 
 
 def _range(today: int) -> list[int]:
-    """Whole numbers round today's, up to more than twice as many."""
+    """Whole numbers around today's, up to more than twice as many."""
     most = max(math.ceil(2.2 * today), 6)
     step = math.ceil(most / _MOST)
     return sorted({today, *range(step, most + 1, step)})
@@ -154,14 +154,14 @@ def _demand(model: Model) -> Offer:
 
 
 def _given(model: Model, key: str, values: Any) -> Offer:
-    """The values that a user names, with today's among them."""
+    """Offer the values that a user names, with today's among them."""
     (factor,) = Study(model, {key: values}).plan.factors
     levels: dict[Any, Mapping[str, Any]] = {level.label: level.overrides for level in factor.levels}
     now = label(level_of(model, key))
     levels[now] = {}
     is_number = all(isinstance(value, int | float) and not isinstance(value, bool) for value in levels)
-    found = sorted(levels) if is_number else list(levels)
-    texts = tuple(words.level(value) for value in found)
+    ordered = sorted(levels) if is_number else list(levels)
+    texts = tuple(words.level(value) for value in ordered)
     unit = words.factor_head(key, model.units)
-    as_sent = tuple(found if is_number else [readable(value) for value in found])
-    return Offer(key, unit, as_sent, texts, tuple(levels[value] for value in found), found.index(now))
+    as_sent = tuple(ordered if is_number else [readable(value) for value in ordered])
+    return Offer(key, unit, as_sent, texts, tuple(levels[value] for value in ordered), ordered.index(now))

@@ -1,1 +1,1 @@
-"""How pages look: colours, templates, and the one file that a page is."""
+"""Look of pages: colours, templates, and the one file that a page is."""

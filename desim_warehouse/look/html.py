@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
+from collections.abc import Collection
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from jinja2 import Template
     from markupsafe import Markup
     from matplotlib.axes import Axes
+
+
+FIGURES = ("grid", "floor", "points")
+"""Kinds of figures that have rules of their own, by their class."""
 
 
 @cache
@@ -39,11 +44,23 @@ def picture(axes: Axes) -> Markup:
     return figure("picture", b64encode(data).decode("ascii"), facts["width"], facts["alt"])
 
 
-def style() -> str:
-    """Return the style of a page, with the colours of waiting as on the floors of replays."""
+def style(figures: Collection[str] = FIGURES) -> str:
+    """Return the style of a page with such figures, with the colours of waiting as on the floors of replays."""
     light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
     heat = f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
-    return colours() + heat + _css("report.css") + course_style()
+    return (
+        _short(colours(themes=False) + heat)
+        + _without(set(FIGURES) - set(figures), _css("report.css"))
+        + course_style()
+    )
+
+
+def _without(figures: Collection[str], css: str) -> str:
+    """Leave the rules out that are for such figures alone."""
+    if not figures:
+        return css
+    listed = "|".join(figures)
+    return re.sub(rf"(?<=[{{}}])\.({listed})\b[^{{}},@]*\{{[^{{}}]*\}}", "", css)
 
 
 def course_style(themes: bool = False) -> str:
@@ -58,11 +75,16 @@ def course_style(themes: bool = False) -> str:
     shades = f"@media screen and (prefers-color-scheme: dark) {{ {by_system} }}\n"
     if themes:
         shades += f"@media screen {{ {by_hand} }}\n"
-    return f"{rules}\n{shades}" + _css("course.css")
+    return _short(f"{rules}\n{shades}") + _css("course.css")
 
 
 def _css(name: str) -> str:
     """Read a style without comments and spaces that say nothing."""
-    text = files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8")
-    text = re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL))
-    return re.sub(r" ?([{};,]) ?", r"\1", text).replace(": ", ":")
+    return _short(files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8"))
+
+
+def _short(css: str) -> str:
+    """Leave out of rules what says nothing: comments, spaces, the last semicolon, a zero before the point."""
+    css = re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", css, flags=re.DOTALL))
+    css = re.sub(r" ?([{};,>]) ?", r"\1", css).replace(": ", ":").replace(";}", "}")
+    return re.sub(r"(?<![\w.])0\.(?=\d)", ".", css).strip()

@@ -51,7 +51,7 @@ class WebPage:
         return path
 
     def _repr_html_(self) -> str:
-        """The page in a frame of its own."""
+        """Return the page in a frame of its own."""
         return (
             f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
             f'sandbox="{self.sandbox}" style="width:100%;height:{self.height}px;border:0"></iframe>'
@@ -74,7 +74,7 @@ def joined(
     policy: str = POLICY,
     without: Sequence[str] = (),
 ) -> str:
-    """The page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
+    """Join the page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
 
     Before these come the `shared` scripts of other pages, such as `replay/js/07-floor.js`. `policy`: what it may do,
     empty where that is sent with the page. `without`: scripts that it does without.
@@ -96,7 +96,7 @@ def joined(
 
 
 def _filled(template: str, parts: Mapping[str, str]) -> str:
-    """A template with each `{{name}}` replaced; what is put in is not looked at."""
+    """Fill a template: each `{{name}}` is replaced; what is put in is not looked at."""
     result: list[str] = []
     for piece in template.split("{{"):
         name, mark, rest = piece.partition("}}")
@@ -105,7 +105,7 @@ def _filled(template: str, parts: Mapping[str, str]) -> str:
 
 
 def _bare(script: str) -> str:
-    """A script without indentation and lines of comment, which are a sixth of it; no text goes over two lines."""
+    """Strip a script of indentation and lines of comment, a sixth of it; no text goes over two lines."""
     return re.sub(r"^ *(//.*\n)?", "", script, flags=re.MULTILINE)
 
 
@@ -114,19 +114,24 @@ def _read(item: Traversable) -> str:
 
 
 def safe_json(value: Any) -> str:
-    """JSON that is safe in a script element, whatever names it contains."""
+    """Write JSON that is safe in a script element, whatever names it contains."""
     text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     for character, escape in ESCAPES.items():
         text = text.replace(character, escape)
     return text
 
 
-def colours() -> str:
-    """The colours of the parts of any page, on light and dark ground; prints are on light ground."""
+def colours(themes: bool = True) -> str:
+    """Return the colours of the parts of any page, on light and dark ground; prints are on light ground.
+
+    `themes`: for a page that sets `data-theme`, else the system alone decides.
+    """
     light, dark = (
         " ".join(f"--{name}: {colour};" for name, colour in PAGE[ground].items()) + f" color-scheme: {ground};"
         for ground in ("light", "dark")
     )
+    if not themes:
+        return f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
     return (
         f":root {{ {light} }}\n"
         f'@media screen and (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'

@@ -1,4 +1,4 @@
-"""What happens in a run whatever its robots do: breakdowns, outages, visits of people, openings; and limits on them.
+"""Events that happen whatever robots do: breakdowns, outages, visits of people, openings; and limits on them.
 
 A rate or a period too small by a slip would keep a run busy with nothing else for ever.
 """
@@ -24,10 +24,10 @@ Cause = tuple[tuple[str, ...], str, float]
 
 
 def too_many(model: Mapping[str, Any]) -> list[PydanticCustomError]:
-    """What is wrong with keys of a model that cause more events than a run can get through.
+    """Report keys of a model that cause more events than a run can get through.
 
-    `model`: its sections by name, those that are right. Work that ends has no length: then an hour counts, and of what
-    work is held up by, that much work.
+    `model`: its sections by name, those that are right. Work that ends has no length: then an hour counts, and of the
+    causes that hold work up, that much work.
     """
     most = LIMITS["events"][0]
     when = "an hour" if model["run"].length is None else "run.length"

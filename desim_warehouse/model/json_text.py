@@ -16,14 +16,14 @@ from desim_warehouse.values.fields import LIMITS
 class JsonError(ValueError):
     """Text that is no JSON as strangers may send it: `where` in the text, "" for all of it, and what was `expected`."""
 
-    def __init__(self, said: str, where: str = "", expected: str | None = None) -> None:
-        super().__init__(said)
+    def __init__(self, message: str, where: str = "", expected: str | None = None) -> None:
+        super().__init__(message)
         self.where = where
         self.expected = expected
 
 
 def read_json(path: Path, content: bytes, expected: str, most: int = LIMITS["values"][0]) -> Any:
-    """The value that a file holds.
+    """Read the value that a file holds.
 
     Args:
         path: the file, for messages.
@@ -41,7 +41,7 @@ def read_json(path: Path, content: bytes, expected: str, most: int = LIMITS["val
 
 
 def value_of(content: bytes, most: int = LIMITS["values"][0]) -> Any:
-    """The value of a JSON text; raises JsonError, as for `read_json`."""
+    """Return the value of a JSON text; raises JsonError, as for `read_json`."""
     doubled: list[tuple[dict[str, Any], str]] = []
     strange: list[str] = []
 
@@ -62,8 +62,8 @@ def value_of(content: bytes, most: int = LIMITS["values"][0]) -> Any:
             raise JsonError("too many values", expected=f"{most:,} at most")  # noqa: TRY301 - said as the others
         value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=made, parse_constant=constant)
     except json.JSONDecodeError as error:
-        said = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]})"
-        raise JsonError(said, f":{error.lineno}:{error.colno}") from None
+        message = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]})"
+        raise JsonError(message, f":{error.lineno}:{error.colno}") from None
     except RecursionError:
         raise JsonError("too many lists or objects inside one another") from None
     except JsonError:
@@ -72,16 +72,16 @@ def value_of(content: bytes, most: int = LIMITS["values"][0]) -> Any:
         raise JsonError(f"not JSON ({reason(error)})") from None
     if doubled:
         item, key = doubled[-1]  # whatever is around it is read later, and has every key once
-        where = _path(value, lambda one: one is item)
+        where = _path(value, lambda part: part is item)
         raise JsonError(f"key {key!r} given twice", f": {where}", "once")
     if strange:
-        where = _path(value, lambda one: isinstance(one, float) and math.isnan(one))
+        where = _path(value, lambda part: isinstance(part, float) and math.isnan(part))
         raise JsonError(f"not a number (got {strange[0]})", f": {where}", "one")
     return value
 
 
 def _path(root: Any, fits: Callable[[Any], bool]) -> str:
-    """The JSON path to the first value that fits, such as `layouts[0].nodes[3]`."""
+    """Return the JSON path to the first value that fits, such as `layouts[0].nodes[3]`."""
     rest: list[tuple[str, Any]] = [("", root)]
     while rest:
         path, value = rest.pop()

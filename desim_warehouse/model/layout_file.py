@@ -20,12 +20,12 @@ _MOST = 5_000_000  # values: some for each node and edge
 
 
 def beside(model: Path) -> Path:
-    """Where the layout file of a model file is written."""
+    """Return the path at which the layout file of a model file is written."""
     return model.with_name(f"{model.stem}.layout.json")
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The keys of the layout section that a file holds.
+    """Read the keys of the layout section that a file holds.
 
     Raises:
         ModelError: where it cannot be read, is no JSON, or holds something else.
@@ -40,14 +40,14 @@ def read(path: Path) -> dict[str, Any]:
         raise ModelError([f"cannot be read (got '{path}': {reason(error)}), expected {EXPECTED}"]) from None
     if len(content) > most:
         raise ModelError([f"too large (got '{path}'), expected {EXPECTED}, of at most {most:,} bytes"])
-    there = read_json(path, content, EXPECTED, _MOST)
-    if not isinstance(there, dict):
-        raise ModelError([f"{path}: not a section (got {got(there)}), expected {EXPECTED}"])
-    return there
+    section = read_json(path, content, EXPECTED, _MOST)
+    if not isinstance(section, dict):
+        raise ModelError([f"{path}: not a section (got {got(section)}), expected {EXPECTED}"])
+    return section
 
 
 def text(section: Mapping[str, Any]) -> str:
-    """A layout file with keys of a layout section: an entry a line."""
+    """Write a layout file with keys of a layout section: an entry a line."""
     parts = []
     for key, value in section.items():
         entries = [_json(item) for item in value] if isinstance(value, list) else None

@@ -1,4 +1,4 @@
-"""What is wrong with a file, one line for each value: where it stands, what is wrong, what is expected there.
+"""Messages about a file, one line for each value: where it stands, what is wrong, what is expected there.
 
 The words are pydantic's where they are as clear to a planner as ours.
 """
@@ -67,7 +67,7 @@ class Position:
 
     @classmethod
     def in_file(cls, rank: int, file: str, line: int, column: int) -> Position:
-        """A line and a column of a file, both counted from 1."""
+        """Make the position of a line and a column of a file, both counted from 1."""
         return cls(rank, line, column, f"{file}:{line}:{column}")
 
 
@@ -81,7 +81,7 @@ class FilePositions:
     ranks: Iterator[int] = field(default_factory=lambda: itertools.count(1))
 
     def of(self, keys: Keys, *, at_key: bool = False) -> Position:
-        """The position of a value (or of its key), or of the nearest section around it that has one."""
+        """Return the position of a value (or of its key), or of the nearest section around it that has one."""
         for size in range(len(keys), -1, -1):
             part = keys[:size]
             if part and part[-1] in _PAIR and part not in self.keys:
@@ -92,14 +92,14 @@ class FilePositions:
         return Position(0, 0, 0, self.source)
 
     def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Position, str]:
-        """The position, and how a message begins: the position and the key, the key once only."""
+        """Return the position, and how a message begins: the position and the key, the key once only."""
         position, key = self.of(keys, at_key=at_key), dotted(keys)
         if position.names:  # ranks of values say nothing to a person who wrote 1..6
             key = dotted(tuple(key for key in keys[position.names :] if isinstance(key, str)))
         return position, position.text if not key or position.text.endswith(f" {key}") else f"{position.text}: {key}"
 
     def overridden(self, keys: Keys, text: str, names: int = 0) -> None:
-        """From here on, the value at `keys` and all in it were set by an override."""
+        """Note that the value at `keys` and all in it were set by an override."""
         position = Position(next(self.ranks), 0, 0, text, names)
         for written in (self.keys, self.values):
             for stale in [other for other in written if other[: len(keys)] == keys]:
@@ -107,7 +107,7 @@ class FilePositions:
             written[keys] = position
 
     def given(self, keys: Keys, option: str) -> None:
-        """The value at `keys` was given by an option of the command line: messages name it, and not the keys."""
+        """Note that the value at `keys` was given by an option of the command line, which messages name instead."""
         self.overridden(keys, option, len(keys))
 
 
@@ -126,16 +126,16 @@ class Problem:
 
     @classmethod
     def of(cls, keys: Keys, wrong: str, value: Any, expected: str) -> Problem:
-        """What is wrong (got this), expected that."""
+        """Make a problem that says what is wrong, the value, and what is expected."""
         return cls(keys, f"{wrong} (got {got(value)}), expected {expected}")
 
 
 def report(problems: Iterable[Problem], positions: FilePositions) -> list[str]:
-    """One line for each key with a problem, in the order of the file."""
-    found = list(problems)
-    meant = {problem.meant for problem in found}
+    """Write one line for each key with a problem, in the order of the file."""
+    all_problems = list(problems)
+    meant = {problem.meant for problem in all_problems}
     first: dict[Keys, Problem] = {}
-    for problem in found:
+    for problem in all_problems:
         if not (problem.missing and dotted(problem.keys) in meant):
             first.setdefault(problem.keys, problem)
     more = first.pop(_MORE, None)
@@ -145,18 +145,18 @@ def report(problems: Iterable[Problem], positions: FilePositions) -> list[str]:
 
 
 def printable(text: str) -> str:
-    """The text with line ends and other unseen characters spelt out."""
+    """Spell out line ends and other unseen characters of a text."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def from_pydantic(error: ValidationError, outline: Outline, under: Keys = ()) -> list[Problem]:
-    """The problems that pydantic found with values at `under`, with their cures."""
-    # A list of which every entry is wrong is also too short to pydantic, which counts the right ones.
+    """Return the problems that pydantic found with values at `under`, with their cures."""
+    # A list whose every entry is wrong is also too short to pydantic, which counts the right ones.
     items = [item for item in error.errors(include_url=False) if item["type"] != "too_short" or not item["input"]]
-    found = [_problem(item, outline, under) for item in items[:_MOST]]
+    problems = [_problem(item, outline, under) for item in items[:_MOST]]
     if len(items) > _MOST:
-        found.append(Problem(_MORE, f"and {len(items) - _MOST:,} more problems"))
-    return found
+        problems.append(Problem(_MORE, f"and {len(items) - _MOST:,} more problems"))
+    return problems
 
 
 def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
@@ -175,17 +175,17 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
         keys = keys[:-1] if kind == "missing" else keys
         return Problem(keys, f"should have {outline.entries(keys)} (got {got(value)})")
     if kind in _SECTIONS:
-        said = f"should be {outline.section(keys)}"
+        complaint = f"should be {outline.section(keys)}"
     elif kind == "float_type" and type(value) is int:
-        said = "too large a number"
+        complaint = "too large a number"
     else:
-        said = _OURS.get(kind, error["msg"].removeprefix("Input "))
+        complaint = _OURS.get(kind, error["msg"].removeprefix("Input "))
     shown = repr(value) if kind == "int_type" and isinstance(value, float) else got(value)  # 2.0, not 2
-    return Problem(keys, f"{said} (got {shown}){_cure(kind, value, context)}", at_key)
+    return Problem(keys, f"{complaint} (got {shown}){_cure(kind, value, context)}", at_key)
 
 
 def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
-    """What to write instead, where the value shows it."""
+    """Say what to write instead, where the value shows it."""
     if isinstance(value, str):
         near = nearest(value, re.findall(r"'(.*?)'", context.get("expected", "")))
         if near is not None:
@@ -228,11 +228,11 @@ class Outline:
         return bool(self._at(keys))
 
     def keys_at(self, keys: Keys) -> list[str]:
-        """The keys that a section can have."""
+        """Return the keys that a section can have."""
         return list(dict.fromkeys(key for form in self._at(keys) for key in form.get("properties", {})))
 
     def expected(self, keys: Keys) -> str:
-        """What a missing key expects, and what it means."""
+        """Say what a missing key expects, and what it means."""
         node = next(step for form in self._at(keys[:-1]) for step in self._step(form, keys[-1]))
         if "errorMessage" in node:
             return str(node["errorMessage"]).removeprefix("expected ")
@@ -240,17 +240,17 @@ class Outline:
         return self.section(keys) if kind == "object" else f"{_KINDS[str(kind)]} ({node['description']})"
 
     def section(self, keys: Keys) -> str:
-        """A section in words, with the keys that it must have, or else can have."""
+        """Describe a section in words, with the keys that it must have, or else can have."""
         needed = dict.fromkeys(key for form in self._at(keys) for key in form.get("required", ()))
         return f"a section with {spoken(needed or self.keys_at(keys) or ['names', 'what each stands for'])}"
 
     def entries(self, keys: Keys) -> str:
-        """How many entries a list must have, and what they mean."""
+        """Say how many entries a list must have, and what they mean."""
         node = next(form for form in self._at(keys) if "maxItems" in form)
         return f"{node['maxItems']} entries" + (f", {node['description']}" if "description" in node else "")
 
     def unknown_key(self, keys: Keys) -> Problem:
-        """A key that no such file has, with the nearest valid one, or a key of another form of its section."""
+        """Report a key that no such file has, with the nearest valid one, or a key of another form of its section."""
         forms = [form for form in self._at(keys[:-1]) if keys[-1] in form.get("properties", {})]
         if forms:
             others = " or ".join(spoken(form.get("required") or form["properties"]) for form in forms)
@@ -261,12 +261,12 @@ class Outline:
         return Problem(keys, f"unknown key, expected {spoken(self.keys_at(keys[:-1]), 'or')}", at_key=True)
 
     def named(self, word: str) -> str | None:
-        """The key that has a name, or that people call so, wherever it is."""
+        """Return the key that has a name, or that people call so, wherever it is."""
         every = list(self._below(()))
         return synonym(word, every) or min((key for key in every if key.endswith(f".{word}")), key=len, default=None)
 
     def meant(self, keys: Keys) -> str | None:
-        """The key that an unknown one is most like: beside it, with the same name elsewhere, or called so."""
+        """Return the key most like an unknown one: beside it, with the same name elsewhere, or called so."""
         *parents, last = keys
         if not parents and (called := self.named(str(last))):
             return called
@@ -285,7 +285,7 @@ class Outline:
             yield from self._below((*keys, key))
 
     def _at(self, keys: Keys) -> list[Node]:
-        """The forms that a value can have."""
+        """Return the forms that a value can have."""
         forms = list(self._forms(self.schema))
         for key in keys:
             forms = [form for node in forms for step in self._step(node, key) for form in self._forms(step)]

@@ -1,4 +1,4 @@
-"""A model whose lanes are driven in other ways, such as two-way ones one way: in its file, or as a model."""
+"""Models whose lanes are driven in other ways, such as two-way lanes one way: in a file, or as a model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from desim_warehouse.model.schema import Model
 
 
 def orientation(model: Model) -> Orientation:
-    """Which way every two-way lane of a model is to be driven so that trips between goods and stations are short.
+    """Find which way to drive every two-way lane of a model so that trips between goods and stations are short.
 
     Only the part of the floor matters that robots can reach and leave.
     Raises ModelError where no lane is two-way, or goods or stations lie in parts that cannot reach each other.
@@ -54,27 +54,27 @@ def orientation(model: Model) -> Orientation:
     return orient_lanes(layout.graph.subgraph(main), lanes, ends, hubs, seconds)
 
 
-def oriented(model: Model, found: Orientation, against: float | None = None) -> Model:
-    """A copy of a model with its two-way lanes made one-way as found, or counting `against` times the other way.
+def oriented(model: Model, chosen: Orientation, against: float | None = None) -> Model:
+    """Copy a model with its two-way lanes made one-way as chosen, or counting `against` times the other way.
 
     Bridges stay two-way.
     """
-    return model.replace(changes(model, _ways(found, against), against or AGAINST))
+    return model.replace(changes(model, _ways(chosen, against), against or AGAINST))
 
 
 def oriented_files(
-    path: Path, model: Model, found: Orientation, out: Path, against: float | None = None
+    path: Path, model: Model, chosen: Orientation, out: Path, against: float | None = None
 ) -> dict[Path, str]:
-    """A model file with its lanes oriented as by `oriented`, to be written to `out` (see `turned_files`)."""
-    return turned_files(path, model, _ways(found, against), out, against or AGAINST)
+    """Write a model file with its lanes oriented as by `oriented`, for `out` (see `turned_files`)."""
+    return turned_files(path, model, _ways(chosen, against), out, against or AGAINST)
 
 
-def _ways(found: Orientation, against: float | None) -> dict[Edge, Way]:
-    return dict.fromkeys(found.kept, "along" if against is None else "rather along")
+def _ways(chosen: Orientation, against: float | None) -> dict[Edge, Way]:
+    return dict.fromkeys(chosen.kept, "along" if against is None else "rather along")
 
 
 def changes(model: Model, ways: Mapping[Edge, Way], against: float = AGAINST) -> dict[str, Any]:
-    """What makes a model's lanes be driven in other ways, as overrides of its keys.
+    """Return the overrides by which a model's lanes are driven in other ways.
 
     `against`: as many times as long a lane counts that is driven against its preferred direction.
     """
@@ -87,9 +87,9 @@ def changes(model: Model, ways: Mapping[Edge, Way], against: float = AGAINST) ->
 def turned_files(
     path: Path, model: Model, ways: Mapping[Edge, Way], out: Path, against: float = AGAINST
 ) -> dict[Path, str]:
-    """A model file whose lanes are driven in other ways, to be written to `out`: comments, order and the rest stay.
+    """Write a model file whose lanes are driven in other ways, for `out`: comments, order and the rest stay.
 
-    `against` as for `changes`. A layout file that it names is another one then, beside `out`: the last of the files.
+    `against` as for `changes`. A layout file that it names becomes another one, beside `out`: the last of the files.
     """
     from ruamel.yaml import YAML
 
@@ -166,7 +166,7 @@ def _as_section(edge: Edge) -> MutableMapping[str, Any]:
 
 
 def _turn_storage(section: MutableMapping[str, Any], layout: Layout, closed: Container[Edge]) -> None:
-    """Goods beside a direction that is closed are picked from the other one."""
+    """Move goods beside a direction that is closed to the other direction."""
     storage = section.get("storage", ())
     if isinstance(storage, dict):  # a file: its places are few words each, and other models may read it
         storage = section["storage"] = [
@@ -182,7 +182,7 @@ def _turn_storage(section: MutableMapping[str, Any], layout: Layout, closed: Con
 
 
 def _turn_blocks(section: MutableMapping[str, Any], ways: Mapping[Edge, Way]) -> None:
-    """Blocks have a direction for each row and column, of which every lane is one."""
+    """Set the directions of blocks, one for each row and column, which every lane of it has."""
     names = block_nodes(section["columns"], section["rows"])
 
     def led(line: Sequence[str], onward: str, backward: str) -> str:
@@ -201,5 +201,5 @@ def _is_two_way(item: Any) -> bool:
 
 
 def _ends(item: Any) -> Edge:
-    """The nodes of an edge as a model file has it."""
+    """Return the nodes of an edge as a model file has it."""
     return (item["from"], item["to"]) if isinstance(item, dict) else (item[0], item[1])

@@ -45,7 +45,7 @@ def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
 
 
 def options_of(assignments: Iterable[str]) -> list[str]:
-    """The options of a command line that give these assignments."""
+    """Return the options of a command line that give these assignments."""
     end = f"={UNSET.value}"
     split = [("--unset", text.removesuffix(end)) if text.endswith(end) else ("--set", text) for text in assignments]
     return [part for option in split for part in option]
@@ -77,11 +77,11 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
 
 
 def _rank(text: Any) -> list[tuple[int, str]]:
-    """Shorter keys first, list entries by number: the order in which overrides are given does not matter."""
+    """Rank keys, shorter ones first, list entries by number: the order in which overrides are given does not matter."""
     return [(int(key) if key.isdecimal() else -1, key) for key in str(text).split(".")]
 
 
-def _put(section: Any, path: Keys, value: Any, positions: FilePositions, said: str) -> list[Problem]:
+def _put(section: Any, path: Keys, value: Any, positions: FilePositions, label: str) -> list[Problem]:
     """Set one value, and return what is wrong with it or why it cannot be set."""
     keys: Keys = ()
     problems: list[Problem] = []
@@ -91,14 +91,14 @@ def _put(section: Any, path: Keys, value: Any, positions: FilePositions, said: s
         elif isinstance(section, dict):
             step = key
         else:
-            positions.overridden(path, said)
+            positions.overridden(path, label)
             return [Problem(path, _closed(section, dotted(keys), key))]
         keys = (*keys, step)
         if len(keys) == len(path):
             section[step] = plain(value, keys, problems)
         else:
-            section[step] = section = _opened(section, keys, positions, said)
-    positions.overridden(keys, said)
+            section[step] = section = _opened(section, keys, positions, label)
+    positions.overridden(keys, label)
     return problems
 
 
@@ -128,8 +128,8 @@ def _is_entry(section: Any, key: str | int) -> bool:
     return isinstance(section, list) and str(key).isdecimal() and int(key) < len(section)
 
 
-def _opened(section: Any, keys: Keys, positions: FilePositions, said: str) -> Any:
-    """What lies below a key. A policy or a rule given by its name becomes a section, and a missing one is made."""
+def _opened(section: Any, keys: Keys, positions: FilePositions, label: str) -> Any:
+    """Return what lies below a key: a policy or rule given by its name becomes a section, a missing one is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)
     if len(keys) == 2 and keys[0] == "policies" and key in Policies.model_fields:  # noqa: PLR2004 - policies.charging
@@ -138,13 +138,13 @@ def _opened(section: Any, keys: Keys, positions: FilePositions, said: str) -> An
     if keys == ("layout", "blocks", "directions") and (below is None or isinstance(below, str)):
         return dict.fromkeys(("rows", "columns"), below or Blocks.model_fields["directions"].default)
     if below is None:
-        positions.overridden(keys, said)
+        positions.overridden(keys, label)
         return {}
     return below
 
 
 def _closed(section: Any, here: str, key: str | int) -> str:
-    """Why nothing can be set there."""
+    """Say why nothing can be set there."""
     if isinstance(section, list):
         have = f"{len(section)} entries, 0 to {len(section) - 1}" if section else "no entries"
         return f"no entry {key} in '{here}' (it has {have}), expected one of these, or '{here}' as a whole"

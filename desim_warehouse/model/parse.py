@@ -36,10 +36,10 @@ Whole = TypeVar("Whole", bound=Part)
 
 @dataclass
 class Document:
-    """What a YAML text says: plain values, where each stands, and what is wrong with them.
+    """The content of a YAML text: plain values, where each stands, and what is wrong with them.
 
-    `folder`: where the relative names of files in it start. `files`: which of them may be read. `unread`: keys of which
-    the file could not be read.
+    `folder`: where the relative names of files in it start. `files`: which of them may be read. `unread`: keys whose
+    file could not be read.
     """
 
     data: Any
@@ -51,13 +51,13 @@ class Document:
 
     @property
     def kind(self) -> str | None:
-        """What it holds, by its keys: a model, a study, or None where that is unclear."""
+        """The kind of content, by its keys: a model, a study, or None where that is unclear."""
         model, study = {"layout", "fleet", "tasks"} & self.data.keys(), {"model", "factors"} & self.data.keys()
         return None if bool(model) == bool(study) else "model" if model else "study"
 
 
 def from_mapping(source: Mapping[str, Any], name: str) -> Document:
-    """A mapping of Python as a document; `name`: what messages call it."""
+    """Take a mapping of Python as a document; `name`: what messages call it."""
     problems: list[Problem] = []
     return Document(plain(source, (), problems), FilePositions(name), problems)
 
@@ -93,7 +93,7 @@ def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         wrong = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
         raise ModelError([f"{name}:{line}:{column}: {wrong}"]) from None
-    document = read_yaml(text, name, known=outline.known)
+    document = read_yaml(text, name, is_key=outline.known)
     if document.data is None:
         raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
     if not isinstance(document.data, dict):
@@ -104,14 +104,14 @@ def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
     return document
 
 
-def read_yaml(text: str, source: str, most: int = _MOST, known: Callable[[Keys], bool] | None = None) -> Document:
+def read_yaml(text: str, source: str, most: int = _MOST, is_key: Callable[[Keys], bool] | None = None) -> Document:
     """Read one YAML document.
 
     Args:
         text: the document.
         source: what messages call it, such as the file's name.
         most: values that it may hold.
-        known: whether it can have a key; a large text of other keys is not read to its end.
+        is_key: whether it can have a key; a large text of other keys is not read to its end.
 
     Raises:
         ModelError: where the text is not YAML.
@@ -123,18 +123,20 @@ def read_yaml(text: str, source: str, most: int = _MOST, known: Callable[[Keys],
     if nested := _NESTED.search(text):  # the YAML reader needs seconds for them
         before = text[: nested.start()]
         _refuse(source, before.count("\n") + 1, nested.start() - before.rfind("\n"), _TOO_DEEP)
+    if sum(map(text.count, (",", "\n"))) > most:  # each value takes more than a kilobyte while it is read
+        raise ModelError([f"{source}: too many values, expected {most:,} at most"])
     yaml = YAML(typ="safe", pure=True)
-    if known is not None and len(text) > _LARGE:
+    if is_key is not None and len(text) > _LARGE:
         from desim_warehouse.model.strange import watching
 
-        yaml.Composer = watching(known, source)
+        yaml.Composer = watching(is_key, source)
     try:
         return _Reader(source, yaml.constructor, most).document(yaml.compose(text))
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         theirs = " ".join(", ".join(part for part in (error.context, error.problem) if part).split())
-        said = next((ours for part, ours in _SYNTAX.items() if part in theirs), theirs)
-        _refuse(source, mark.line + 1, mark.column + 1, f"not valid YAML: {said}")
+        complaint = next((ours for part, ours in _SYNTAX.items() if part in theirs), theirs)
+        _refuse(source, mark.line + 1, mark.column + 1, f"not valid YAML: {complaint}")
     except ReaderError as error:
         before = text[: error.position]
         wrong = f"not text (got character {error.character:#04x}), expected text without control characters"
@@ -171,15 +173,17 @@ class _Reader:
         return Position.in_file(0, self.positions.source, mark.line + 1, mark.column + 1)
 
     def size(self, node: Any) -> int:
-        """How many values a node stands for, counted before a million of them is made."""
+        """Count the values that a node stands for, before a million of them is made."""
         if id(node) not in self.sizes:
             self.sizes[id(node)] = 1  # for an alias in what it stands for, which `value` refuses
             inside = [item for _, item in node.value] if node.id == "mapping" else node.value
-            found = 1 if node.id == "scalar" else 1 + sum(map(self.size, inside))
-            if found > self.most:
-                said = f"too many values, expected {self.most:,} at most, with those of aliases counted at every use"
-                raise ModelError([f"{self.position(node).text}: {said}"])
-            self.sizes[id(node)] = found
+            count = 1 if node.id == "scalar" else 1 + sum(map(self.size, inside))
+            if count > self.most:
+                complaint = (
+                    f"too many values, expected {self.most:,} at most, with those of aliases counted at every use"
+                )
+                raise ModelError([f"{self.position(node).text}: {complaint}"])
+            self.sizes[id(node)] = count
         return self.sizes[id(node)]
 
     def value(self, node: Any, keys: Keys) -> Any:
@@ -241,7 +245,7 @@ class _Reader:
 
 
 def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0911 - one for each kind
-    """A value given from Python as a file could have it: parts of a model, tuples and NumPy's numbers are plain."""
+    """Turn a value given from Python into plain values as in a file: parts of a model, tuples and NumPy's numbers."""
     if value is None or type(value) in (str, int, float, bool):
         return value
     if len(keys) > _DEEPEST:
@@ -269,7 +273,7 @@ def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0
 
 
 def valid(document: Document, kind: type[Whole], outline: Outline) -> Whole:
-    """What a document says, checked.
+    """Check the values of a document, and return them as a whole.
 
     Args:
         document: its values, and what is wrong with them so far.
@@ -281,9 +285,9 @@ def valid(document: Document, kind: type[Whole], outline: Outline) -> Whole:
     """
     problems = list(document.problems)
     try:
-        found = kind.model_validate(document.data, context=Known())
+        checked = kind.model_validate(document.data, context=Known())
     except ValidationError as error:  # what a table lacks says nothing about the model
         problems += [item for item in from_pydantic(error, outline) if item.keys[:2] not in document.unread]
     if problems:
         raise ModelError(report(problems, document.positions))
-    return found
+    return checked

@@ -16,9 +16,9 @@ Source = Model | str | Path | Mapping[str, Any]
 
 
 def as_model(source: Source, changes: Mapping[str, Any] | None = None) -> Model:
-    """The model that a public function is given; one that is read may run the user's own policies, as it is simulated.
+    """Return the model that a public function is given; a file that is read may run the user's own policies.
 
-    Raises ModelError, also for what is none of these.
+    Raises ModelError, also for a source of another type.
     """
     if isinstance(source, Model):
         return source.replace(changes, run_code=True) if changes else source
@@ -69,6 +69,6 @@ def load(
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of model files, for editors."""
+    """Return the JSON Schema (2020-12) of model files, for editors."""
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return {**head, **copy.deepcopy(OUTLINE.schema), "title": "desim-warehouse model"}

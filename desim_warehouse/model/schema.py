@@ -54,6 +54,7 @@ from desim_warehouse.model.tables import resolve
 from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time, in_24_hours
+from desim_warehouse.values.dates import has_time, read_times
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
     TOP,
@@ -102,7 +103,7 @@ class Units(Part):
 
     @property
     def names(self) -> UnitNames:
-        """What quantities with units are converted to."""
+        """The names of the units that quantities with units are converted to."""
         return UnitNames(self.length, self.time, self.seconds)
 
     @property
@@ -226,7 +227,7 @@ class Tasks(Part):
         return self
 
     def popularities(self) -> Iterator[tuple[tuple[str, ...], str | Popularity]]:
-        """Every popularity that is given, and where it stands below this section."""
+        """Iterate over every popularity that is given, and where it stands below this section."""
         yield ("popularity",), self.popularity
         for name, flow in self.flows.items():
             for key, end in (("from", flow.source), ("to", flow.target)):
@@ -271,7 +272,8 @@ class RunSpec(Part):
     start: Text = Field(
         "00:00",
         title="start of the run",
-        description="when a run starts: a time of day, or a date with one (2026-03-02T06:00); for orders from files",
+        description="when a run starts: a time of day, or a date with one (2026-03-02T06:00 or 02.03.2026 06:00); for "
+        "orders from files",
     )
     warm_up: Time = Field(0.0, title="warm-up", description="indicators count from here on")
 
@@ -283,16 +285,9 @@ class RunSpec(Part):
     @field_validator("start")
     @classmethod
     def _a_time(cls, start: str) -> str:
-        start = in_24_hours(start)
-        day, _, clock = start.rpartition("T")
-        try:
-            right = clock_time(clock) < DAY
-            dt.date.fromisoformat(day or MONDAY)
-        except ValueError:
-            right = False
-        if not right:
+        if (written := _instant_of(start)) is None:
             raise wrong(f"not a time (got {got(start)}), expected one such as '06:00' or '2026-03-02T06:00'")
-        return start
+        return written
 
     @field_validator("warm_up")
     @classmethod
@@ -303,8 +298,27 @@ class RunSpec(Part):
         return warm_up
 
 
+def _instant_of(start: str) -> str | None:
+    """A time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
+
+    Both may be as people write them, in one reading, without a time zone.
+    """
+    start = in_24_hours(start)
+    day, _, clock = start.rpartition("T")
+    try:
+        dt.date.fromisoformat(day or MONDAY)
+        if clock_time(clock) < DAY:
+            return start
+    except ValueError:
+        pass
+    [date] = read_times([start]).dates
+    if date is None or date.tzinfo is not None or not has_time(start):
+        return None
+    return date.isoformat(timespec="seconds" if date.second else "minutes")
+
+
 def _without_end(tasks: Tasks) -> str:
-    """Which work goes on for ever, for a message."""
+    """Say which work goes on for ever, for a message."""
     for name, flow in tasks.flows.items():
         if flow.never_ends:
             return f"as tasks.flows.{name} goes on for ever"
@@ -373,10 +387,12 @@ class Prices(Part):
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: Mapping[str, float], info: ValidationInfo) -> Mapping[str, float]:
-        there = known(info).kinds
-        for kind in kinds if there is not None else ():
-            if kind not in (there or ()):
-                expected = f"one of {spoken(there, 'or')}" if there else "one of fleet.kinds, which has none"
+        fleet_kinds = known(info).kinds
+        for kind in kinds if fleet_kinds is not None else ():
+            if kind not in (fleet_kinds or ()):
+                expected = (
+                    f"one of {spoken(fleet_kinds, 'or')}" if fleet_kinds else "one of fleet.kinds, which has none"
+                )
                 raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}", kind)
         return kinds
 
@@ -431,9 +447,8 @@ class Model(Part):
     def _whole(cls, layout: LayoutSpec) -> LayoutSpec:
         if layout.blocks is None and not layout.nodes:
             raise wrong("neither blocks nor nodes, expected one of the two")
-        for key in ("edges", "storage"):
-            if layout.nodes and not getattr(layout, key):
-                raise wrong(f"a layout of nodes without {key}, expected at least one entry", key)
+        if layout.nodes and not layout.edges:
+            raise wrong("a layout of nodes without edges, expected at least one entry", "edges")
         return layout
 
     @field_validator("fleet")
@@ -443,12 +458,28 @@ class Model(Part):
         for name, bay in () if layout is None else layout.bays.items():
             for kind in bay.kinds:
                 if kind not in fleet.kinds:
-                    there = (
+                    expected = (
                         f"one of {spoken(fleet.kinds, 'or')}" if fleet.kinds else "one of fleet.kinds, which has none"
                     )
-                    text = f"no such kind of robot (got {got(kind)}), expected {there}"
+                    text = f"no such kind of robot (got {got(kind)}), expected {expected}"
                     raise wrong(text, TOP, "layout", "bays", name, "kinds")
         return fleet
+
+    @field_validator("tasks")
+    @classmethod
+    def _have_storage(cls, tasks: Tasks, info: ValidationInfo) -> Tasks:
+        """Refuse tasks that begin or end at a storage place where the layout has none."""
+        layout: LayoutSpec | None = info.data.get("layout")
+        if layout is None or layout.storage_places:
+            return tasks
+        what = "goods are" if tasks.goods is not None else None
+        for name, flow in tasks.flows.items():
+            if any(isinstance(end, StorageEnd) for route in flow.routes for end in (route.source, route.target)):
+                what = f"tasks of flow '{name}' begin or end"
+        if what is not None:
+            expected = "at least one entry, or flows between stations or nodes"
+            raise wrong(f"no storage places, where {what}, expected {expected}", TOP, "layout", "storage")
+        return tasks
 
     @field_validator("pods")
     @classmethod
@@ -482,14 +513,14 @@ class Model(Part):
         if battery is None or fleet is None:
             return policies
         own = [(kind.battery, kind.charging, name) for name, kind in fleet.kinds.items()]
-        for given, charging, kind in [(battery, policies.charging, None), *own]:
-            spec, policy = given or battery, charging or policies.charging
-            if (given is None and charging is None) or policy.own or "threshold" in spec.model_fields_set:
+        for own_battery, charging, kind in [(battery, policies.charging, None), *own]:
+            spec, policy = own_battery or battery, charging or policies.charging
+            if (own_battery is None and charging is None) or policy.own or "threshold" in spec.model_fields_set:
                 continue
             if catalogue.reads_threshold(policy.name, policy.params):
                 place = "policies.charging" if charging is None or kind is None else f"fleet.kinds.{kind}.charging"
                 expected = f"the level of energy at which robots charge, by {place}: {policy.name}"
-                key = ("battery",) if given is None or kind is None else ("fleet", "kinds", kind, "battery")
+                key = ("battery",) if own_battery is None or kind is None else ("fleet", "kinds", kind, "battery")
                 raise wrong(f"missing, expected {expected}", TOP, *key, "threshold")
         return policies
 
@@ -535,30 +566,30 @@ class Model(Part):
         return tuple(name for name, state in APART.items() if state.applies(self))
 
     def hours(self, calendar: str | None) -> Hours:
-        """A calendar as times of a run, or None for always."""
+        """Return a calendar as times of a run, or None for always."""
         if calendar is None:
             return ALWAYS
         return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
 
     def rates(self, profile: Profile, demand: float = 1.0) -> Rates:
-        """A profile as times of a run."""
+        """Return a profile as times of a run."""
         return Rates(profile, self.units.hour, self.run.start, demand)
 
     def timetable(self, flow: FlowSpec) -> Timetable:
-        """The departures of a flow as times of a run; without any if it has none."""
+        """Return the departures of a flow as times of a run; without any if it has none."""
         return Timetable.of(flow.due_at, self.run.start, 1 / self.units.seconds)
 
     def content(self) -> dict[str, Any]:
-        """What is in the model, defaults too, as plain JSON values: equal models, equal content.
+        """Return the content of the model, defaults too, as plain JSON values: equal models, equal content.
 
         Keys of sections stand in the order of the schema. Named parts (nodes, bays, stations, kinds) stand in the order
         of the file, which numbers them. `load` reads it back.
         """
-        found: dict[str, Any] = super().content()
-        return found
+        content: dict[str, Any] = super().content()
+        return content
 
     def digest(self) -> str:
-        """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""
+        """Return the SHA-256 of the content and of the user's own policies: equal for equal models, however written."""
         content = json.dumps(self.content(), separators=(",", ":"))
         return hashlib.sha256(content.encode() + self.policies.sources()).hexdigest()
 
@@ -582,7 +613,7 @@ OUTLINE = Outline(Model)
 def model_of(
     document: Document, overrides: Mapping[str, Any], named: str = "override", *, run_code: bool = False
 ) -> Model:
-    """The model that a document says with overrides: every step of its way, in order.
+    """Make the model that a document and overrides say: every step of its way, in order.
 
     Raises:
         ModelError: with every problem of the values; where they are right, of the policies, and then of the orders.
@@ -602,11 +633,11 @@ def _check_orders(model: Model, source: str) -> None:
     try:
         problems = problems_of(files, reading(model, model.floor), source) if files else []
     except LayoutError:
-        return  # which is said where the layout is checked
+        return  # the check of the layout says so
     if problems:
         raise ModelError(problems)
 
 
 def reading(model: Model, layout: Layout) -> Reading:
-    """How files of orders are understood on a layout of a model."""
+    """Return how files of orders are understood on a layout of a model."""
     return Reading.of(layout, model.run.start, model.units.seconds, model.pods)

@@ -1,4 +1,4 @@
-"""The same day without its ups and downs: orders that come evenly, and calendars without breaks."""
+"""A day without its ups and downs: orders that come evenly, and calendars without breaks."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ WAVES = 24
 
 
 def evenly(model: Model) -> dict[str, Any]:
-    """The changes by which flows with peaks bring as many tasks in the counted time, at one rate; none without any."""
-    found = {name: _even(model, flow) for name, flow in model.tasks.flows.items() if "." not in name}
-    return {f"tasks.flows.{name}.arrivals": even for name, even in found.items() if even is not None}
+    """Return the changes by which flows with peaks bring as many tasks in the counted time at one rate, if any."""
+    changes = {name: _even(model, flow) for name, flow in model.tasks.flows.items() if "." not in name}
+    return {f"tasks.flows.{name}.arrivals": even for name, even in changes.items() if even is not None}
 
 
 def from_files(model: Model) -> list[str]:
-    """The flows whose orders come from a file, which says when."""
+    """Return the flows whose orders come from a file, which says when."""
     return [name for name, flow in model.tasks.flows.items() if isinstance(flow.when, OrdersArrivals)]
 
 
@@ -39,7 +39,7 @@ def _even(model: Model, flow: FlowSpec) -> dict[str, Any] | None:
         time = math.fsum(b - a for a, b in stretches)
         tasks = math.fsum(expected(b) - expected(a) for a, b in stretches)
         rate = tasks / time * model.units.hour if time else 0.0
-        differs = any(not math.isclose(rate, one) for one in when.profile.per_hour)
+        differs = any(not math.isclose(rate, hourly) for hourly in when.profile.per_hour)
         return {"poisson": float(f"{rate:.6g}")} if rate and differs else None
     if isinstance(when, ScheduleArrivals):
         return _spread(when, run.end)
@@ -47,7 +47,7 @@ def _even(model: Model, flow: FlowSpec) -> dict[str, Any] | None:
 
 
 def _spread(when: ScheduleArrivals, end: float) -> dict[str, Any] | None:
-    """The tasks of a schedule in equal waves over the run, or up to the last of them where the run has no length."""
+    """Spread the tasks of a schedule in equal waves over the run, or up to the last where the run has no length."""
     tasks = sum(batch.tasks for batch in when.schedule if batch.at <= end)
     until = end if math.isfinite(end) else max(batch.at for batch in when.schedule)
     waves = min(WAVES, tasks)
@@ -62,13 +62,13 @@ def _spread(when: ScheduleArrivals, end: float) -> dict[str, Any] | None:
 
 
 def opened(model: Model, calendars: Sequence[str | None]) -> float:
-    """How much more time it is if calendars are always open, as a part of the time in which they are; 0 if none."""
+    """Return how much more time it is if calendars are always open, as a part of their open time; 0 if none."""
     shares = [model.hours(name).share(0.0, model.run.end) for name in calendars]
     return 1 / fmean(shares) - 1 if calendars and fmean(shares) else 0.0
 
 
 def without_breaks(model: Model) -> Iterator[tuple[str, float, dict[str, Any]]]:
-    """Each calendar of robots or stations that has breaks, how much more time it is without, and the changes.
+    """Iterate over the calendars of robots or stations with breaks: how much more time it is without, and the changes.
 
     The calendar without breaks is a new one, as orders, closures and people may go by the old one.
     """
@@ -85,8 +85,8 @@ def without_breaks(model: Model) -> Iterator[tuple[str, float, dict[str, Any]]]:
 
 
 def _users(model: Model) -> dict[str, list[str]]:
-    """The keys of robots and stations that name a calendar, by its name."""
-    found: dict[str, list[str]] = {}
+    """Return the keys of robots and stations that name a calendar, by its name."""
+    keys_of: dict[str, list[str]] = {}
     parts = {
         "fleet": model.fleet.hours,
         **{f"fleet.kinds.{name}": kind.hours for name, kind in model.fleet.kinds.items()},
@@ -94,12 +94,12 @@ def _users(model: Model) -> dict[str, list[str]]:
     }
     for key, hours in parts.items():
         if hours is not None and key.count(".") <= 2:  # noqa: PLR2004 - a name with a point is no dotted key
-            found.setdefault(hours, []).append(f"{key}.hours")
-    return found
+            keys_of.setdefault(hours, []).append(f"{key}.hours")
+    return keys_of
 
 
 def _whole(calendar: Calendar, longest: float) -> dict[str, Any] | None:
-    """A calendar without its breaks, at most this long and half as long as what is before; None where it has none."""
+    """Return a calendar without its breaks, at most this long and half as long as the time before; None without any."""
     if isinstance(calendar, Shifts):
         spans = _joined_spans(calendar.open)
         days = {} if calendar.days == DAYS else {"days": list(calendar.days)}
@@ -109,22 +109,22 @@ def _whole(calendar: Calendar, longest: float) -> dict[str, Any] | None:
         whole = {**calendar.content(), "lasts": calendar.every}
         return whole if 0 < gap <= min(longest, calendar.lasts / 2) else None
     joined = _joined(calendar.between, longest)
-    return {"between": [list(one) for one in joined]} if len(joined) < len(calendar.between) else None
+    return {"between": [list(stretch) for stretch in joined]} if len(joined) < len(calendar.between) else None
 
 
 def _joined(stretches: Iterable[Stretch], longest: float) -> list[Stretch]:
-    """Stretches in order, those with only a break between them as one."""
-    found: list[Stretch] = []
+    """Join stretches in order that have only a break between them."""
+    joined: list[Stretch] = []
     for begin, end in sorted(stretches):
-        if found and begin - found[-1][1] <= min(longest, (found[-1][1] - found[-1][0]) / 2):
-            found[-1] = found[-1][0], max(end, found[-1][1])
+        if joined and begin - joined[-1][1] <= min(longest, (joined[-1][1] - joined[-1][0]) / 2):
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
         else:
-            found.append((begin, end))
-    return found
+            joined.append((begin, end))
+    return joined
 
 
 def _joined_spans(spans: Iterable[str]) -> list[str]:
-    """The same for stretches of a day such as `06:00-14:00`."""
+    """Join stretches of a day, such as `06:00-14:00`, that have only a break between them."""
     texts: dict[float, str] = {}
     stretches: list[Stretch] = []
     for span in spans:

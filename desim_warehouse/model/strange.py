@@ -15,8 +15,8 @@ _MOST_STRANGE = 1000
 """Unknown keys, and values in them, that are read: more than there can be by slips."""
 
 
-def watching(known: Callable[[Keys], bool], source: str) -> type[Composer]:
-    """A composer of the YAML reader that stops where too many keys are not `known`."""
+def watching(is_key: Callable[[Keys], bool], source: str) -> type[Composer]:
+    """Make a composer of the YAML reader that stops where too many values are not at keys of ours."""
 
     class Watching(Composer):
         """Composes nodes and knows the path to each."""
@@ -33,12 +33,12 @@ def watching(known: Callable[[Keys], bool], source: str) -> type[Composer]:
                 return super().compose_node(parent, index)
             self.path.append(getattr(index, "value", index))
             before = self.inside
-            self.inside = before or not (isinstance(index, int) or known(tuple(map(str, self.path))))
+            self.inside = before or not (isinstance(index, int) or is_key(tuple(map(str, self.path))))
             self.strange += self.inside
             if self.strange > _MOST_STRANGE:
                 mark, key = self.parser.peek_event().start_mark, printable(dotted(tuple(self.path))[:_LONGEST])
-                said = f"{key}: unknown, as are {_MOST_STRANGE:,} values before it; is this another kind of file?"
-                raise ModelError([f"{source}:{mark.line + 1}:{mark.column + 1}: {said}"])
+                complaint = f"{key}: unknown, as are {_MOST_STRANGE:,} values before it; is this another kind of file?"
+                raise ModelError([f"{source}:{mark.line + 1}:{mark.column + 1}: {complaint}"])
             node = super().compose_node(parent, index)
             self.inside = before
             self.path.pop()

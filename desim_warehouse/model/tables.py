@@ -77,7 +77,7 @@ def _policies(section: Any, document: Document) -> list[Problem]:
 
 
 def _refuse(name: Any, keys: Keys, document: Document) -> None:
-    """Refuse a file that the document may not name. Nothing is said of the file, not even whether there is one."""
+    """Refuse a file that the document may not name, without a word of the file, not even whether there is one."""
     if document.files == "none":
         raise _RefusedError(Problem(keys, "names a file, expected none here (files: none)"))
     if document.files == "beside" and not _is_below(document.folder, name):
@@ -102,13 +102,13 @@ def _layout(section: Any, document: Document) -> list[Problem]:
     path = document.folder / name
     try:
         _refuse(name, LAYOUT, document)
-        there = layout_file.read(path)
+        content = layout_file.read(path)
     except _RefusedError as refused:
         return list(refused.problems)
     except ModelError as error:
         return [Problem(LAYOUT, problem) for problem in error.problems]
     here = Position(next(positions.ranks), 0, 0, str(path))
-    for key, value in there.items():
+    for key, value in content.items():
         if key == "file":
             return [Problem(LAYOUT, f"'{path}' names a file itself, expected {layout_file.EXPECTED}")]
         if key in section:
@@ -119,17 +119,17 @@ def _layout(section: Any, document: Document) -> list[Problem]:
 
 
 def _named(data: dict[str, Any]) -> list[tuple[dict[str, Any], Keys, Reader]]:
-    """Where tables are named: the section, the keys, and how to read what stands there."""
+    """Find where tables are named: the section, the keys, and how to read each."""
     layout = data.get("layout")
-    found: list[tuple[dict[str, Any], Keys, Reader]] = []
+    tables: list[tuple[dict[str, Any], Keys, Reader]] = []
     if isinstance(layout, dict) and _names_file(layout.get("storage")):
-        found.append((layout, STORAGE, _storage))
+        tables.append((layout, STORAGE, _storage))
     if isinstance(layout, dict) and _names_file(layout.get("storage_names")):
-        found.append((layout, ("layout", "storage_names"), _place_names))
+        tables.append((layout, ("layout", "storage_names"), _place_names))
     pods = data.get("pods")
     if isinstance(pods, dict) and _names_file(pods.get("holds")):
-        found.append((pods, ("pods", "holds"), _holds))
-    return [*found, *_below(data.get("tasks"), ("tasks",))]
+        tables.append((pods, ("pods", "holds"), _holds))
+    return [*tables, *_below(data.get("tasks"), ("tasks",))]
 
 
 def _below(section: Any, keys: Keys) -> Iterator[tuple[dict[str, Any], Keys, Reader]]:
@@ -173,7 +173,7 @@ def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePosit
 
 
 def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> list[dict[str, Any]]:
-    """A from-to matrix: origins in the first column, destinations in the first line."""
+    """Read a from-to matrix: origins in the first column, destinations in the first line."""
     form = MatrixFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     if len(table.header) < 2:  # noqa: PLR2004 - origins, and a destination
@@ -184,9 +184,9 @@ def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePosit
     for row in table.rows:
         for target in targets:
             if row.cells[target] not in {"", "0"}:
-                at: Keys = (*keys, len(made))
-                positions.keys[at] = positions.values[at] = positions.values[*at, "from", 0] = row.at[first]
-                positions.values[*at, "to", 0] = positions.values[*at, "per_hour"] = row.at[target]
+                place: Keys = (*keys, len(made))
+                positions.keys[place] = positions.values[place] = positions.values[*place, "from", 0] = row.at[first]
+                positions.values[*place, "to", 0] = positions.values[*place, "per_hour"] = row.at[target]
                 made.append({"from": row.cells[first], "to": target, "per_hour": row.number(target)})
     return made
 
@@ -219,40 +219,40 @@ def _place_names(named: dict[str, Any], keys: Keys, folder: Path, positions: Fil
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     for column in ("name", "place"):
         table.require(column, (*keys, "file"))
-    found: dict[str, Any] = {}
+    places: dict[str, Any] = {}
     for row in table.rows:
         number = _whole(row.number("place"))
-        if (name := row.cells["name"]) in found:
+        if (name := row.cells["name"]) in places:
             text = f"name '{name}' given twice in '{table.name}', expected it once"
             raise _RefusedError(Problem((*keys, "file"), text))
-        found[name] = number
+        places[name] = number
         positions.values[*keys, "places", name] = row.at["place"]
-    return {"places": found}
+    return {"places": places}
 
 
 def _holds(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
-    """What pods hold: a row for each item on a pod. Pods and items are numbered as the file first names them."""
+    """Read what pods hold: a row for each item on a pod. Pods and items are numbered as the file first names them."""
     form = HoldsFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     for column in ("pod", "item"):
         table.require(column, (*keys, "file"))
-    given = [column for column in ("place", "units") if column in table.header]
+    optional = [column for column in ("place", "units") if column in table.header]
     pods, names, places = dict[str, int](), dict[str, int](), dict[str, Any]()
-    found: dict[str, list[Any]] = {"pod": [], "item": [], **({"units": []} if "units" in given else {})}
+    columns: dict[str, list[Any]] = {"pod": [], "item": [], **({"units": []} if "units" in optional else {})}
     for rank, row in enumerate(table.rows):
         pod = row.cells["pod"]
         if places.setdefault(pod, row.cells.get("place")) != row.cells.get("place"):
             text = f"pod '{pod}' is on two places in '{table.name}', expected one"
             raise _RefusedError(Problem((*keys, "file"), text))
-        if "place" in given:
+        if "place" in optional:
             positions.values[*keys, "places", pods.get(pod, len(pods))] = row.at["place"]
-        found["pod"].append(pods.setdefault(pod, len(pods)))
-        found["item"].append(names.setdefault(row.cells["item"], len(names)))
-        if "units" in given:
+        columns["pod"].append(pods.setdefault(pod, len(pods)))
+        columns["item"].append(names.setdefault(row.cells["item"], len(names)))
+        if "units" in optional:
             positions.values[*keys, "units", rank] = row.at["units"]
-            found["units"].append(_whole(row.number("units")))
-    stand = {"places": [_whole(_number(place)) for place in places.values()]} if "place" in given else {}
-    return {"names": list(names), **stand, **found}
+            columns["units"].append(_whole(row.number("units")))
+    stand = {"places": [_whole(_number(place)) for place in places.values()]} if "place" in optional else {}
+    return {"names": list(names), **stand, **columns}
 
 
 def _orders(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
@@ -296,7 +296,7 @@ class _Row:
     at: Mapping[str, Position]
 
     def number(self, column: str) -> float | str:
-        """The cell as a number. Any other stays text, and is refused at its position."""
+        """Return the cell as a number. Any other stays text, and is refused at its position."""
         return _number(self.cells[column])
 
 
@@ -349,7 +349,7 @@ class _Table:
 
 
 def _columns(header: Sequence[str]) -> str:
-    """Columns in words; not by name, as the file may be one that whoever reads the message must not see."""
+    """Count columns in words, without their names: the reader of the message may not be allowed to see the file."""
     return f"{len(header) or 'no'} column{'s' * (len(header) != 1)}"
 
 
@@ -365,9 +365,9 @@ def _rows(reader: Any, header: tuple[str, ...], file: str, rank: int) -> Iterato
     for cells in reader:
         if not any(cells):
             continue
-        column, at = 1, {}
+        column, positions = 1, {}
         for name, cell in zip(header, cells, strict=False):
-            at[name] = Position.in_file(rank, file, reader.line_num, column)
+            positions[name] = Position.in_file(rank, file, reader.line_num, column)
             column += len(cell) + 1
         width = len(cells) if any(cells[len(header) :]) else min(len(cells), len(header))
-        yield _Row(width, {name: cell.strip() for name, cell in zip(header, cells, strict=False)}, at)
+        yield _Row(width, {name: cell.strip() for name, cell in zip(header, cells, strict=False)}, positions)

@@ -1,5 +1,5 @@
 """Orders as a WMS or ERP exports them, made into the plain table that models read.
 
-`export` reads the table, whatever its form, `workbook` those of Excel; `cells` reads times and numbers as people write
+`export` reads the table, whatever its form, `cells` reads times and numbers as people write
 them; `day` puts together what is in it, what is wrong with it and what was assumed.
 """

@@ -10,40 +10,23 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from desim_warehouse.model.sections.order_lines import OrderRows, Problems, Reading
 from desim_warehouse.orders.export import Export
-from desim_warehouse.values.dates import (
-    SLASHES,
-    ZONE,
-    Slashes,
-    are_days_of_excel,
-    hours_between,
-    of_excel,
-    read_dates,
-    settled,
-)
+from desim_warehouse.values.dates import TWOFOLD, Slashes, Times, across_midnight, end_across_midnight, read_times
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
 _AROUND_ALL = dt.timedelta(days=366)
 """Orders so long before most others are dates of nothing, such as 1900-01-01, and no start of a run."""
-_HALF_A_DAY = 43_200.0
+_HOUR, _UTC = dt.timedelta(hours=1), dt.timedelta()
+_LAST_DAY = dt.datetime(9999, 12, 31)  # noqa: DTZ001 - wall clock
 _COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
 """Quantities with a word for pieces; kilograms, cartons or pallets are none."""
 _GROUPED, _POINT = r"[+-]?[1-9]\d{0,2}(\.\d{3})+", r"[+-]?\d*\.\d+"
 _COMMA, _THOUSANDS = r"[+-]?(\d+|\d{1,3}(\.\d{3})+),\d+", r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?"
-
-
-class _Times(NamedTuple):
-    """A column of times: each cell is a number, a time of day, or a date; nan and NaT for the others."""
-
-    numbers: np.ndarray[Any, Any]
-    hands: np.ndarray[Any, Any]
-    dates: pd.Series[Any]
 
 
 class ExportRows(OrderRows):
@@ -61,11 +44,13 @@ class ExportRows(OrderRows):
         self._slashes = dates
         self._per_load = per_load
         self._columns = {"release": (release := self._parsed("release"))}
-        self._cross_midnight(release.hands)
+        if later := across_midnight(release.clocks, how.clock):
+            first = self.cells["release"].iloc[later[0]]
+            self.assumed.append(f"'{self.titles['release']}' crosses midnight: {first} is on the next day")
         if "due" in export.cells:
-            self._columns["due"] = due = self._parsed("due", dated=bool(release.dates.notna().any()))
-            due.hands[release.hands - due.hands > _HALF_A_DAY / how.seconds] += 2 * _HALF_A_DAY / how.seconds
-            self._to_the_end_of_days(due.dates)
+            self._columns["due"] = due = self._parsed("due", whole=any(release.dates))
+            end_across_midnight(release.clocks, due.clocks)
+            due.dates = self._to_the_end_of_days(due.dates)
         if _are_days(release.dates):
             text = "have no time of day: all orders of a day come at 00:00"
             self.assumed.append(f"dates in '{self.titles['release']}' {text}")
@@ -76,9 +61,9 @@ class ExportRows(OrderRows):
         """Cells as times from the start of the run in the model's unit, nan where they are none."""
         import numpy as np
 
-        numbers, hands, dates = self._columns[column]
-        since = self.how.since_start(dates, self.midnight)
-        return np.where(np.isnan(numbers), np.where(np.isnan(hands), since, hands), numbers)
+        read, midnight = self._columns[column], self.midnight or _LAST_DAY
+        dates = [math.nan if date is None else (date - midnight).total_seconds() for date in read.dates]
+        return np.fmax(read.numbers, (np.fmax(dates, read.clocks) - self.how.clock) / self.how.seconds)
 
     def amounts(self, column: str, text: pd.Series[Any]) -> Any:
         """Cells as numbers, nan where they are none; with decimal commas, and points or commas between thousands."""
@@ -106,93 +91,73 @@ class ExportRows(OrderRows):
         most = self._per_load
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities
 
-    def _parsed(self, column: str, *, dated: bool = False) -> _Times:
-        """A column of times, in its one reading; `dated`: whether numbers are rather days than seconds."""
-        import numpy as np
-        import pandas as pd
+    def _parsed(self, column: str, *, whole: bool = False) -> Times:
+        """A column of times in its one reading, on one clock.
 
-        text = self.cells[column]
-        filled = (text != "").to_numpy()
-        numbers, none = self.amounts(column, text), np.full(len(text), np.nan)
-        if filled.any() and are_days_of_excel(numbers[filled], whole=dated):
-            self.assumed.append(f"'{self.titles[column]}' counts days, as Excel does")
-            return _Times(none, none.copy(), of_excel(text.str.replace("," if self._comma else ".", ".", regex=False)))
-        text = text.where(np.isnan(numbers), "")
-        hands = self.hands(text)
-        text = text.where(np.isnan(hands), "")
-        dates = read_dates(text, self._way(column, text)) - pd.to_timedelta(self._ahead(column, text), unit="h")
-        return _Times(numbers, hands, dates)
-
-    def _cross_midnight(self, hands: np.ndarray[Any, Any]) -> None:
-        """Put times of day that come after midnight in a night shift on the next day.
-
-        They follow later ones, in rows that rise otherwise; or they are more than 12 h before the start of the run.
+        Whole numbers are days of Excel, and not seconds, where that is sure (`whole`), or where the column is not
+        called `release`, as in our own tables.
         """
-        import numpy as np
+        text, title = self.cells[column], self.titles[column]
+        numbers = self.amounts(column, text).tolist()
+        read = read_times(text.tolist(), self._slashes, numbers=numbers, whole=whole or title != column)
+        self.assumed += [f"'{title}' {note}" for note in read.notes]
+        self.flag(read.twofold, column, TWOFOLD, "--dates us or uk of desim orders to say which")
+        read.dates = self._on_one_clock(column, read.dates)
+        return read
 
-        rows = np.flatnonzero(~np.isnan(hands))
-        times, half = hands[rows], _HALF_A_DAY / self.how.seconds
-        falls = np.flatnonzero(np.diff(times) < 0)
-        next_day = times < -half
-        if len(falls) == 1 and -np.diff(times)[falls[0]] > half and times[-1] < times[0]:
-            next_day = np.arange(len(times)) > falls[0]
-        if next_day.any():
-            hands[rows[next_day]] += 2 * half
-            first = self.cells["release"].iloc[rows[next_day][0]]
-            self.assumed.append(f"'{self.titles['release']}' crosses midnight: {first} is on the next day")
+    def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
+        """Dates without their offsets from UTC, which is said.
 
-    def _to_the_end_of_days(self, dates: pd.Series[Any]) -> None:
-        """Put due dates without a time of day at the end of their day."""
-        alone = dates.notna() & (_are_days(dates) or ~self.cells["due"].str.contains(":"))
-        if alone.any():
-            dates[alone] += dt.timedelta(days=1)
-            self.assumed.append(f"dates in '{self.titles['due']}' have no time of day: due at the end of the day")
-
-    def _way(self, column: str, text: pd.Series[Any]) -> Slashes | None:
-        """How dates with slashes are meant; those that may be meant in two ways are refused."""
-        with_slashes = text.str.match(SLASHES).to_numpy(dtype=bool)
-        if self._slashes or not with_slashes.any():
-            return self._slashes
-        way = settled(text)
-        if way is None:
-            cure = "--dates us or uk of desim orders to say which"
-            self.flag(with_slashes, column, "a date that may be meant in two ways", cure)
+        In a night of a clock change all are on the clock of the first. Times of any other zone are refused.
+        """
+        zones = [None if date is None else date.utcoffset() for date in dates]
+        offsets = [*dict.fromkeys(zone for zone in zones if zone is not None)]
+        if not offsets:
+            return dates
+        title, texts = self.titles[column], self.cells[column].tolist()
+        in_utc = any(zone == _UTC and text[-1].isalpha() for zone, text in zip(zones, texts, strict=True))
+        first, *others = ((str(dt.timezone(zone))[3:] or "+00:00") if zone or not in_utc else "Z" for zone in offsets)
+        ahead = dict.fromkeys(offsets, _UTC)
+        if len(others) == 1 and abs(offsets[1] - offsets[0]) == _HOUR and not in_utc:
+            ahead[offsets[1]] = offsets[1] - offsets[0]
+            self.assumed.append(f"'{title}' has {first} and {others[0]}: times are instants, on the clock of {first}")
         else:
-            first = "month" if way == "us" else "day"
-            reason = "as some of its dates can be read in no other way"
-            self.assumed.append(f"'{self.titles[column]}' has the {first} first, {reason}")
-        return way
+            self.assumed.append(f"'{title}' is as on the clock of the hall: {first} is left out")
+            other = [zone is not None and zone != offsets[0] for zone in zones]
+            self.flag(other, column, f"a time of another zone than {first}", "all as on the clock of the hall")
+        return [
+            None if date is None else date.replace(tzinfo=None) - (_UTC if zone is None else ahead[zone])
+            for date, zone in zip(dates, zones, strict=True)
+        ]
 
-    def _ahead(self, column: str, text: pd.Series[Any]) -> Any:
-        """By how many hours the clock of each time is ahead of the first: 1 or -1 after a clock change.
-
-        Times of any other zone than the first are refused; a zone that all have is left out, and named.
-        """
-        zones = text.str.extract(ZONE)[1]
-        if not len(offsets := zones.dropna().unique()):
-            return 0.0
-        zone, *others = offsets
-        title, hours = self.titles[column], {other: hours_between(other, zone) for other in offsets}
-        if len(others) == 1 and abs(hours[others[0]]) == 1 and not {"Z", "z"} & set(offsets):
-            self.assumed.append(f"'{title}' has {zone} and {others[0]}: times are instants, on the clock of {zone}")
-            return zones.map(hours).fillna(0.0)
-        self.assumed.append(f"'{title}' is as on the clock of the hall: {zone} is left out")
-        other = (zones.notna() & (zones != zone)).to_numpy(dtype=bool)
-        self.flag(other, column, f"a time of another zone than {zone}", "all as on the clock of the hall")
-        return 0.0
+    def _to_the_end_of_days(self, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
+        """Due dates, of which those without a time of day are at the end of their day."""
+        days = _are_days(dates)
+        alone = [
+            _has_no_time(date) and (days or ":" not in text)
+            for date, text in zip(dates, self.cells["due"], strict=True)
+        ]
+        if any(alone):
+            self.assumed.append(f"dates in '{self.titles['due']}' have no time of day: due at the end of the day")
+        return [
+            date if date is None or not is_alone or date >= _LAST_DAY else date + dt.timedelta(days=1)
+            for date, is_alone in zip(dates, alone, strict=True)
+        ]
 
 
-def _are_days(dates: pd.Series[Any]) -> bool:
+def _has_no_time(date: dt.datetime | None) -> bool:
+    return date is not None and date.time() == dt.time()
+
+
+def _are_days(dates: list[dt.datetime | None]) -> bool:
     """Whether there are dates, and none has a time of day."""
-    days = dates.dropna()
-    return len(days) > 0 and bool((days == days.dt.normalize()).all())
+    return any(dates) and all(date is None or _has_no_time(date) for date in dates)
 
 
-def _first_day(dates: pd.Series[Any]) -> dt.datetime | None:
+def _first_day(dates: list[dt.datetime | None]) -> dt.datetime | None:
     """The day of the first order, sentinel dates long before most orders left out; None where there are no dates."""
-    days = dates.dropna().dt.normalize().sort_values()
-    if days.empty:
+    days = sorted(date.replace(hour=0, minute=0, second=0, microsecond=0) for date in dates if date is not None)
+    if not days:
         return None
-    middle = days.iloc[(len(days) - 1) // 2]
-    day: dt.datetime = days[days >= middle - _AROUND_ALL].iloc[0].to_pydatetime()
-    return day
+    middle = days[(len(days) - 1) // 2]
+    return next(day for day in days if middle - day <= _AROUND_ALL)

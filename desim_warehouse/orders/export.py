@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ModelError, first_of, got, nearest
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.orders import EXCEL, PARQUET, check_there, framed, parquet_chunks, unreadable
-from desim_warehouse.orders.workbook import rows_of
+from desim_warehouse.model.workbook import rows_of
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 
@@ -80,6 +80,8 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
         ModelError: where it cannot be read, or has no column of releases.
     """
     check_there(path)
+    if path.suffix.lower() not in {*PARQUET, *EXCEL} and path.stat().st_size > LIMITS["texts"][0]:
+        raise ModelError([f"{path}: too large, expected CSV of at most {LIMITS['texts'][0] / 1e6:,.0f} MB"])
     if sheet is not None and path.suffix.lower() not in EXCEL:
         raise ModelError([f"{path}: sheet (got {got(sheet)}) of a file that is no Excel file, expected none"])
     for ours in columns:

@@ -1,1 +1,1 @@
-"""What comes out of a run: the log, what is read from it, and what is judged by it."""
+"""Results of a run: the log, how it is read, and how a run is judged by it."""

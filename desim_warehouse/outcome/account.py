@@ -87,7 +87,7 @@ _PICKED = names(lambda state: state.phase is Phase.UNLOADING)
 
 
 def account(history: History, by: By = "robot") -> pd.DataFrame:
-    """The parts of the time of every task, flow, station, robot, edge, node or hour (see `Run.account`)."""
+    """Divide the time of every task, flow, station, robot, edge, node or hour into its parts (see `Run.account`)."""
     import pandas as pd
 
     if by not in get_args(By):
@@ -96,9 +96,9 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
         raise ReportError(
             f"an account of time needs log: all (now log: {history.log.level}), run with --set log=all to record it"
         )
-    index, found = _rows(history, by)
+    index, stretches = _rows(history, by)
     spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
-    for row, part, length in found:
+    for row, part, length in stretches:
         spent[row, part].append(length)
     no = absent(history.model)
     if not history.workplaces or history.model.tasks.done_when == "delivered":
@@ -126,7 +126,7 @@ def _rows(history: History, by: By) -> Found:
 
 
 def share_of_tasks(history: History, *parts: str) -> float:
-    """Some parts of the time of all tasks together, as a share of it."""
+    """Return the share that some parts have of the time of all tasks together."""
     spent = account(history, "task").sum()
     whole = float(spent.sum())
     return math.fsum(float(spent.get(part, 0.0)) for part in parts) / whole if whole else 0.0
@@ -144,7 +144,7 @@ def booked(history: History) -> list[list[Piece]]:
 
 
 def _blamed(piece: Piece, chains: Chains) -> Iterator[Piece]:
-    """A piece, cut where the root changes of a wait in traffic."""
+    """Cut a piece where the root of a wait in traffic changes."""
     if piece.part not in TRAFFIC:
         yield piece
         return
@@ -154,7 +154,7 @@ def _blamed(piece: Piece, chains: Chains) -> Iterator[Piece]:
 
 
 def _counted(history: History) -> Iterator[Piece]:
-    """The pieces of all robots from the end of the warm-up on."""
+    """Iterate over the pieces of all robots from the end of the warm-up on."""
     return (piece for robot in booked(history) for piece in robot if history.counts(piece.start))
 
 
@@ -175,7 +175,7 @@ def _by_node(history: History) -> Found:
 
 
 def _by_hour(history: History) -> Found:
-    """Hours are counted from the end of the warm-up."""
+    """Divide the account by hours, counted from the end of the warm-up."""
     hour = history.model.units.hour
     bounds = [history.begin + n * hour for n in range(max(math.ceil(history.counted / hour), 1))]
     ends = [*bounds[1:], math.inf]
@@ -195,7 +195,7 @@ def _by_hour(history: History) -> Found:
 
 
 def counted_tasks(history: History) -> dict[int, TaskHistory]:
-    """The tasks that `account` has rows for, by number: those not done before the counted time."""
+    """Return the tasks that `account` has rows for, by number: all but those done before the counted time."""
     return {number: task for number, task in history.tasks.items() if history.counts(task.done)}
 
 
@@ -215,16 +215,19 @@ def _by_station(history: History) -> Found:
 
 
 def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
-    """The parts of each row's mean task, without rows that have no tasks and tasks that are in no row."""
+    """Divide the time of the mean task of each row, without rows that have no tasks and tasks that are in no row."""
     tasks = counted_tasks(history)
-    of = {number: row(task) for number, task in tasks.items()}
-    count = Counter(of.values())
-    found = ((of[number], part, length / count[of[number]]) for number, part, length in _parts_of_tasks(history, tasks))
-    return [name for name in rows if count[name]], found
+    row_of = {number: row(task) for number, task in tasks.items()}
+    count = Counter(row_of.values())
+    stretches = (
+        (row_of[number], part, length / count[row_of[number]])
+        for number, part, length in _parts_of_tasks(history, tasks)
+    )
+    return [name for name in rows if count[name]], stretches
 
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
-    """For each task the time in which no robot has it, and what its robot does while one has it."""
+    """Iterate over the parts of each task: the time in which no robot has it, and what its robot does with it."""
     fleet = booked(history)
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
@@ -259,11 +262,11 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
 
 
 def _turns(history: History) -> dict[int, float]:
-    """With pods, for each line picked when its robot's last line before it was: until then it waited its turn."""
-    last, found = [0.0] * len(history.states), {}
+    """Return when each line was picked at the earliest: with pods it waits its turn behind its robot's line before."""
+    last, turns = [0.0] * len(history.states), {}
     for row in history.rows("delivered"):
-        found[row.task], last[row.robot] = last[row.robot], row.time
-    for one in sorted(history.assignments, key=lambda one: (one.start, one.task)):
-        if one.ended == "open":  # the first of a robot's is picked when the run ends, the others wait
-            found[one.task], last[one.robot] = last[one.robot], math.inf
-    return found
+        turns[row.task], last[row.robot] = last[row.robot], row.time
+    for assignment in sorted(history.assignments, key=lambda assignment: (assignment.start, assignment.task)):
+        if assignment.ended == "open":  # the first of a robot's is picked when the run ends, the others wait
+            turns[assignment.task], last[assignment.robot] = last[assignment.robot], math.inf
+    return turns

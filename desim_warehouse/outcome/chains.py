@@ -32,7 +32,7 @@ _known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
 
 
 class Root(NamedTuple):
-    """What a chain of waits ends at: a state of a robot, a wait for a closure or person, or a root above; and where.
+    """The end of a chain of waits: a state of a robot, a wait for a closure or person, or a root above; and where.
 
     `at`: a node, or an edge (`A>B`); "" for a charger, whichever is free first.
     """
@@ -51,42 +51,42 @@ class Lost(NamedTuple):
 
 
 def lost(history: History) -> list[Lost]:
-    """All waiting of the run, robot by robot, cut into parts that have one root each. Followed once for all reports."""
+    """Cut all waiting of the run, robot by robot, into parts that have one root each. Done once for all reports."""
     if history not in _known:
         chains = Chains(history)
         pieces_of_waiting = (piece for robot in chains.fleet for piece in robot if _waits(piece))
-        _known[history] = [one for piece in pieces_of_waiting for one in chains.follow(piece)]
+        _known[history] = [part for piece in pieces_of_waiting for part in chains.follow(piece)]
     return _known[history]
 
 
 def roots(history: History) -> list[Root]:
-    """For each wait in traffic, in the order of `History.waits`, the root that it had for longest."""
+    """Return for each wait in traffic, in the order of `History.waits`, the root that it had for longest."""
     chains = Chains(history)
     spent: defaultdict[tuple[int, float], defaultdict[Root, float]] = defaultdict(lambda: defaultdict(float))
     for robot in chains.fleet:
         for piece in robot:
             if piece.part in TRAFFIC or piece.part in APART:
                 of_wait = spent[piece.robot, chains.wait(piece.robot, piece.start).start]
-                for one in chains.follow(piece):
-                    of_wait[one.root] += one.end - one.start
-    found = (spent.get((wait.robot, wait.start)) for wait in history.waits)
-    longest = (max(of_wait, key=of_wait.__getitem__) if of_wait else None for of_wait in found)
+                for part in chains.follow(piece):
+                    of_wait[part.root] += part.end - part.start
+    roots_of_waits = (spent.get((wait.robot, wait.start)) for wait in history.waits)
+    longest = (max(of_wait, key=of_wait.__getitem__) if of_wait else None for of_wait in roots_of_waits)
     return [root or _place(wait) for root, wait in zip(longest, history.waits, strict=True)]
 
 
 def lost_to(history: History, until: float = math.inf) -> dict[Root, tuple[float, int]]:
-    """For each root the counted time that all robots together waited for it, and for how many of them, most first.
+    """Return for each root how long all robots together waited for it (counted time), and how many did, most first.
 
     Waits that begin after `until` are left out, and of others what comes after it.
     """
     spent: defaultdict[Root, list[float]] = defaultdict(list)
     robots: defaultdict[Root, set[int]] = defaultdict(set)
-    for one in lost(history):
-        if history.counts(one.start) and one.start < until:
-            spent[one.root].append(min(one.end, until) - one.start)
-            robots[one.root].add(one.robot)
-    found = {root: (math.fsum(times), len(robots[root])) for root, times in spent.items()}
-    return dict(sorted(found.items(), key=lambda item: -item[1][0]))
+    for part in lost(history):
+        if history.counts(part.start) and part.start < until:
+            spent[part.root].append(min(part.end, until) - part.start)
+            robots[part.root].add(part.robot)
+    totals = {root: (math.fsum(times), len(robots[root])) for root, times in spent.items()}
+    return dict(sorted(totals.items(), key=lambda item: -item[1][0]))
 
 
 def _waits(piece: Piece) -> bool:
@@ -94,14 +94,14 @@ def _waits(piece: Piece) -> bool:
 
 
 def _place(wait: Wait) -> Root:
-    """Where a robot waits, for whatever is under way there."""
+    """Return the root of a wait for nobody that can be followed: what is under way at the place where it waits."""
     if wait.cause in APART:
         return Root(wait.cause, ">".join(wait.into) if wait.into else wait.node or "")
     return Root(LANE, ">".join(wait.edge)) if wait.edge is not None else Root(CROSSING, wait.node or "")
 
 
 class Chains:
-    """Who does what when, and who waits for whom."""
+    """The pieces and waits of all robots, by which chains of waits are followed."""
 
     def __init__(self, history: History) -> None:
         self.fleet = pieces(history)
@@ -117,19 +117,19 @@ class Chains:
         self.shared = {node for lane in history.layout.two_way for node in lane}
 
     def wait(self, robot: int, time: float) -> Wait:
-        """What a robot that waits in traffic at a time waits for."""
+        """Return the wait that a robot is in at a time at which it waits in traffic."""
         return self.waits[robot][bisect_right(self.over[robot], time)]
 
     def follow(self, piece: Piece) -> Iterator[Lost]:
-        """The time of a piece of waiting in parts, each with the root that its chain ends at then."""
+        """Cut a piece of waiting into parts, each with the root at which its chain then ends."""
         todo: list[tuple[Piece, float, float, tuple[int, ...]]] = [(piece, piece.start, piece.end, ())]
         while todo:
             link, start, end, before = todo.pop()
             wait = None if link.part in QUEUES else self.wait(link.robot, start)
             chain = (*before, link.robot)
             if wait is None:
-                at = "" if link.part in TOO_LOW else link.node or ""
-                yield Lost(piece.robot, start, end, Root(link.part, at))
+                place = "" if link.part in TOO_LOW else link.node or ""
+                yield Lost(piece.robot, start, end, Root(link.part, place))
             elif wait.other < 0:
                 yield Lost(piece.robot, start, end, self._nobody(wait))
             elif wait.other in chain:
@@ -143,19 +143,19 @@ class Chains:
                         yield Lost(piece.robot, since, until, self._at_work(part, wait))
 
     def _between(self, robot: int, start: float, end: float) -> Iterator[Piece]:
-        """What a robot does between two times."""
+        """Iterate over the pieces of a robot between two times."""
         for piece in islice(self.fleet[robot], bisect_right(self.ends[robot], start), None):
             if piece.start >= end:
                 return
             yield piece
 
     def _nobody(self, wait: Wait) -> Root:
-        """For a closure or person; or for a step that would block a two-way lane for good, or for its turn."""
+        """Return the root of a wait for no robot: a closure, a person, a lane that would be blocked, or a turn."""
         root = _place(wait)
         return Root(TWO_WAY, root.at) if root.cause == CROSSING and root.at in self.shared else root
 
     def _at_work(self, doing: Piece, wait: Wait) -> Root:
-        """The last of a chain does not wait: it stands at work, or drives, and then the place is the root."""
+        """Return the root where the last robot of a chain does not wait: its work or, where it drives, the place."""
         if SHOWN[doing.part].phase not in _MOVING:
             edge = doing.edge or ""
             beside = SHOWN[doing.part].phase is Phase.LOADING and edge in self.picked

@@ -1,4 +1,4 @@
-"""How a run goes over the clock: means of robots by what they do, deliveries, open tasks, queues, chargers, batteries.
+"""The course of a run over the clock: robots by what they do, deliveries, open tasks, queues, chargers, batteries.
 
 Sums since the start hide when something happened. So the run is cut into parts of five minutes, counted from the end of
 the warm-up in both directions. Each curve has its mean in each part, so it integrates to the run's own indicator.
@@ -54,7 +54,7 @@ _TIMES_MEDIAN = 2.0
 
 
 class PileUp(NamedTuple):
-    """More tasks are open from `start` to `end` than usual: `most`, against a median of `usual`.
+    """A stretch of time with more open tasks than usual, `most`, against a median of `usual`.
 
     `doing` is what robots do in that time more than in the rest of it, and `share` the part of the fleet that does.
     """
@@ -69,7 +69,7 @@ class PileUp(NamedTuple):
 
 @dataclass(frozen=True)
 class Day:
-    """A run in parts of equal length, of which the first and the last may be shorter.
+    """A run in parts of equal length; the first and the last may be shorter.
 
     `bounds`: the n + 1 ends of the parts, in the time unit of the model. All else has n values, the mean of each part:
     `robots`, how many there are by what they do, in the order of `DOING` and without what none ever does; `delivered`
@@ -91,7 +91,7 @@ class Day:
 
 
 def day(history: History) -> Day:
-    """The course of a run, at any level of the log."""
+    """Return the course of a run, at any level of the log."""
     bounds, end = _bounds(history), history.end
     lengths, hour = np.diff(bounds), history.model.units.hour
     delivered = [min(task.delivered, end) for task in history.delivered]
@@ -112,21 +112,21 @@ def day(history: History) -> Day:
 
 
 def part_length(seconds: float) -> float:
-    """The seconds of a part of a run that lasts so many."""
+    """Return the length of the parts into which a run of so many seconds is cut, in seconds."""
     if seconds < LEAST * PART:
-        return max((one for one in _FINER if one * LEAST <= seconds), default=seconds / LEAST)
-    return next((one for one in (PART, *_COARSER) if one * MOST >= seconds), _COARSER[-1])
+        return max((length for length in _FINER if length * LEAST <= seconds), default=seconds / LEAST)
+    return next((length for length in (PART, *_COARSER) if length * MOST >= seconds), _COARSER[-1])
 
 
 def mean_number(spans: Iterable[tuple[float, float]], bounds: Numbers) -> Numbers:
-    """How many spans of time are under way on average in each part between two bounds."""
+    """Return the mean number of spans of time that are under way in each part between two bounds."""
     table = np.array(list(spans), dtype=float).reshape(-1, 2)
     begun, over = _so_far(table[:, 0], bounds), _so_far(table[:, 1], bounds)
     return np.maximum(np.diff(begun - over), 0.0) / np.diff(bounds)
 
 
 def _so_far(starts: Numbers, times: Numbers) -> Numbers:
-    """The sum of the time since each start, at each time."""
+    """Return the sum of the time since each start, at each time."""
     ordered = np.sort(starts)
     number = np.searchsorted(ordered, times, side="right")
     sums = np.concatenate([[0.0], np.cumsum(ordered)])
@@ -143,7 +143,7 @@ def _bounds(history: History) -> Numbers:
 
 
 def doing(part: str) -> str:
-    """What a robot does in a state, or waiting in traffic, by its name in `DOING`."""
+    """Return the name in `DOING` for a state of a robot, or for waiting in traffic."""
     if part not in SHOWN:
         return "traffic"
     state = SHOWN[part]
@@ -153,14 +153,14 @@ def doing(part: str) -> str:
 
 
 def _robots(history: History, bounds: Numbers) -> dict[str, Numbers]:
-    of: dict[str, list[tuple[float, float]]] = {name: [] for name in DOING}
+    spans_of: dict[str, list[tuple[float, float]]] = {name: [] for name in DOING}
     for start, end, part in parts_of_time(history):
-        of[doing(part)].append((start, end))
-    return {name: mean_number(spans, bounds) for name, spans in of.items() if spans}
+        spans_of[doing(part)].append((start, end))
+    return {name: mean_number(spans, bounds) for name, spans in spans_of.items() if spans}
 
 
 def shares_of_robots(history: History) -> dict[str, Numbers]:
-    """For each robot the shares of its counted time by what it does, in the order of `DOING`.
+    """Return for each robot the shares of its counted time by what it does, in the order of `DOING`.
 
     They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
     far as `day` does.
@@ -176,13 +176,13 @@ def _queue(history: History, robots: dict[str, Numbers], bounds: Numbers) -> Num
     if not history.workplaces:
         return robots.get("queue", np.zeros(len(bounds) - 1))
     end = history.end
-    return mean_number(((min(one.delivered, end), min(one.begun, end)) for one in history.put_down), bounds)
+    return mean_number(((min(task.delivered, end), min(task.begun, end)) for task in history.put_down), bounds)
 
 
 def _chargers(history: History, bounds: Numbers) -> Numbers | None:
     if not history.batteries or not history.chargers:
         return None
-    return mean_number(((one.start, one.end) for one in history.chargings), bounds)
+    return mean_number(((charging.start, charging.end) for charging in history.chargings), bounds)
 
 
 def _battery(history: History, bounds: Numbers) -> Numbers | None:
@@ -196,7 +196,7 @@ def _battery(history: History, bounds: Numbers) -> Numbers | None:
 
 
 def _mean_of_line(times: Numbers, values: Numbers, bounds: Numbers) -> Numbers:
-    """The mean of a curve of straight pieces in each part between two bounds."""
+    """Return the mean of a curve of straight pieces in each part between two bounds."""
     points = np.sort(np.concatenate([times, bounds]))
     heights = np.interp(points, times, values)
     areas = np.concatenate([[0.0], np.cumsum(np.diff(points) * (heights[:-1] + heights[1:]) / 2)])
@@ -204,7 +204,7 @@ def _mean_of_line(times: Numbers, values: Numbers, bounds: Numbers) -> Numbers:
 
 
 def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[str, Numbers]) -> Halt | PileUp | None:
-    """The longest standstill of deliveries; else the stretch with most open tasks, if it is far from usual."""
+    """Return the longest standstill of deliveries; else the stretch with most open tasks, if it is far from usual."""
     still = halts(history)
     if still:
         return max(still, key=lambda halt: halt.end - halt.start)
@@ -223,7 +223,7 @@ def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[
 
 
 def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, int]:
-    """The parts around one, up to the next on either side with less than a value."""
+    """Return the parts around `top`, up to the next on either side with less than a value."""
     low = high = top
     while low > first and values[low - 1] >= least:
         low -= 1
@@ -233,7 +233,7 @@ def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, i
 
 
 def _more_than_else(robots: dict[str, Numbers], bounds: Numbers, low: int, high: int) -> tuple[str, float]:
-    """What a larger part of the fleet does between two parts than in the whole run, and that part."""
+    """Return what a larger part of the fleet does between two parts than in the whole run, and that share."""
     lengths = np.diff(bounds)
     fleet = float(sum(numbers[0] for numbers in robots.values())) or 1.0
 
@@ -241,5 +241,5 @@ def _more_than_else(robots: dict[str, Numbers], bounds: Numbers, low: int, high:
         return float(np.average(numbers[which], weights=lengths[which])) / fleet
 
     then, whole = slice(low, high), slice(None)
-    name = max(robots, key=lambda one: share(robots[one], then) - share(robots[one], whole))
+    name = max(robots, key=lambda activity: share(robots[activity], then) - share(robots[activity], whole))
     return name, share(robots[name], then)

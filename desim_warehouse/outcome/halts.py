@@ -1,4 +1,4 @@
-"""When deliveries stood still though tasks were open, and what for.
+"""Standstills: when deliveries stood still though tasks were open, and what for.
 
 A gap between two deliveries counts if tasks are open in it for longer than the 95 % quantile of cycle times, and if for
 most of that time no robot is at work: one that drives to or with a load, or handles one, and does not wait in traffic.
@@ -32,7 +32,7 @@ MOST_AT_WORK = 0.5
 
 
 class Halt(NamedTuple):
-    """Deliveries stood still from `start` to `end`, `open` tasks then, and what most robots did meanwhile."""
+    """A standstill of deliveries from `start` to `end`, with `open` tasks then, and what most robots did meanwhile."""
 
     start: float
     end: float
@@ -41,13 +41,13 @@ class Halt(NamedTuple):
 
 
 def halts(history: History) -> list[Halt]:
-    """The times at which deliveries stood still in the counted time, in order."""
+    """Return the standstills of deliveries in the counted time, in order."""
     if len(history.cycle_times) < LEAST_DONE:
         return []
     longest = quantile(history.cycle_times, 0.95)
     gaps = [gap for gap in _gaps(history) if gap[1] - gap[0] > longest]
     spans = parts_of_time(history) if gaps else []
-    found = []
+    standstills = []
     for start, end, still in gaps:
         worked, spent = 0.0, defaultdict[Cause, float](float)
         for since, until, part in spans:
@@ -58,12 +58,12 @@ def halts(history: History) -> list[Halt]:
             elif part in SHOWN and SHOWN[part].phase in AT_WORK:
                 worked += time
         if worked < MOST_AT_WORK * (end - start) and spent:
-            found.append(Halt(start, end, still, _cause(history.model, spent, start, end)))
-    return found
+            standstills.append(Halt(start, end, still, _cause(history.model, spent, start, end)))
+    return standstills
 
 
 def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
-    """The times without a delivery in which tasks are open all along, with the number of these at the end."""
+    """Iterate over the times without a delivery in which tasks are open all along, with how many are at the end."""
     begin, end = history.begin, history.end
     done = [task.delivered for task in history.counted_deliveries if task.delivered <= end]
     released = sorted(task.released for task in history.tasks.values())
@@ -84,19 +84,19 @@ def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
 
 
 def parts_of_time(history: History) -> list[tuple[float, float, str]]:
-    """When every robot is in which state or, as far as the log says it, waits for what in traffic."""
+    """Return when every robot is in which state or, as far as the log says it, waits for what in traffic."""
     return [part for robot in parts_of_robots(history) for part in robot]
 
 
 def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
-    """For each robot from when until when it is in which state, as `parts_of_time`."""
+    """Return for each robot from when until when it is in which state, as `parts_of_time`."""
     if history.log.level == "all":
         return [[(piece.start, piece.end, piece.part) for piece in robot] for robot in booked(history)]
     return [[(change.start, change.end, change.seen.name) for change in robot] for robot in history.states]
 
 
 def _what(part: str) -> Cause | None:
-    """What a robot does in a state, or waiting in traffic; None: it is at work, or drives to a bay."""
+    """Return the cause of a standstill that a state, or a wait in traffic, shows; None: at work, or driving to park."""
     if part in APART:
         return "lanes"
     if part not in SHOWN:
@@ -115,7 +115,7 @@ def _what(part: str) -> Cause | None:
 
 
 def _cause(model: Model, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
-    """What most robots did; behind one that waits for a lane to open others wait for each other."""
+    """Return what most robots did; behind one that waits for a lane to open others wait for each other."""
     cause = max(spent, key=spent.__getitem__)
     if cause == "queues" and spent.get("lanes", 0.0) > MOST_AT_WORK * (end - start):
         return "lanes"
@@ -123,10 +123,14 @@ def _cause(model: Model, spent: Mapping[Cause, float], start: float, end: float)
 
 
 def _shut(model: Model, start: float, end: float) -> Cause:
-    """Why robots without a task are given none between two times."""
-    middle, of = (start + end) / 2, specs(model, model.floor)
-    stations = [model.hours(of[node].hours) for node in destinations(model, model.floor) if node in of]
+    """Return why robots without a task are given none between two times."""
+    middle, stations_by_node = (start + end) / 2, specs(model, model.floor)
+    stations = [
+        model.hours(stations_by_node[node].hours)
+        for node in destinations(model, model.floor)
+        if node in stations_by_node
+    ]
     if stations and not any(hours.is_open(middle) for hours in stations):
         return "closed"
-    held = [one.hours for one in model.traffic.closures.values() if one.tasks == "hold"]
+    held = [closure.hours for closure in model.traffic.closures.values() if closure.tasks == "hold"]
     return "lanes" if any(model.hours(name).is_open(middle) for name in held) else "no task"

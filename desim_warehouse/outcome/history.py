@@ -1,4 +1,4 @@
-"""What happened in a run, read from its log: the only module that interprets its rows.
+"""The history of a run, read from its log: the only module that interprets its rows.
 
 `History` gives tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
 needed. Indicators, figures, replay and exports are made from them. `rows` gives the rows themselves by the names of
@@ -76,7 +76,7 @@ class History:
         self.end: float = log.end
 
     def rows(self, *kinds: str) -> Iterator[LogRow]:
-        """The rows of some kinds, in order of time, or all rows if none is named."""
+        """Iterate over the rows of some kinds, in order of time, or over all rows if none is named."""
         if not kinds:
             return map(LogRow._make, self.log.rows)
         rows = self._work if _MOTION.isdisjoint(kinds) else self.log.rows
@@ -84,7 +84,7 @@ class History:
 
     @cached_property
     def _work(self) -> list[tuple[Any, ...]]:
-        """The rows of tasks, states and rotations: few beside those of moves and waits."""
+        """The rows of tasks, states and rotations: few beside the rows of moves and waits."""
         return [row for row in self.log.rows if row[1] not in _MOTION]
 
     # What is counted
@@ -95,7 +95,7 @@ class History:
         return self
 
     def since(self, begin: float) -> History:
-        """The history of the run, counted from another moment on: itself if it counts from there already."""
+        """Return the history of the run, counted from another moment on: itself if it counts from there already."""
         if begin == self.begin:
             return self
         other = History(self.log, self.model, self.layout, self.seed)
@@ -109,7 +109,7 @@ class History:
 
     @property
     def stretches(self) -> list[Stretch]:
-        """The counted time; that of a part of the day has one on each day."""
+        """The counted time, as one stretch; a part of the day has one on each day."""
         return [(self.begin, self.end)]
 
     def counts(self, time: float) -> bool:
@@ -117,7 +117,7 @@ class History:
         return time >= self.begin
 
     def within(self, start: float, end: float) -> float:
-        """How much of an interval is counted."""
+        """Return how much of an interval is counted."""
         return max(min(end, self.end) - max(start, self.begin), 0.0)
 
     @cached_property
@@ -147,7 +147,7 @@ class History:
 
     @cached_property
     def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory], list[TaskHistory]]:
-        """All tasks by number, those delivered, and those done, each in the order in which they were."""
+        """All tasks by number, the tasks delivered, and the tasks done, each list in the order of these events."""
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
         done: list[TaskHistory] = []
@@ -221,13 +221,16 @@ class History:
         return not self.model.tasks.never_end and self.end < self.model.run.end and len(self.done) == len(self.tasks)
 
     def falling_due(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
-        """Those due in the counted time, both ends included, in order of their due times: met, missed or still open.
+        """Return the deadlines in the counted time, ends included, in order of due times: met, missed or still open.
 
-        Of a run that ended with its work also those due later and met.
+        If the run ended with its work, deadlines after its end that were met count too.
         """
         later = self.ended_with_its_work
-        counted = (one for one in deadlines if one is not None and self.counts(one.due))
-        return sorted((one for one in counted if one.due <= self.end or (later and not one.missed)), key=_due_of)
+        counted = (deadline for deadline in deadlines if deadline is not None and self.counts(deadline.due))
+        return sorted(
+            (deadline for deadline in counted if deadline.due <= self.end or (later and not deadline.missed)),
+            key=_due_of,
+        )
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
@@ -236,54 +239,54 @@ class History:
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The same of the load units for stations with workers, and of the work on them."""
+        """The due times of work on load units for stations with workers, in the counted time, in order."""
         return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
     def order_deadlines(self) -> list[Deadline]:
-        """The same of orders."""
+        """The due times of orders that fall in the counted time, in order of time."""
         return self.falling_due(order.deadline for order in self.orders)
 
     @cached_property
     def orders(self) -> list[OrderHistory]:
         """The orders, in order of release."""
-        of: dict[tuple[str, str], list[TaskHistory]] = {}
+        tasks_of: dict[tuple[str, str], list[TaskHistory]] = {}
         for task in self.tasks.values():
             if task.order:
-                of.setdefault((task.flow, task.order), []).append(task)
-        return [OrderHistory(flow, order, tuple(tasks)) for (flow, order), tasks in of.items()]
+                tasks_of.setdefault((task.flow, task.order), []).append(task)
+        return [OrderHistory(flow, order, tuple(tasks)) for (flow, order), tasks in tasks_of.items()]
 
     @cached_property
     def counted_orders(self) -> list[OrderHistory]:
-        """The orders of which the last task was done in the counted time."""
-        return [one for one in self.orders if self.counts(one.done) and one.done <= self.end]
+        """The orders whose last task was done in the counted time."""
+        return [order for order in self.orders if self.counts(order.done) and order.done <= self.end]
 
     @cached_property
     def assignments(self) -> list[Assignment]:
         """Which robot had which task when, in order of time."""
         held: dict[int, tuple[int, float]] = {}
-        found = []
+        assignments = []
         for row in self.rows("assigned", "delivered", "returned"):
             if row.kind == "assigned":
                 held[row.task] = row.robot, row.time
             elif row.task in held:
                 robot, start = held.pop(row.task)
-                found.append(Assignment(robot, row.task, start, row.time, row.kind))
-        found += [Assignment(robot, task, start, self.end, "open") for task, (robot, start) in held.items()]
-        return sorted(found, key=lambda one: (one.start, one.robot))
+                assignments.append(Assignment(robot, row.task, start, row.time, row.kind))
+        assignments += [Assignment(robot, task, start, self.end, "open") for task, (robot, start) in held.items()]
+        return sorted(assignments, key=lambda assignment: (assignment.start, assignment.robot))
 
     @cached_property
     def knows_batches(self) -> bool:
-        """Whether the log says when tasks were put into batches: where they were, and not in logs of before 0.4.0."""
+        """Whether the log says when tasks were put into batches: some were, and it is of 0.4.0 or later."""
         batching = self.model.policies.batching.name != "single"
-        return batching and all(math.isfinite(self.tasks[one.task].batched) for one in self.assignments)
+        return batching and all(math.isfinite(self.tasks[assignment.task].batched) for assignment in self.assignments)
 
     @cached_property
     def trips(self) -> list[Trip]:
-        """What robots did on one trip each, in the order in which the trips ended. Tasks given back are in none."""
+        """The trips of robots, in the order in which they ended, without tasks that were given back."""
         taken: dict[int, list[tuple[int, float]]] = defaultdict(list)
         left: dict[int, int] = defaultdict(int)
-        found = []
+        trips = []
         for row in self.rows("assigned", "delivered", "returned"):
             if row.kind == "assigned":
                 taken[row.robot].append((row.task, row.time))
@@ -293,42 +296,42 @@ class History:
                 if not left[row.robot]:
                     tasks, times = zip(*taken.pop(row.robot), strict=True)
                     if row.kind == "delivered":
-                        found.append(Trip(row.robot, tasks, times[0], row.time))
-        return found
+                        trips.append(Trip(row.robot, tasks, times[0], row.time))
+        return trips
 
     # States
 
     @cached_property
     def starts(self) -> list[Start]:
-        """Where each robot begins: as the model has it, or, of a settled fleet, at the charger where it charges."""
-        found = self.model.fleet.starts(self.layout.bays)
+        """Where each robot begins: as the model has it, or, in a settled fleet, at the charger where it charges."""
+        starts = self.model.fleet.starts(self.layout.bays)
         for row in self.rows(AT_START):
             if row.time > 0:
                 break
-            if row.node is not None and not found[row.robot].on_lanes:
-                found[row.robot] = Start(row.node)
-        return found
+            if row.node is not None and not starts[row.robot].on_lanes:
+                starts[row.robot] = Start(row.node)
+        return starts
 
     @cached_property
     def changes(self) -> list[list[StateSpan]]:
-        """For each robot all its states in order of time, also those of zero length. At the start it is idle."""
+        """The states of each robot in order of time, also states of zero length. At the start it is idle."""
         batteries = self.model.battery is not None
         levels = start_levels(self.model, Streams(self.seed))
         now: list[tuple[str, float, int, float | None, str]] = [
             (AT_START, 0.0, NONE, full if batteries else None, stand.node)
             for full, stand in zip(levels, self.starts, strict=True)
         ]
-        found: list[list[StateSpan]] = [[] for _ in now]
+        spans: list[list[StateSpan]] = [[] for _ in now]
         for row in self.rows(*STATES):
             state, start, task, level, node = now[row.robot]
-            if row.kind == AT_START and row.time == 0 and not found[row.robot]:  # as it stands when the run begins
+            if row.kind == AT_START and row.time == 0 and not spans[row.robot]:  # as it stands when the run begins
                 now[row.robot] = row.kind, row.time, row.task, row.value, row.node or ""
                 continue
-            found[row.robot].append(StateSpan(row.robot, state, start, row.time, task, level, node))
+            spans[row.robot].append(StateSpan(row.robot, state, start, row.time, task, level, node))
             now[row.robot] = row.kind, row.time, row.task, row.value, row.node or ""
         for robot, (state, start, task, level, node) in enumerate(now):
-            found[robot].append(StateSpan(robot, state, start, self.end, task, level, node))
-        return found
+            spans[robot].append(StateSpan(robot, state, start, self.end, task, level, node))
+        return spans
 
     @cached_property
     def states(self) -> list[list[StateSpan]]:
@@ -340,7 +343,7 @@ class History:
         """When robots loaded or unloaded in stations: the node of the station, from when, and until when."""
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
-        found = []
+        spans = []
         for row in self.rows("docked", "lifted", "stored", *STATES):
             if row.kind == "docked":
                 inside[row.robot] = row.node or ""
@@ -349,12 +352,12 @@ class History:
                 since.pop(row.robot, None)
                 continue
             if row.robot in since:
-                found.append((inside[row.robot], since.pop(row.robot), row.time))
+                spans.append((inside[row.robot], since.pop(row.robot), row.time))
             if row.kind in _OFF or (row.node is not None and row.node != inside.get(row.robot)):
                 inside.pop(row.robot, None)  # it has left: in the station all its rows name the station's node
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time
-        return found + [(inside[robot], start, self.end) for robot, start in since.items()]
+        return spans + [(inside[robot], start, self.end) for robot, start in since.items()]
 
     @cached_property
     def recharges(self) -> list[float]:
@@ -367,18 +370,18 @@ class History:
     def waits(self) -> list[Wait]:
         """All waiting episodes, in the order in which they ended. Needs `log: all`."""
         on = [start.edge for start in self.starts]
-        found = []
+        waits = []
         for row in self.rows("drive", *PLACES, "collision", *APART):
             if row.kind == "collision":
                 stands = on[row.robot] if row.edge is None else row.edge
                 start = row.time - (row.value or 0.0)
-                found.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
+                waits.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
             elif row.kind in APART:
                 start, stands = row.time - (row.value or 0.0), on[row.robot]
-                found.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind, row.edge))
+                waits.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind, row.edge))
             else:  # in a bay or station it may wait, too, but on no edge
                 on[row.robot] = row.edge
-        return found
+        return waits
 
     @property
     def collisions(self) -> list[Wait]:
@@ -388,24 +391,24 @@ class History:
     @cached_property
     def blocked(self) -> list[Blocked]:
         """When edges were closed or had people in them, in order of time, up to the end of the run."""
-        found = []
+        spans = []
         since: dict[tuple[Edge | None, float | None], LogRow] = {}
         for row in self.rows("edge_closed", "edge_opened", "person_in", "person_out"):
             key = row.edge, row.value
             if row.kind in ("edge_closed", "person_in"):
                 since[key] = row
             else:
-                found.append(_blocked(since.pop(key), row.time))
-        found += [_blocked(row, self.end) for row in since.values()]
-        return sorted(found, key=attrgetter("start"))
+                spans.append(_blocked(since.pop(key), row.time))
+        spans += [_blocked(row, self.end) for row in since.values()]
+        return sorted(spans, key=attrgetter("start"))
 
     @cached_property
     def stays(self) -> list[list[Whereabouts]]:
         """For each robot where it is, in order of time, from its start. Needs `log: moves` or `all`."""
-        found = [[Whereabouts(0.0, start.edge, start.node)] for start in self.starts]
+        stays = [[Whereabouts(0.0, start.edge, start.node)] for start in self.starts]
         for row in self.rows(*PLACES):
-            found[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
-        return found
+            stays[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
+        return stays
 
     @cached_property
     def rotations(self) -> list[Rotation]:
@@ -442,24 +445,24 @@ class History:
     def charged(self) -> float:
         """The energy charged into all batteries together in the counted time."""
         return math.fsum(
-            one.after - self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)
+            span.after - self._level_when_counting_begins(span) for span in self.chargings if self.counts(span.end)
         )
 
-    def _level_when_counting_begins(self, one: ChargeSpan) -> float:
-        """A battery's level from which on its charging is counted."""
-        return one.before + self._charged(one.robot, one.before, max(self.begin - one.start, 0.0))
+    def _level_when_counting_begins(self, charge: ChargeSpan) -> float:
+        """Return the level of a battery from which on its charging is counted."""
+        return charge.before + self._charged(charge.robot, charge.before, max(self.begin - charge.start, 0.0))
 
     @cached_property
     def lowest_levels(self) -> list[float]:
         """The lowest level of each battery in the counted time, as a share of its capacity; empty without batteries.
 
-        Whatever the level of the log. Levels only fall between charge cycles, so the lowest is at the beginning of a
+        At every level of the log. Levels only fall between charging stops, so the lowest is at the beginning of a
         state, or at an end.
         """
         lowest = list(self.energy_at_end)
-        for one in self.chargings:
-            if self.counts(one.end):
-                lowest[one.robot] = min(lowest[one.robot], self._level_when_counting_begins(one))
+        for charge in self.chargings:
+            if self.counts(charge.end):
+                lowest[charge.robot] = min(lowest[charge.robot], self._level_when_counting_begins(charge))
         for robot, level in enumerate(lowest):
             spans = self.changes[robot]
             counted = (span.energy for span in spans if span.energy is not None and self.counts(span.start))
@@ -491,7 +494,7 @@ class History:
             return []
         waits: dict[int, list[Wait]] = defaultdict(list)
         if any(len(set(rates.values())) > 1 for rates in self._rates):
-            for wait in self.waits:  # those of a robot one after the other
+            for wait in self.waits:  # the waits of a robot one after the other
                 waits[wait.robot].append(wait)
         curves: list[Curve] = []
         for robot, changes in enumerate(self.changes):
@@ -515,11 +518,11 @@ class History:
 
     @cached_property
     def _swapped(self) -> set[str]:
-        """The kinds whose batteries are swapped."""
-        return {kind for kind, one in by_kind(self.model).items() if one.policies.charging.name == "swap"}
+        """The kinds of robots whose batteries are swapped."""
+        return {kind for kind, kind_model in by_kind(self.model).items() if kind_model.policies.charging.name == "swap"}
 
     def _corners(self, span: StateSpan, waits: list[Wait]) -> list[tuple[float, float]]:
-        """Time and energy at the start of a state, and wherever the rate changes in it."""
+        """Return time and energy at the start of a state, and wherever the rate changes in it."""
         level, robot = span.energy or 0.0, span.robot
         points = [(span.start, level)]
         if span.seen.phase is Phase.CHARGING:
@@ -542,14 +545,14 @@ class History:
         return points
 
     def _charged(self, robot: int, level: float, time: float) -> float:
-        """Energy charged in a time at a charger. A swapped battery is full only at the end of it."""
+        """Return the energy charged in a time at a charger. A swapped battery is full only at the end of it."""
         if self._kinds[robot] in self._swapped:
             return 0.0
         return charging.charge_gain(self.batteries[robot], level, time)
 
 
 def in_spans(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
-    """How many tasks were done in each of a number of equal spans of time, and the sums of their cycle times."""
+    """Return how many tasks were done in each of a number of equal spans of time, and the sums of their cycle times."""
     width = (end - begin) / spans
     counts, times = [0] * spans, [0.0] * spans
     for task in tasks:

@@ -108,7 +108,7 @@ class Indicator:
     with_robots: Way | None = None
 
     def of(self, mark: str, part: str) -> Indicator:
-        """The indicator of one flow (`:`), or of one part of the day (`@`)."""
+        """Return the indicator of one flow (`:`), or of one part of the day (`@`)."""
         title = f"{self.title}, {said_part(part) if mark == AT else part}"
         return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
 
@@ -119,12 +119,12 @@ class Indicator:
 
     @property
     def within(self) -> tuple[float, float]:
-        """Its range: at least 0 unless it is signed, a share at most 1, others unbounded."""
+        """Its range: at least 0 unless it is signed, at most 1 if it is a share, unbounded otherwise."""
         return -math.inf if self.signed else 0.0, 1.0 if self.is_share else math.inf
 
 
 def _share_of(state: State) -> Indicator:
-    """The share of the fleet's time in a state. Waiting in traffic is counted apart, and they add up to 1."""
+    """Return the indicator for the share of the fleet's time in a state. Waiting in traffic is apart; all sum to 1."""
     return Indicator(
         f"share_{state.name}",
         f"Fleet {state.doing}",
@@ -138,7 +138,7 @@ def _share_of(state: State) -> Indicator:
 
 
 def _waited_apart(state: State) -> Indicator:
-    """The time of a wait in traffic that is no collision."""
+    """Return the indicator of the time of a wait in traffic that is no collision."""
     return Indicator(
         state.name,
         f"Time {state.doing}",
@@ -174,9 +174,9 @@ INDICATORS = {
         ),
         Indicator(
             "C",
-            "Charge cycles",
+            "Charging stops",
             "count",
-            "charge cycles after which a robot went out again",
+            "charging stops after which a robot went out again",
             "less",
             measures.count("recharged"),
             with_robots="rises",
@@ -707,36 +707,36 @@ class RunIndicators(dict[str, float]):
     """The indicators of a run by name; one that it does not have is refused with the reason or the nearest name."""
 
     def __missing__(self, name: str) -> float:
-        known = look_up(name)
+        indicator = look_up(name)
         raise NoIndicatorError(
-            f"indicator {name!r}: this run does not have it; {known.meaning if known else hint(name, self)}"
+            f"indicator {name!r}: this run does not have it; {indicator.meaning if indicator else hint(name, self)}"
         )
 
 
 def kpis(history: History) -> RunIndicators:
-    """All indicators that a run has, in the units of its model file."""
+    """Compute all indicators that a run has, in the units of its model file."""
     has = ((name, indicator) for name, indicator in INDICATORS.items() if indicator.applies(history))
-    found = RunIndicators({name: indicator.compute(history) for name, indicator in has})
+    values = RunIndicators({name: indicator.compute(history) for name, indicator in has})
     for flow in history.model.tasks.flows:
         tasks = of_flow(history, flow)
         for name, indicator in INDICATORS.items():
             if indicator.by_flow is not None and indicator.applies(tasks):
-                found[f"{name}:{flow}"] = indicator.by_flow(tasks)
+                values[f"{name}:{flow}"] = indicator.by_flow(tasks)
     for name_of_part, part in by_day_part(history).items():
         for name, indicator in INDICATORS.items():
             of_tasks = indicator.by_time is indicator.by_flow
             if indicator.by_time is not None and indicator.applies(part if of_tasks else history):
-                found[f"{name}{AT}{name_of_part}"] = indicator.by_time(part)
-    return found
+                values[f"{name}{AT}{name_of_part}"] = indicator.by_time(part)
+    return values
 
 
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
-    """The indicators that a run of this kind is judged by, first things first, as far as it has them."""
+    """Return the indicators that a run of this kind is judged by, first things first, as far as it has them."""
     return [name for name in _JUDGED[never_ends] if name in names]
 
 
 def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
-    """The indicators of runs that are asked for; `all` is every one that they have.
+    """Return the indicators of runs that are asked for; `all` stands for every indicator that they have.
 
     Raises:
         StudyError: for one that no run has, naming the nearest.
@@ -748,24 +748,24 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def no_run_has(name: str, has: Collection[str]) -> str:
-    """What is said where runs lack an indicator, naming the nearest of those that they have."""
+    """Return the message for an indicator that runs lack, naming the nearest of those that they have."""
     return f"indicator {name!r}: no run has it, {hint(name, has)}"
 
 
 def hint(name: str, has: Collection[str]) -> str:
-    """Say which of some indicators was meant: by its name, another word, its title, or a flow beside it."""
+    """Say which indicator was meant: by its name, another word, its title, or a flow beside it."""
     names = name.split(",")
     if len(names) > 1:
         return f"expected one name at a time; the option may be repeated, for {spoken(map(str.strip, names))}"
-    titles = {known.title: one for one in has if (known := look_up(one))}
+    titles = {indicator.title: key for key in has if (indicator := look_up(key))}
     near = synonym(name, [*titles, *has]) or _of_flow(name) or nearest(name, [*titles, *has])
     return f"did you mean {titles.get(near, near)!r}?" if near else f"expected one of {', '.join(has)}"
 
 
 def _of_flow(phrase: str) -> str | None:
-    """The indicator of a flow that a phrase such as `express on time` means."""
+    """Return the indicator of a flow that a phrase such as `express on time` means."""
     for name in sorted(
-        (name for name, one in INDICATORS.items() if one.by_flow and "_" in name), key=len, reverse=True
+        (name for name, indicator in INDICATORS.items() if indicator.by_flow and "_" in name), key=len, reverse=True
     ):
         words = name.replace("_", "[ _]")
         if match := re.fullmatch(rf"(?P<before>.+) {words}|{words} (?P<after>.+)", phrase, re.IGNORECASE):
@@ -782,9 +782,15 @@ def refuse_unknown(name: str, models: Iterable[Model]) -> None:
     base, mark, part = split(find(name).name)
     if not mark:
         return
-    has = {one: None for model in models for one in (parts_of_the_day(model) if mark == AT else model.tasks.flows)}
+    has = {
+        part_or_flow: None
+        for model in models
+        for part_or_flow in (parts_of_the_day(model) if mark == AT else model.tasks.flows)
+    }
     if part not in has:
-        begun = (one for one in has if one.startswith(part[: len("11:30")]))  # times of day are not like each other
+        begun = (
+            part_or_flow for part_or_flow in has if part_or_flow.startswith(part[: len("11:30")])
+        )  # times of day are not like each other
         near = next(begun, None) if mark == AT else nearest(part, has)
         parts = f"expected {spoken(has, 'or')}" if has else "the model has none"
         meant = f"did you mean '{base}{mark}{near}'?" if near else parts
@@ -792,7 +798,7 @@ def refuse_unknown(name: str, models: Iterable[Model]) -> None:
 
 
 def look_up(name: str) -> Indicator | None:
-    """An indicator of ours by its name, also of a flow or a part of the day (`split`), or None."""
+    """Return an indicator of ours by its name, also of a flow or a part of the day (`split`), or None."""
     base, mark, part = split(name)
     indicator = INDICATORS.get(base)
     if not mark or indicator is None:
@@ -802,17 +808,17 @@ def look_up(name: str) -> Indicator | None:
 
 
 def said_part(part: str) -> str:
-    """A part of the day in words: `11:30 to 13:00`."""
+    """Return a part of the day in words: `11:30 to 13:00`."""
     return part.replace("-", " to ")
 
 
 def split(name: str) -> tuple[str, str, str]:
-    """An indicator's name in three: `on_time`, `:` and `outbound`, or `on_time`, `@` and `11:30-13:00`."""
+    """Split an indicator's name in three: `on_time`, `:` and `outbound`, or `on_time`, `@` and `11:30-13:00`."""
     return name.partition(AT if AT in name.partition(":")[0] else ":")
 
 
 def within(name: str) -> tuple[float, float]:
-    """The range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
+    """Return the range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
     indicator = look_up(name)
     return (-math.inf, math.inf) if indicator is None else indicator.within
 
@@ -830,7 +836,7 @@ def is_of_due(name: str) -> bool:
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """The indicators of a run that say how many tasks, or orders, one of ours is a share of; empty: of none.
+    """Return the indicators of a run that count the tasks or orders behind a share of ours; empty if it is no share.
 
     Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """
@@ -842,11 +848,11 @@ def counted_in(name: str, has: Collection[str]) -> list[str]:
     if f"{due}{mark}{flow}" in has:
         return [f"{due}{mark}{flow}"]
     flows = [flow] if flow else [other.partition(":")[2] for other in has if other.startswith(f"{base}:")]
-    return [f"{done}:{one}" for one in flows] or [done]
+    return [f"{done}:{flow_name}" for flow_name in flows] or [done]
 
 
 def find(name: str) -> Indicator:
-    """An indicator by its name. Raises StudyError where there is none, naming the nearest."""
+    """Return an indicator by its name. Raises StudyError if no indicator has it, naming the nearest."""
     indicator = look_up(name)
     if indicator is None:
         raise StudyError(f"indicator {name!r}: there is none, {hint(name, INDICATORS)}")

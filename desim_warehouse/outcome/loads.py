@@ -1,7 +1,7 @@
 """How busy everybody was in a run: the loads of `model.facts.workers`, measured.
 
 A group that works all of its time may be asked for more. Where more work is left open in the end than chance explains,
-loads are those of all work that came, and may be above 1.
+loads are of all work that came, and may be above 1.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
 
 
 def share_names(model: Model) -> tuple[str, ...]:
-    """The indicators from which `of_robots` divides the time of a model's robots."""
+    """Return the indicators from which `of_robots` divides the time of a model's robots."""
     return tuple(f"share_{name}" for name, state in TIMES.items() if state.applies(model))
 
 
@@ -112,7 +112,7 @@ def _in_hand(history: History) -> int:
 
 
 def _asked_for(history: History) -> tuple[float, float]:
-    """How many times the tasks delivered came in the counted time, and the loads worked on were put down.
+    """Return how many times the tasks delivered came in the counted time, and the loads worked on were put down.
 
     Both are 1 where no more are left than may be by chance, with what comes while stations or robots are off.
     """

@@ -132,7 +132,7 @@ class Log:
     `for_workers` are the tasks whose load units are worked on in a station: it is known at their release where they can
     go nowhere else, or when they are put down; None: a version before 0.4.0 did not say. `people` has visits, their
     time, and their time shared with robots, and is empty without people.
-    `version` is that of desim-warehouse, which wrote it.
+    `version`: of the desim-warehouse that wrote it.
     """
 
     level: Detail = "all"
@@ -171,13 +171,13 @@ class Log:
         edge: tuple[str, str] | None = None,
         other: int = NONE,
     ) -> None:
-        """An event of a task or a robot, at the node where it is or comes to next."""
+        """Write an event of a task or a robot, at the node where it is or comes to next."""
         self.rows.append((time, kind, robot, task, node, edge, value, None, other))
 
     def released(
         self, time: float, task: int, good: int, due: float | None, flow: str = "", order: str = "", item: int = NONE
     ) -> None:
-        """A task is released."""
+        """Write that a task is released."""
         self.event(time, "released", NONE, task, None, float(good), other=item)
         if due is not None:
             self.due[task] = due
@@ -187,17 +187,17 @@ class Log:
             self.orders[task] = order
 
     def is_for_workers(self, task: int) -> None:
-        """The load unit of a task is to be worked on in a station."""
+        """Note that the load unit of a task is to be worked on in a station."""
         assert self.for_workers is not None
         self.for_workers.add(task)
 
     def batched(self, time: float, tasks: Sequence[int]) -> None:
-        """These tasks go on one tour."""
+        """Write that these tasks go on one tour."""
         for task in tasks:
             self.event(time, "batched", NONE, task, None, float(len(tasks)))
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
-        """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""
+        """Write that a robot sets out from the stop line of `lane` and leaves the node at `clear` for its next lane."""
         rows, number, task, edge = self.rows, robot.number, robot.task, robot.lane.edge
         if self.everything and lane is not None and lane.out_at > now:
             rows.append((now, "drive", number, task, None, lane.edge, lane.length, lane.out_at, NONE))
@@ -206,11 +206,11 @@ class Log:
             rows.append((robot.since, "drive", number, task, None, edge, robot.target, robot.until, NONE))
 
     def enter(self, time: float, robot: _Body) -> None:
-        """A robot's centre leaves a node for the lane it is now on."""
+        """Write that a robot's centre leaves a node for the lane it is now on."""
         self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
 
     def drive(self, robot: _Body, since: float) -> None:
-        """A robot sets off at `since`, or drives on from then, for its target."""
+        """Write that a robot sets off at `since`, or drives on from then, for its target."""
         row = (since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, NONE)
         self.rows.append(row)
 
@@ -223,36 +223,36 @@ class Log:
         edge: tuple[str, str] | None,
         waited: float,
     ) -> None:
-        """A waiting episode that has just ended, before an intersection (`node`) or behind a robot on an `edge`."""
+        """Write a waiting episode that has just ended, before an intersection (`node`) or behind a robot on `edge`."""
         whom = NONE if other is None else other.number
         self.event(now, "collision", robot.number, robot.task, node, waited, edge=edge, other=whom)
 
     def kept_out(self, now: float, robot: _Body, wait: str, node: str, edge: tuple[str, str], waited: float) -> None:
-        """An episode of waiting before a node has just ended, for an edge that was closed or had a person in it."""
+        """Write a wait before a node that has just ended, for an edge that was closed or had a person in it."""
         self.event(now, wait, robot.number, robot.task, node, waited, edge=edge)
 
     def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
-        """A full ring of robots, on these edges, that turned by one position."""
+        """Write that a full ring of robots, on these edges, turned by one position."""
         self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
 
     def closed(self, edge: tuple[str, str], begin: float, until: float) -> None:
-        """An edge closes by its calendar, and opens again."""
+        """Write that an edge closes by its calendar, and opens again."""
         self.rows.append((begin, "edge_closed", NONE, NONE, None, edge, None, until, NONE))
         self.event(until, "edge_opened", NONE, NONE, None, None, edge=edge)
 
     def visit(self, number: int, edges: Iterable[tuple[str, str]], begin: float, end: float) -> None:
-        """A person comes into an aisle, and leaves."""
+        """Write that a person comes into an aisle, and leaves."""
         for edge in edges:
             for time, kind in ((begin, "person_in"), (end, "person_out")):
                 self.event(time, kind, NONE, NONE, None, float(number), edge=edge)
 
     def of(self, *kinds: str) -> Iterator[LogRow]:
-        """The rows of some kinds, in order of time once it is closed."""
+        """Iterate over the rows of some kinds, in order of time once it is closed."""
         return map(LogRow._make, [row for row in self.rows if row[1] in kinds])
 
     def written(self) -> int:
-        """How many rows there are so far."""
+        """Return how many rows there are so far."""
         return len(self.rows)
 
     def forget_moves(self) -> None:
@@ -261,7 +261,7 @@ class Log:
             self.rows = [row for row in self.rows if row[1] not in _MOVES]
 
     def close(self, end: float) -> None:
-        """The run is over: sort rows by time, without those that were only announced for later."""
+        """End the log of a run: sort rows by time, without rows that were only announced for later."""
         self.end = end
         self.rows.sort(key=itemgetter(0))
         del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]
@@ -271,11 +271,11 @@ class Log:
         return map(LogRow._make, self.rows)
 
     def edge_of_rows(self) -> list[tuple[str, str] | None]:
-        """The edge of each row, or None, in the order of `frame`."""
+        """Return the edge of each row, or None, in the order of `frame`."""
         return [row.edge for row in map(LogRow._make, self.rows)]
 
     def frame(self) -> pd.DataFrame:
-        """The rows as a table with the columns of `LogRow`, edges as `A>B`, and -1 for no robot, task or other."""
+        """Return the rows as a table with the columns of `LogRow`: edges as `A>B`, -1 for no robot, task or other."""
         import pandas as pd
 
         table = pd.DataFrame.from_records(self.rows, columns=list(LogRow._fields))

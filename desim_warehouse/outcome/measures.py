@@ -1,4 +1,4 @@
-"""What indicators measure: each function takes the history of a run, or of a part of its tasks, and gives a number.
+"""The functions behind indicators: each takes the history of a run, or of a part of its tasks, and gives a number.
 
 The last ones are for goods to person: visits of pods, lines picked at each, idle pickers, and the way for a line.
 """
@@ -34,12 +34,12 @@ def count(tally: str) -> Callable[[History], int]:
 
 
 def collisions(history: History) -> int:
-    """Waiting episodes, however often a robot would stop and start in one. Counted in steps, S grows without limit."""
+    """Count episodes of waiting, however often a robot would stop and start in one. In steps, S grows without limit."""
     return int(history.totals["rear_ends"] + history.totals["crossings"])
 
 
 def cost(history: History) -> float:
-    """The paper's outlook: distance x w_d + time x w_t + S x w_c, with the counted time (without a warm-up T)."""
+    """Return the paper's outlook: distance x w_d + time x w_t + S x w_c, in the counted time (without a warm-up T)."""
     weights, distance = history.model.cost, history.totals["distance"]
     return distance * weights.distance + history.counted * weights.time + collisions(history) * weights.collisions
 
@@ -78,7 +78,7 @@ def worked_on_time(tasks: History | PartHistory) -> float:
 
 
 def counted_work(tasks: History | PartHistory) -> list[TaskHistory]:
-    """The load units that were worked on by the end, from the end of the warm-up on."""
+    """Return the load units that were worked on by the end, from the end of the warm-up on."""
     whole = tasks.history
     return [task for task in tasks.put_down if whole.counts(task.worked) and task.worked <= whole.end]
 
@@ -88,21 +88,21 @@ def worker_wait(tasks: History | PartHistory) -> float:
 
 
 def worker_utilisation(tasks: History | PartHistory) -> float:
-    """Work on some tasks only: that of a flow, or of all."""
+    """Return the utilisation of workers by some tasks only: the tasks of a flow, or all."""
     whole = tasks.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
     return in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)
 
 
 def worker_utilisation_then(part: PartHistory) -> float:
-    """Work in a part of the day, whenever its tasks came."""
+    """Return the utilisation of workers in a part of the day, whenever its tasks came."""
     whole = part.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
     return in_hours(staff, [(task.station, task.begun, task.worked) for task in whole.put_down], part.stretches)
 
 
 def server_utilisation(part: History | PartHistory) -> float:
-    """A server is in use while a robot loads or unloads in its station."""
+    """Return the utilisation of servers: one is in use while a robot loads or unloads in its station."""
     whole = part.history
     staff = {
         node: (item.servers, whole.model.hours(whole.model.layout.stations[item.zone].hours))
@@ -116,7 +116,7 @@ def in_hours(
     busy: Iterable[tuple[str, float, float]],
     stretches: Sequence[Stretch],
 ) -> float:
-    """The share of the time of servers or workers, by node so many and their hours, in which they are busy.
+    """Return the share of the time of servers or workers, by node so many and their hours, in which they are busy.
 
     Work after the end of the hours, as `at_close: finish` has it, is not counted: it has no such time.
     """
@@ -158,11 +158,11 @@ def cycle_time_cv(history: History) -> float:
 
 
 def tardiness(tasks: History | PartHistory) -> float:
-    return mean([one.overrun(tasks.history.end) for one in tasks.deadlines])
+    return mean([deadline.overrun(tasks.history.end) for deadline in tasks.deadlines])
 
 
 def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
-    """The tasks of flows with departures (`due_at`) that come due in the counted time."""
+    """Return the tasks of flows with departures (`due_at`) that come due in the counted time."""
     whole = tasks.history
     flows = {name for name, flow in whole.model.tasks.flows.items() if flow.due_at}
     until = whole.model.run.end if whole.ended_with_its_work else whole.end
@@ -174,7 +174,7 @@ def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
 
 
 def departure_lead(tasks: History | PartHistory) -> float:
-    """The longest time before its departure at which a task came that missed it; 0 if none did."""
+    """Return the longest time before its departure at which a task came that missed it; 0 if none did."""
     missed = (
         task.due - task.released for task in for_departures(tasks) if task.due is not None and task.done > task.due
     )
@@ -198,8 +198,8 @@ def loads_due(tasks: History | PartHistory) -> int:
 
 
 def met(deadlines: Sequence[Deadline]) -> float:
-    """The share of due times that were met."""
-    return mean([not one.missed for one in deadlines])
+    """Return the share of due times that were met."""
+    return mean([not deadline.missed for deadline in deadlines])
 
 
 def mean(values: Sequence[float]) -> float:
@@ -207,7 +207,7 @@ def mean(values: Sequence[float]) -> float:
 
 
 def quantile(ordered: Sequence[float], part: float) -> float:
-    """Linear interpolation between order statistics, as numpy's default (kept here to start up without numpy)."""
+    """Interpolate linearly between order statistics, as numpy's default (kept here to start up without numpy)."""
     if not ordered:
         return math.nan
     place = part * (len(ordered) - 1)
@@ -217,7 +217,7 @@ def quantile(ordered: Sequence[float], part: float) -> float:
 
 
 def backlog_growth(history: History) -> float:
-    """Tasks released less tasks done in the counted time, an hour."""
+    """Return tasks released less tasks done in the counted time, an hour."""
     hours = history.counted / history.model.units.hour
     released = sum(1 for task in history.tasks.values() if history.counts(task.released))
     return (released - len(history.counted_done)) / hours if hours else math.nan
@@ -228,7 +228,7 @@ def energy_lowest(history: History) -> float:
 
 
 def energy_drift(history: History) -> float:
-    """Energy charged minus energy drawn, 0 where the two differ by rounding alone."""
+    """Return energy charged less energy drawn, 0 where the two differ by rounding alone."""
     batteries, hours = history.batteries, history.counted / history.model.units.hour
     if not batteries or not hours:
         return math.nan
@@ -240,12 +240,12 @@ def energy_drift(history: History) -> float:
 def charger_utilisation(part: History | PartHistory) -> float:
     whole = part.history
     time = whole.chargers * length(part.stretches)
-    used = math.fsum(overlap(one.start, one.end, part.stretches) for one in whole.chargings)
+    used = math.fsum(overlap(charging.start, charging.end, part.stretches) for charging in whole.chargings)
     return used / time if time else math.nan
 
 
 def robots_busy(part: History | PartHistory) -> float:
-    """All time on duty in which a robot does not stand idle: waits keep it from a task, too."""
+    """Return the share of time on duty in which a robot does not stand idle: waits keep it from a task, too."""
     time = dict.fromkeys(RESTING, 0.0)
     for robot in part.history.changes:
         for span in robot:
@@ -257,17 +257,17 @@ def robots_busy(part: History | PartHistory) -> float:
 
 
 def length(stretches: Sequence[Stretch]) -> float:
-    """How long stretches of time are together."""
+    """Return how long stretches of time are together."""
     return math.fsum(end - begin for begin, end in stretches)
 
 
 def overlap(start: float, end: float, stretches: Sequence[Stretch]) -> float:
-    """How much of an interval lies in stretches of time."""
+    """Return how much of an interval lies in stretches of time."""
     return math.fsum(max(min(end, last) - max(start, first), 0.0) for first, last in stretches)
 
 
 def time_in(history: History, states: Iterable[str]) -> float:
-    """What all robots together have spent in some states; in those that the model does not have, nothing."""
+    """Return the time of all robots together in some states; nothing in states that the model does not have."""
     return math.fsum(history.totals.get(state, 0.0) for state in states)
 
 
@@ -282,7 +282,7 @@ def breaks_down(history: History) -> bool:
 
 
 def station_wait(history: History) -> float:
-    """Robots queue for a server or for a charger. Rounding may leave these sums just below 0."""
+    """Return the time that robots queue for a server or a charger. Rounding may leave the sums just below 0."""
     return max(time_in(history, _QUEUEING) - history.charger_wait, 0.0)
 
 
@@ -384,7 +384,7 @@ def lift_utilisation(history: History) -> float:
 
 
 def station_idle(history: History) -> float:
-    """A server is in use while a line is picked, not while pods are changed."""
+    """Return the share of the time of servers in which they pick no line, changes of pods included."""
     stations, model = history.layout.stations, history.model
     busy = math.fsum(row["busy"] for row in history.log.stations or ())
     time = math.fsum(

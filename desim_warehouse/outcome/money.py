@@ -1,4 +1,4 @@
-"""What a year costs: the design (`model.facts.costs`), and what was counted in a run."""
+"""The cost of a year: of the design (`model.facts.costs`), and of what was counted in a run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from desim_warehouse.outcome.history import History
 
 
 def annual_cost(history: History) -> float:
-    """The cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
+    """Return the cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     if prices is None or not hours:
         return math.nan
@@ -18,16 +18,16 @@ def annual_cost(history: History) -> float:
 
 
 def cost_per_task(history: History) -> float:
-    """The year's cost by the tasks that it delivers at the rate counted, nan where there were none."""
+    """Return the year's cost by the tasks that it delivers at the rate counted, nan where there were none."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     tasks = history.totals["delivered"] / hours if hours else 0.0
     return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan
 
 
 def late(history: History) -> int:
-    """Orders that came due in the counted time, its end included, and were not done by then.
+    """Count the orders that came due in the counted time, its end included, and were not done by then.
 
-    A task of no order is one by itself.
+    A task of no order counts as an order by itself.
     """
     alone = history.falling_due(task.deadline for task in history.tasks.values() if not task.order)
-    return sum(one.missed for one in (*history.order_deadlines, *alone))
+    return sum(deadline.missed for deadline in (*history.order_deadlines, *alone))

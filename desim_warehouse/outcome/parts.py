@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 class PartHistory:
-    """Some of the tasks of a run, of which it says what `History` says of all, and some `stretches` of its time."""
+    """Some of the tasks of a run, with the properties that `History` has for all, and some `stretches` of its time."""
 
     def __init__(
         self, history: History, belongs: Callable[[TaskHistory], bool], stretches: Sequence[Stretch] | None = None
     ) -> None:
-        """`stretches`: in order and apart, within the counted time, which is the default."""
+        """Take the tasks that `belongs` picks; `stretches`: in order and apart, by default the counted time."""
         self.history = history
         self.stretches = history.stretches if stretches is None else stretches
         self._belongs = belongs
@@ -32,59 +32,59 @@ class PartHistory:
 
     @cached_property
     def tasks(self) -> dict[int, TaskHistory]:
-        """They, by number."""
+        """The tasks of this part by number."""
         return {number: task for number, task in self.history.tasks.items() if self._belongs(task)}
 
     @cached_property
     def done(self) -> list[TaskHistory]:
-        """Those that were done."""
+        """The tasks of this part that were done."""
         return list(filter(self._belongs, self.history.done))
 
     @cached_property
     def counted_deliveries(self) -> list[TaskHistory]:
-        """Those delivered in the counted time."""
+        """The tasks of this part delivered in the counted time."""
         return [task for task in self.history.delivered if self._belongs(task) and self.history.counts(task.delivered)]
 
     @cached_property
     def cycle_times(self) -> list[float]:
-        """The cycle times of those done in the counted time, shortest first."""
+        """The cycle times of the tasks of this part done in the counted time, shortest first."""
         return sorted(task.cycle_time for task in self.done if self.history.counts(task.done))
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """Their due times that fall in the counted time, in order of time."""
+        """The due times of the tasks of this part that fall in the counted time, in order of time."""
         return self.history.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def put_down(self) -> list[TaskHistory]:
-        """Those put down at stations with workers."""
+        """The tasks of this part whose load units were put down at stations with workers."""
         return list(filter(self._belongs, self.history.put_down))
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The due times of the work on them, as `deadlines`."""
+        """The due times of the work on the tasks of this part, as `deadlines`."""
         return self.history.falling_due(task.work_deadline for task in self.history.for_workers if self._belongs(task))
 
 
 def of_flow(history: History, flow: str) -> PartHistory:
-    """The tasks of one flow."""
+    """Return the tasks of one flow as a part of the run."""
     return PartHistory(history, lambda task: task.flow == flow)
 
 
 def by_day_part(history: History) -> dict[str, PartHistory]:
-    """Each part of the day (`parts_of_the_day`) with the tasks that come in it, by its name; no parts without tasks."""
+    """Return each part of the day (`parts_of_the_day`) with the tasks that come in it, by name; none without tasks."""
     named = parts_of_the_day(history.model)
     if not named:
         return {}
-    stretches = sorted((*stretch, name) for name, found in named.items() for stretch in found)
-    of: dict[int, str] = {}
+    stretches = sorted((*stretch, name) for name, spans in named.items() for stretch in spans)
+    part_of: dict[int, str] = {}
     for number, task in history.tasks.items():
         place = bisect_right(stretches, task.released, key=itemgetter(0)) - 1
         if place >= 0 and task.released < stretches[place][1]:
-            of[number] = stretches[place][2]
+            part_of[number] = stretches[place][2]
 
     def part(name: str) -> PartHistory:
-        return PartHistory(history, lambda task: of.get(task.number) == name, named[name])
+        return PartHistory(history, lambda task: part_of.get(task.number) == name, named[name])
 
-    asked_for = set(of.values())
+    asked_for = set(part_of.values())
     return {name: part(name) for name in named if name in asked_for}

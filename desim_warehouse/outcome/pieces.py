@@ -27,12 +27,12 @@ class Piece(NamedTuple):
 
     @property
     def length(self) -> float:
-        """How long it is."""
+        """The length of the piece in time."""
         return self.end - self.start
 
 
 def pieces(history: History) -> list[list[Piece]]:
-    """For each robot its time in pieces, in order, which fill the run from 0 to its end. Cut once for all accounts."""
+    """Cut each robot's time into pieces, in order, which fill the run from 0 to its end. Done once for all accounts."""
     if history not in _known:
         _known[history] = list(_cut(history))
     return _known[history]
@@ -47,7 +47,7 @@ def _cut(history: History) -> Iterator[list[Piece]]:
 
 
 def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], waits: list[Wait]) -> Iterator[Piece]:
-    """A robot's time, cut wherever its state or its edge changes, or a wait begins or ends."""
+    """Cut a robot's time wherever its state or its edge changes, or a wait begins or ends."""
     cuts = {history.begin, *(stay.start for stay in stays)}
     cuts.update(time for span in spans for time in (span.start, span.end))
     cuts.update(time for wait in waits for time in (wait.start, wait.end))
@@ -71,7 +71,7 @@ def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], 
 
 
 def _reason(wait: Wait) -> tuple[str, tuple[str, str] | None, str]:
-    """What a robot waits for in traffic, and the edge or node that it waits for there."""
+    """Return what a robot waits for in traffic, and the edge or node that it waits for."""
     if wait.cause in APART:
         return wait.cause, None, wait.node or ""
     if wait.edge is not None:

@@ -37,7 +37,7 @@ EPS = 1e-6
 
 @dataclass(frozen=True)
 class Edges:
-    """All edges as straight lines, those of the layout first, then one for every slot of a zone."""
+    """All edges as straight lines: first the edges of the layout, then one for every slot of a zone."""
 
     source: list[str]
     """Where each begins: its node, or the node whose zone the slot belongs to."""
@@ -52,13 +52,13 @@ class Edges:
     """Of an edge of the layout that is part of a two-way lane the number of the edge back, else -1."""
 
     def points(self, edge: Ints, position: Floats) -> Floats:
-        """The points at positions (length units) along edges: one row of x and y each."""
+        """Return the points at positions (length units) along edges: one row of x and y each."""
         part = np.divide(position, self.length[edge], out=np.zeros(len(edge)), where=self.length[edge] > 0)
         points: Floats = self.start[edge] + part[:, None] * (self.end[edge] - self.start[edge])
         return points
 
     def headings(self, edge: Ints) -> Floats:
-        """The directions of edges, in radians from x towards y."""
+        """Return the directions of edges, in radians from x towards y."""
         way = self.end[edge] - self.start[edge]
         return np.arctan2(way[:, 1], way[:, 0])
 
@@ -85,7 +85,7 @@ class Positions:
         self.legs = _Follower(history, self.zones, self.edges).legs()
 
     def at(self, time: float) -> tuple[Ints, Floats]:
-        """The edge that each robot is on at a time, and its position along it."""
+        """Return the edge that each robot is on at a time, and its position along it."""
         legs = self.legs
         index = np.empty(len(legs.first) - 1, dtype=np.int64)
         for robot, (low, high) in enumerate(zip(legs.first, legs.first[1:], strict=False)):
@@ -94,13 +94,13 @@ class Positions:
         return self._along(index, np.full(len(index), time))
 
     def of(self, robot: int, times: Floats) -> tuple[Ints, Floats]:
-        """The edge that a robot is on at some times, and its position along it."""
+        """Return the edge that a robot is on at some times, and its position along it."""
         low, high = self.legs.first[robot : robot + 2]
         later = np.searchsorted(self.legs.begin[low:high], times, side="right")
         return self._along(low + np.maximum(later - 1, 0), times)
 
     def _along(self, leg: Ints, times: Floats) -> tuple[Ints, Floats]:
-        """The edges and positions along them of some legs, each at a time."""
+        """Return the edges and positions along them of some legs, each at a time."""
         legs = self.legs
         begin, end = legs.begin[leg], legs.end[leg]
         lasts = end > begin
@@ -109,17 +109,17 @@ class Positions:
         return legs.edge[leg], origin + part * (target - origin)
 
     def last_nodes(self, edge: Ints, position: Floats) -> list[str]:
-        """The node that a robot reached last, at positions along edges."""
-        there = position >= self.edges.length[edge] - EPS
-        ends = zip(edge.tolist(), there.tolist(), strict=True)
+        """Return the node that each robot reached last, from positions along edges."""
+        is_at_end = position >= self.edges.length[edge] - EPS
+        ends = zip(edge.tolist(), is_at_end.tolist(), strict=True)
         return [self.edges.target[n] if at_end else self.edges.source[n] for n, at_end in ends]
 
     def points(self, time: float) -> Floats:
-        """The point at which every robot is at a time, one row of x and y each, in the units of the layout."""
+        """Return the point at which every robot is at a time, one row of x and y each, in the units of the layout."""
         return self.edges.points(*self.at(time))
 
     def headings(self, time: float) -> Floats:
-        """The direction every robot faces at a time, in radians from x towards y."""
+        """Return the direction every robot faces at a time, in radians from x towards y."""
         return self.edges.headings(self.at(time)[0])
 
 
@@ -134,9 +134,9 @@ def need_all(history: History) -> None:
 
 def _edges(history: History, places: Sequence[Zone]) -> Edges:
     graph = history.layout.graph
-    at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+    point_of = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
     source, target = [a for a, _ in graph.edges], [b for _, b in graph.edges]
-    start, end = [at[node] for node in source], [at[node] for node in target]
+    start, end = [point_of[node] for node in source], [point_of[node] for node in target]
     length = [float(data["length"]) for _, _, data in graph.edges(data=True)]
     real = len(length)
     number = {edge: rank for rank, edge in enumerate(graph.edges)}
@@ -146,8 +146,8 @@ def _edges(history: History, places: Sequence[Zone]) -> Edges:
             source.append(zone.node)
             target.append(zone.node)
             start.append(point)
-            end.append(at[zone.node])
-            length.append(math.dist(point, at[zone.node]))
+            end.append(point_of[zone.node])
+            length.append(math.dist(point, point_of[zone.node]))
     return Edges(
         source, target, np.array(start, float), np.array(end, float), np.array(length), real, np.array(twin, np.int64)
     )
@@ -161,11 +161,11 @@ class _Berths:
         self.last = first_edge + count - 1
 
     def take(self) -> int:
-        """The edge that joins a free slot to the node."""
+        """Take a free slot and return the edge that joins it to the node."""
         return heapq.heappop(self.free) if self.free else self.last
 
     def leave(self, edge: int) -> None:
-        """A slot is free again."""
+        """Make a slot free again."""
         if edge not in self.free:
             heapq.heappush(self.free, edge)
 
@@ -192,7 +192,7 @@ class _Follower:
         self.rows: list[tuple[int, float, float, int, float, float]] = []
 
     def legs(self) -> Legs:
-        """All legs of the run."""
+        """Return all legs of the run."""
         for robot, start in enumerate(self.history.starts):
             if start.on_lanes:
                 self._stand(robot, start)
@@ -216,13 +216,13 @@ class _Follower:
         return self._sorted()
 
     def _stand(self, robot: int, start: Start) -> None:
-        """A robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
+        """Note that a robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
         edge = start.edge or next(iter(self.history.layout.graph.out_edges(start.node)))
         self.on[robot], self.position[robot] = self.number[edge], start.offset
         self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
 
     def _settle(self, time: float, robot: int, kind: str, node: str | None) -> None:
-        """A robot is in a bay or station from now on."""
+        """Note that a robot is in a bay or station from now on."""
         assert node is not None
         inside = self.inside[robot]
         berths = self.berths[kind, node]
@@ -236,7 +236,7 @@ class _Follower:
         self._note(robot, time, time, edge, 0.0, 0.0)
 
     def _enter(self, row: LogRow) -> None:
-        """A robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
+        """Note that a robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
         robot, time = row.robot, row.time
         inside = self.inside[robot]
         if inside is not None:
@@ -246,7 +246,7 @@ class _Follower:
         self.fresh[robot] = True
 
     def _leave_berth(self, robot: int, time: float, inside: tuple[_Berths, int, str]) -> None:
-        """It is on the node beside its bay or station at `time`."""
+        """Note that a robot is on the node beside its bay or station at `time`."""
         berths, place, _ = inside
         since = max(self.resting[robot], time - self.exit[robot])
         self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
@@ -254,18 +254,18 @@ class _Follower:
         self.inside[robot] = None
 
     def _come_out(self, robot: int, time: float) -> None:
-        """It has broken down; if it was in a bay it is on the node beside it now, as it never does so in a bay."""
+        """Note that a robot broke down, beside its bay if it was in one: none breaks down in a bay."""
         inside = self.inside[robot]
         if inside is not None and inside[2] == "bay":
             self._leave_berth(robot, time, inside)
 
     def _drive(self, row: LogRow) -> None:
-        """A robot sets off along the edge it is on."""
+        """Note that a robot sets off along the edge it is on."""
         robot, time, edge = row.robot, row.time, self._number(row)
         assert row.value is not None
         assert row.until is not None
         target, until = row.value, row.until
-        if edge != self.on[robot]:  # its row comes before the one that says so
+        if edge != self.on[robot]:  # this row comes before the row of the change
             self.on[robot], self.position[robot], self.fresh[robot] = edge, 0.0, True
         origin = self.position[robot]
         if self.fresh[robot] or origin != target:

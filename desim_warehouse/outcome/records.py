@@ -1,4 +1,4 @@
-"""What is told of a run: its tasks, orders, states, waits and whereabouts, each a record with named fields.
+"""Records of a run, with named fields: its tasks, orders, states, waits and whereabouts.
 
 `History` makes them from the log; indicators, figures, replay and exports read them.
 """
@@ -27,7 +27,7 @@ class Deadline(NamedTuple):
         return self.done > self.due
 
     def overrun(self, end: float) -> float:
-        """By how much it is late: 0 if it is not, and up to `end` where it is not done by then."""
+        """Return by how much it is late: 0 if it is not, and up to `end` where it is not done by then."""
         return max(min(self.done, end) - self.due, 0.0)
 
 
@@ -68,7 +68,7 @@ class TaskHistory:
 
     @property
     def work_deadline(self) -> Deadline | None:
-        """The same of the work on its load unit."""
+        """When the work on its load unit was due, and done; None: it was not due."""
         return None if self.due is None else Deadline(self.due, self.worked)
 
 
@@ -96,12 +96,15 @@ class OrderHistory(NamedTuple):
 
     @property
     def deadline(self) -> Deadline | None:
-        """It is late from the first instant at which one of its tasks is; None: none of them was due."""
-        found = [task.deadline for task in self.tasks if task.deadline is not None]
-        if not found:
+        """When it was due and done: late from the first instant at which a task is; None: no task was due."""
+        deadlines = [task.deadline for task in self.tasks if task.deadline is not None]
+        if not deadlines:
             return None
-        missed = [one.due for one in found if one.missed]
-        return Deadline(min(missed) if missed else max(one.due for one in found), max(one.done for one in found))
+        missed = [deadline.due for deadline in deadlines if deadline.missed]
+        return Deadline(
+            min(missed) if missed else max(deadline.due for deadline in deadlines),
+            max(deadline.done for deadline in deadlines),
+        )
 
 
 class StateSpan(NamedTuple):
@@ -135,7 +138,7 @@ class Assignment(NamedTuple):
 
 
 class Trip(NamedTuple):
-    """A robot with the tasks that it does together, from their assignment to the delivery of the last of them."""
+    """A robot with the tasks that it does together, from their assignment to the last delivery."""
 
     robot: int
     tasks: tuple[int, ...]

@@ -39,42 +39,42 @@ class Resource:
     hours: Hours = ALWAYS
 
     def utilisation(self, begin: float, end: float) -> float:
-        """The share of the time of all servers or chargers in use between two times, nan if they are the same.
+        """Return the share of the time of all servers or chargers in use between two times; nan if these are the same.
 
-        Of a station with hours that of the time in which it is open: more than 1 where it finishes what it has begun.
+        A station with hours counts the time in which it is open: more than 1 where it finishes what it has begun.
         """
         return in_use(area(self.busy, begin, end), self.number, self.hours, begin, end)
 
     def mean_queue(self, begin: float, end: float) -> float:
-        """Robots that queue between two times, on average, nan if they are the same."""
+        """Return how many robots queue between two times, on average; nan if the times are the same."""
         return area(self.queue, begin, end) / (end - begin) if end > begin else float("nan")
 
 
 def in_use(busy: float, number: int, hours: Hours, begin: float, end: float) -> float:
-    """The share of the time of a number of servers, as far as they are open, that is `busy`; nan without such time."""
+    """Return the share of the open time of a number of servers that is `busy`; nan without such time."""
     time = number * (end - begin) * hours.share(begin, end)
     return busy / time if time > 0 else math.nan
 
 
 def use_of_stations(history: History) -> dict[str, float]:
-    """For the node of each station the share of its servers' time that is in use, at every level of the log.
+    """Return for the node of each station the share of its servers' time in use, at every level of the log.
 
     The world counts it. Versions before 0.4.0 did not, so there it takes `log: all`, and is none without.
     """
     begin, end, model = history.begin, history.end, history.model
     if history.log.stations is None:
         whole = resources(history) if history.log.level == "all" else []
-        return {one.node: one.utilisation(begin, end) for one in whole if one.kind == "station"}
-    found = {}
+        return {station.node: station.utilisation(begin, end) for station in whole if station.kind == "station"}
+    shares = {}
     for row in history.log.stations:
         item = history.layout.stations[row["station"]]
         hours = model.hours(model.layout.stations[item.zone].hours)
-        found[row["station"]] = in_use(row["busy"], item.servers, hours, begin, end)
-    return found
+        shares[row["station"]] = in_use(row["busy"], item.servers, hours, begin, end)
+    return shares
 
 
 def resources(history: History) -> list[Resource]:
-    """All stations, then the chargers of all bays that have some, if the robots have batteries."""
+    """Return all stations, then the chargers of all bays that have some, if the robots have batteries."""
     layout = history.layout
     places: dict[tuple[Place, str], tuple[str, int]] = {
         ("station", node): (item.zone, item.servers) for node, item in layout.stations.items()
@@ -88,9 +88,9 @@ def resources(history: History) -> list[Resource]:
             state = SHOWN.get(piece.part)  # None: it waits in traffic
             if state is None or piece.node is None:
                 continue
-            for at, what in ((state.occupies, "busy"), (state.queue and state.queue.at, "queue")):
-                if at is not None:
-                    changes[at, piece.node, what] += [(piece.start, 1), (piece.end, -1)]
+            for place, what in ((state.occupies, "busy"), (state.queue and state.queue.at, "queue")):
+                if place is not None:
+                    changes[place, piece.node, what] += [(piece.start, 1), (piece.end, -1)]
     hours = {name: history.model.hours(station.hours) for name, station in history.model.layout.stations.items()}
     return [
         Resource(
@@ -107,7 +107,7 @@ def resources(history: History) -> list[Resource]:
 
 
 def steps(changes: list[tuple[float, int]]) -> Steps:
-    """How many there are over time, from the times at which they get more or fewer, 0 at the start."""
+    """Return how many there are over time, from the times at which they get more or fewer, 0 at the start."""
     change: defaultdict[float, int] = defaultdict(int)
     for time, by in changes:
         change[time] += by
@@ -123,12 +123,12 @@ def steps(changes: list[tuple[float, int]]) -> Steps:
     return times, counts
 
 
-def area(of: Steps, begin: float, end: float) -> float:
-    """The sum over time between two times: robots times time units."""
-    times, counts = of
-    total, at = 0.0, max(bisect_right(times, begin) - 1, 0)
-    while at < len(times) and times[at] < end:
-        until = times[at + 1] if at + 1 < len(times) else end
-        total += counts[at] * (min(until, end) - max(times[at], begin))
-        at += 1
+def area(curve: Steps, begin: float, end: float) -> float:
+    """Return the integral of a step function between two times: robots times time units."""
+    times, counts = curve
+    total, index = 0.0, max(bisect_right(times, begin) - 1, 0)
+    while index < len(times) and times[index] < end:
+        until = times[index + 1] if index + 1 < len(times) else end
+        total += counts[index] * (min(until, end) - max(times[index], begin))
+        index += 1
     return total

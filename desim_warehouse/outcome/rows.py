@@ -1,4 +1,4 @@
-"""In which row or aisle robots wait: the waits of single crossings added up, where the floor is drawn in rows."""
+"""Rows or aisles in which robots wait: the waits of single crossings added up, where the floor is drawn in rows."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ _NAME = re.compile(r"r(\d+)c(\d+)")
 
 
 def waits_by_row(history: History) -> dict[str, float]:
-    """The part of the fleet's counted time waited in traffic at each row, most first; by aisle where that tells more.
+    """Return the part of the fleet's time waited in traffic at each row, most first; by aisle where that tells more.
 
     A robot waits at the node before which it stands. Empty on floors whose nodes are in no rows. Needs `log: all`.
     """
     fleet = history.counted * history.model.fleet.size
     if not fleet or not all(_NAME.fullmatch(node) for node in history.layout.graph):
         return {}
-    found: tuple[defaultdict[str, list[float]], ...] = (defaultdict(list), defaultdict(list))
+    waits: tuple[defaultdict[str, list[float]], ...] = (defaultdict(list), defaultdict(list))
     for wait in history.waits:
         node = wait.node or (wait.on or wait.edge or ("", ""))[1]
         lasted, place = history.within(wait.start, wait.end), _NAME.fullmatch(node)
         if place is not None and lasted:
-            for kind, number, of in zip(("row", "aisle"), place.groups(), found, strict=True):
-                of[f"{kind} {number}"].append(lasted / fleet)
-    sums = [{name: math.fsum(parts) for name, parts in of.items()} for of in found]
-    most = max(sums, key=lambda of: max(of.values(), default=0.0))
+            for kind, number, waits_at in zip(("row", "aisle"), place.groups(), waits, strict=True):
+                waits_at[f"{kind} {number}"].append(lasted / fleet)
+    sums = [{name: math.fsum(parts) for name, parts in waits_at.items()} for waits_at in waits]
+    most = max(sums, key=lambda waits_at: max(waits_at.values(), default=0.0))
     return dict(sorted(most.items(), key=lambda item: -item[1]))

@@ -22,7 +22,7 @@ _KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
 
 @dataclass(frozen=True)
 class Target:
-    """A bound on the mean of an indicator, in the indicator's unit; `unit` is the name of it, where it has one."""
+    """A bound on the mean of an indicator, in the indicator's unit; `unit` is the unit's name, where it has one."""
 
     measure: Indicator
     sense: Sense
@@ -56,7 +56,7 @@ class Target:
 
     @property
     def text(self) -> str:
-        """As it is read again: a plain number."""
+        """The target as it is read again: with a plain number."""
         return f"{self.indicator} {self.sense} {self.value:.15g}"
 
     def __str__(self) -> str:
@@ -68,7 +68,7 @@ def parse_target(text: str, units: UnitNames | None = None) -> Target:
 
     Args:
         text: an indicator, a bound, a number, and a unit or none: then it is in the unit of the model.
-        units: those of the model; None: not known yet, and the target has none.
+        units: of the model; None: not known yet, and the target has none.
 
     Raises:
         StudyError: the text, what was expected, and the nearest indicator.
@@ -90,12 +90,12 @@ def parse_target(text: str, units: UnitNames | None = None) -> Target:
 
 
 def amount_of(measure: Indicator, text: str, units: UnitNames | None, where: str) -> float:
-    """An amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
+    """Read an amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
 
     Args:
         measure: the indicator.
         text: a number, and a unit or none.
-        units: those of the model; None: not known yet.
+        units: of the model; None: not known yet.
         where: the option or key as the user wrote it, for the message.
 
     Raises:

@@ -1,15 +1,15 @@
-"""What is wrong with a run or a design, in words: it cannot keep up, drains its batteries, or is jammed.
+"""Verdicts: what is wrong with a run or a design, in words. It cannot keep up, drains its batteries, or is jammed.
 
 The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
-use indicators, those of a run or their means over the runs of a design, so that both are judged alike.
+use indicators, of a run or as means over the runs of a design, so that both are judged alike.
 
 A run counts in full once its batteries have settled (`fall`). Where their mean level falls, what charging costs is
 still to come; where it rises, more is charged than will be, and the fleet looks worse than it is. `expected` says what
 will be: settled, each robot charges for the part f of its time in which it takes up what it draws in the rest, with e
 drawn and g given for each time unit (1 - f) e = f g.
 
-Fewer robots under way may do more. Whether one run shows that, `past_knee` says from its own hours, those with fewer
-beside those with more. A floor has a most that it lets through, with some number of robots under way, and lets less
+Fewer robots under way may do more. Whether one run shows that, `past_knee` says by comparing its hours with fewer and
+with more of them. A floor has a most that it lets through, with some number of robots under way, and lets less
 through with more of them: the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation
 Research B 42 (2008) 759-770). A run draws a part of that curve only where the number under way changes, and long enough
 that jams have time to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on
@@ -69,14 +69,14 @@ FEWER = 8
 
 @dataclass(frozen=True)
 class Verdict:
-    """Something wrong with a run or a design: its code (see `RULES`), in words, and how much of it there is."""
+    """A thing wrong with a run or a design: its code (see `RULES`), in words, and how much of it there is."""
 
     code: str
     text: str
     size: float
 
     def content(self) -> dict[str, str]:
-        """As JSON has it."""
+        """Return the verdict as JSON has it."""
         return {"code": self.code, "text": self.text}
 
     @property
@@ -92,7 +92,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class VerdictRule:
-    """When there is a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
+    """A rule for a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
 
     `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times. Without `size` only the
     log of a run says it (`judge_run`).
@@ -106,15 +106,15 @@ class VerdictRule:
 
 
 def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Growth per hour of the tasks that are not done, or of the load units in stations that are not worked on."""
-    found = [growth for growth in (_tasks_pile_up(kpis, model), _work_piles_up(kpis, model)) if growth is not None]
-    return max(found, default=None)
+    """Return the growth per hour of the tasks not done, or of the load units in stations not worked on."""
+    growths = [growth for growth in (_tasks_pile_up(kpis, model), _work_piles_up(kpis, model)) if growth is not None]
+    return max(growths, default=None)
 
 
 def _work_piles_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Growth per hour of the load units that were put down and not worked on, from none at the start of the run.
+    """Return the growth per hour of load units put down and not worked on, from none at the start of the run.
 
-    The chance that is allowed for is that of tasks that arrive at random (see `_tasks_pile_up`).
+    As much as may be by chance is allowed for, as where tasks arrive at random (see `_tasks_pile_up`).
     """
     left, end, counted = kpis.get("work_backlog", 0.0), kpis.get("T", math.nan), _counted(kpis, model)
     if not model.tasks.never_end or not left or not counted:
@@ -125,7 +125,7 @@ def _work_piles_up(kpis: Mapping[str, float], model: Model) -> float | None:
 
 
 def _tasks_pile_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Growth of the backlog per hour.
+    """Return the growth of the backlog per hour.
 
     If demand just equalled what the fleet can do, the backlog after n arrivals would have moved by about as much as
     the number of arrivals is off its mean: sqrt(n), the standard deviation of a Poisson count. A stable queue stays
@@ -143,7 +143,7 @@ def _tasks_pile_up(kpis: Mapping[str, float], model: Model) -> float | None:
 
 
 def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Fall of the mean level per hour, as a share of the capacity."""
+    """Return the fall of the mean level per hour, as a share of the capacity."""
     fall = -kpis.get("energy_drift_per_hour", math.nan)
     if model.battery is None or not model.tasks.never_end or not fall >= LEAST_FALL or _refills(fall, model):
         return None
@@ -155,19 +155,19 @@ def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
 
 
 def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
-    """The share of the fleet's time that is waiting in traffic."""
+    """Return the share of the fleet's time that is waiting in traffic."""
     share = kpis.get("share_waiting", math.nan)
     return share if share >= MOST_WAITING else None
 
 
 def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """How much earlier than the warm-up the run ended."""
+    """Return how much earlier than the warm-up the run ended."""
     early = model.run.warm_up - kpis.get("T", math.nan)
     return early if early > 0 else None
 
 
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
-    """The counted time in the unit of the model. A run that ends before its warm-up does counts as a whole."""
+    """Return the counted time in the unit of the model. A run that ends before its warm-up does counts as a whole."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
     return end - warm_up if end >= warm_up else end
 
@@ -229,47 +229,47 @@ RULES = {
 """By code, in the order in which verdicts are listed."""
 
 
-def piles_up(found: Iterable[Verdict]) -> bool:
+def piles_up(verdicts: Iterable[Verdict]) -> bool:
     """Whether a run or design cannot keep up: cycle times of what is done leave out ever more."""
-    return any(verdict.code == PILES_UP for verdict in found)
+    return any(verdict.code == PILES_UP for verdict in verdicts)
 
 
-def is_no_answer(indicator: str, found: Iterable[Verdict]) -> bool:
-    """Whether an indicator says nothing of a design: where work piles up, what is in time falls with a run's length."""
-    return is_of_due(indicator) and piles_up(found)
+def is_no_answer(indicator: str, verdicts: Iterable[Verdict]) -> bool:
+    """Whether an indicator says nothing of a design: work piles up, so the share in time falls with a run's length."""
+    return is_of_due(indicator) and piles_up(verdicts)
 
 
 def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
-    """The verdicts on a run, from its indicators, or on a design, from the means of its runs."""
-    found = []
+    """Return the verdicts on a run, from its indicators, or on a design, from the means of its runs."""
+    verdicts = []
     for code, rule in RULES.items():
         size = None if rule.size is None else rule.size(kpis, model)
         if size is not None:
-            found.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size))
-    return found
+            verdicts.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size))
+    return verdicts
 
 
 def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
-    """The verdicts on a run, also those that only its log shows."""
+    """Return the verdicts on a run, also those that only its log shows."""
     moves = drifts_of_robots(history) if _may_move(kpis) else []
-    found, past = _with_drift(judge(kpis, history.model), moves, kpis, history.model), past_knee(history)
+    verdicts, past = _with_drift(judge(kpis, history.model), moves, kpis, history.model), past_knee(history)
     if past is not None:
         code = "PAST_KNEE"
-        found.append(Verdict(code, RULES[code].text.format(past.cap, past.many), past.gain))
-    return found
+        verdicts.append(Verdict(code, RULES[code].text.format(past.cap, past.many), past.gain))
+    return verdicts
 
 
 def judge_design(runs: Sequence[Mapping[str, float]], model: Model, part: float = 1.0) -> list[Verdict]:
-    """The verdicts on a design, from the indicators of its runs: by their means over those runs that have them.
+    """Return the verdicts on a design, from its runs: by the mean of each indicator over the runs that have it.
 
-    `part`: of the error, where it is judged again as runs come in.
+    `part`: the share of the error (alpha) to spend, where a design is judged again as runs come in.
     """
     values: defaultdict[str, list[float]] = defaultdict(list)
     for run in runs:
         for name, value in run.items():
             if math.isfinite(value):
                 values[name].append(value)
-    means = {name: math.fsum(found) / len(found) for name, found in values.items()}
+    means = {name: math.fsum(numbers) / len(numbers) for name, numbers in values.items()}
     return _with_drift(judge(means, model), values["energy_drift_per_hour"], means, model, part)
 
 
@@ -278,25 +278,25 @@ def _may_move(kpis: Mapping[str, float]) -> bool:
 
 
 def _with_drift(
-    found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model, part: float = 1.0
+    verdicts: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model, part: float = 1.0
 ) -> list[Verdict]:
-    """The same, and that batteries have not settled, in its place in the list."""
+    """Insert the verdict that batteries have not settled at its rank in the list."""
     size = fall(moves, model, part)
-    if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
-        return found
+    if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in verdicts):
+        return verdicts
     moves_by = f"{'fall' if size > 0 else 'rise'} by {_shown(100 * abs(size))}"
     text = RULES["NOT_SETTLED"].text.format(moves_by, expected(kpis, model))
     order, new = list(RULES), Verdict("NOT_SETTLED", text, size)
-    return sorted([*found, new], key=lambda verdict: order.index(verdict.code))
+    return sorted([*verdicts, new], key=lambda verdict: order.index(verdict.code))
 
 
 def _shown(value: float) -> str:
-    """Two significant digits."""
+    """Return a value with two significant digits."""
     return f"{value:,.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0")  # noqa: PLR2004
 
 
 def drifts_of_robots(history: History) -> list[float]:
-    """By how much the level of each robot moved in the counted time: shares of the capacity an hour."""
+    """Return by how much the level of each robot moved in the counted time: shares of the capacity an hour."""
     import numpy as np
 
     hours = history.counted / history.model.units.hour
@@ -308,11 +308,11 @@ def drifts_of_robots(history: History) -> list[float]:
 
 
 def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
-    """By how much levels fall, or rise (below 0), from the moves of a run's robots or a design's runs; None: by chance.
+    """Return by how much levels fall, or rise (below 0), from the moves of robots or of runs; None: by chance.
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
-    from 0 (a t interval). `part`: of the error, where it is asked again as runs come in. Of a fleet that begins settled
-    nothing is said: what is left of a drift then comes from the one run in which it settled. Nor is anything said of
+    from 0 (a t interval). `part`: the share of the error (alpha) to spend, where it is asked again as runs come in.
+    None for a fleet that begins settled: what is left of a drift comes from the run in which it settled. None for
     one whole day whose hours or rates repeat: the level at its end belongs beside the level a day later.
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
@@ -340,7 +340,7 @@ def _refills(fall: float, model: Model) -> bool:
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
-    """What is to be expected of chargers and robots once batteries have settled, by estimate, in words."""
+    """Return what to expect of chargers and robots once batteries have settled, by estimate, in words."""
     time = kpis.get("T", math.nan)
     counted = time - model.run.warm_up if time > model.run.warm_up else time
     away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
@@ -349,8 +349,8 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
         return "what charging costs is not seen"
     charging = model.fleet.size * drawn / (drawn + charging_rate(model))
     if charging > chargers:
-        at = number_of(chargers, "charger")
-        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {at}"
+        chargers_in_words = number_of(chargers, "charger")
+        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {chargers_in_words}"
     used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
     return (
         f"settled, by estimate, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are "
@@ -359,12 +359,12 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
 
 
 def amount_of(value: float) -> str:
-    """Two digits."""
+    """Return a value with two digits."""
     return amount(float(f"{value:.2g}"))
 
 
 class PastKnee(NamedTuple):
-    """With `cap` robots under way, on average, more was done an hour than with `many`, by the part `gain`."""
+    """The finding that with `cap` robots under way more was done an hour than with `many`, by the part `gain`."""
 
     cap: int
     many: int
@@ -372,21 +372,21 @@ class PastKnee(NamedTuple):
 
 
 class Window(NamedTuple):
-    """Robots under way on average, and goods loaded and delivered (a half of a task each) for each time unit."""
+    """A window: robots under way on average, and goods moved (load and delivery each half a task) per time unit."""
 
     under_way: float
     done: float
 
 
 def past_knee(history: History) -> PastKnee | None:
-    """What the counted part of a run shows, or None."""
+    """Return the finding that fewer robots under way do more, if the counted part of a run shows it, or None."""
     fleet = history.counted * len(history.log.robots)
     if not fleet or history.totals["waiting"] < LEAST_WAITING * fleet:
         return None
-    found = windows(history)
-    most = max((window.under_way for window in found), default=0.0)
+    all_windows = windows(history)
+    most = max((window.under_way for window in all_windows), default=0.0)
     bands: defaultdict[int, list[Window]] = defaultdict(list)
-    for window in found:
+    for window in all_windows:
         bands[math.ceil(window.under_way / most * BANDS - 1e-9)].append(window)
     high = bands[BANDS]
     fewer = [band for number, band in bands.items() if number <= FEWER and len(band) >= LEAST_WINDOWS]
@@ -397,7 +397,7 @@ def past_knee(history: History) -> PastKnee | None:
     gain = _done(best) - _done(high)
     if gain <= STANDARD_ERRORS * error or gain < LEAST_GAIN * _done(high):
         return None
-    cap, many = (round(fmean(one.under_way for one in band)) for band in (best, high))
+    cap, many = (round(fmean(window.under_way for window in band)) for band in (best, high))
     return PastKnee(cap, many, gain / _done(high))
 
 
@@ -406,7 +406,7 @@ def _done(band: list[Window]) -> float:
 
 
 def windows(history: History) -> list[Window]:
-    """The counted time in windows of equal length, about as long as a robot takes for `TASKS_A_WINDOW` tasks."""
+    """Cut the counted time in windows of equal length, about as long as a robot takes for `TASKS_A_WINDOW` tasks."""
     changes: defaultdict[float, int] = defaultdict(int)
     for spans in history.changes:
         for span in spans:

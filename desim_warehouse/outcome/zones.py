@@ -1,4 +1,4 @@
-"""Where bays and stations are drawn: slots beside their node, on a side without edges; one in the lane on its node.
+"""Drawn places of bays and stations: slots beside their node, away from edges; one in the lane on its node.
 
 On a grid of cells they are inside the cell of their node, as beside it are others.
 """
@@ -56,12 +56,12 @@ class Zone:
 
 
 def robot_radii(model: Model) -> list[float]:
-    """The radius of every robot, by number."""
+    """Return the radius of every robot, by number."""
     return [robot.radius for robot in model.fleet.robots()]
 
 
 def zones(model: Model, layout: Layout) -> list[Zone]:
-    """All bays, then all stations, with their slots."""
+    """Return all bays, then all stations, with their slots."""
     start = model.fleet.homes(layout.bays)
     largest = max(robot_radii(model))
     cell = cell_size(model, layout)
@@ -85,9 +85,9 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
 
 @lru_cache(maxsize=32)
 def _steps(layout: Layout) -> tuple[float, bool]:
-    """The usual length of an edge, that of a quarter of them at most, and whether nearly all go so far along x or y."""
-    at = {node: (data["x"], data["y"]) for node, data in layout.graph.nodes(data=True)}
-    ways = [(at[b][0] - at[a][0], at[b][1] - at[a][1]) for a, b in layout.graph.edges]
+    """Return the usual length of an edge (lower quartile), and whether nearly all go so far along x or y."""
+    point_of = {node: (data["x"], data["y"]) for node, data in layout.graph.nodes(data=True)}
+    ways = [(point_of[b][0] - point_of[a][0], point_of[b][1] - point_of[a][1]) for a, b in layout.graph.edges]
     spans = sorted(math.hypot(*way) for way in ways)
     usual = spans[len(spans) // 4]
     fits = sum(abs(abs(dx + dy) - usual) < 1e-6 * usual and 0.0 in (dx, dy) for dx, dy in ways)
@@ -95,7 +95,7 @@ def _steps(layout: Layout) -> tuple[float, bool]:
 
 
 def cell_size(model: Model, layout: Layout) -> float:
-    """The side of the cells, one robot to each, if the floor is a grid of them; else 0."""
+    """Return the side of the cells, one robot to each, if the floor is a grid of them; else 0."""
     if layout.goods_size or len(layout.graph) < _CELLS:
         return 0.0
     usual, alike = _steps(layout)
@@ -103,15 +103,15 @@ def cell_size(model: Model, layout: Layout) -> float:
 
 
 def _slots(start: Sequence[str], node: str, bay: BayPlaces) -> int:
-    """The slots of a bay; without a number one for each robot that starts there."""
+    """Return the number of slots of a bay; without a number one for each robot that starts there."""
     return max(start.count(node) if bay.places is None else bay.places, 1)
 
 
 def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
-    """Slots in rows inside the cells of their nodes; where a bay and a station share one, each has a half."""
+    """Lay out slots in rows inside the cells of their nodes; a bay and a station that share one have half each."""
     start, largest = model.fleet.homes(layout.bays), max(robot_radii(model))
     zones = [("bay", bay.zone, node, _slots(start, node, bay)) for node, bay in layout.bays.items()]
-    zones += [("station", one.zone, node, one.places) for node, one in layout.stations.items()]
+    zones += [("station", station.zone, node, station.places) for node, station in layout.stations.items()]
     made = []
     for kind, name, node, count in zones:
         here, shared = layout.graph.nodes[node], node in layout.bays and node in layout.stations
@@ -129,18 +129,18 @@ def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
 
 
 def _room(layout: Layout, count: int, radius: float) -> float:
-    """The radius for which slots have room: that of robots, less where there are so many that they would hide a floor.
+    """Return the radius for which slots have room: a robot's, or less where so many slots would hide the floor.
 
     Imported plants have slots for the largest fleet that could be asked for.
     """
     if count <= DEEP:
         return radius
-    longer = max(_reach(layout, one) + _reach(layout, other) for one, other in (SIDES[:2], SIDES[2:]))
+    longer = max(_reach(layout, side) + _reach(layout, other) for side, other in (SIDES[:2], SIDES[2:]))
     return min(radius, MANY * longer / (PITCH * DEEP))
 
 
 def _places(layout: Layout, node: str, count: int, radii: tuple[float, float], nth: int) -> tuple[Point, ...]:
-    """Slots in rows that grow away from the node, no wider than the space before its neighbours.
+    """Return slots in rows that grow away from the node, no wider than the space before its neighbours.
 
     `radii`: of robots, and for which slots have room.
     """
@@ -169,12 +169,12 @@ def _places(layout: Layout, node: str, count: int, radii: tuple[float, float], n
 
 @lru_cache(maxsize=32)
 def _reach(layout: Layout, side: Point) -> float:
-    """How far out the nodes lie on a side."""
+    """Return how far out the nodes lie on a side."""
     return float(max(side[0] * data["x"] + side[1] * data["y"] for _, data in layout.graph.nodes(data=True)))
 
 
 def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
-    """Unit vectors along and away from a zone, and whether it is outside the floor.
+    """Return unit vectors along and away from a zone, and whether it is outside the floor.
 
     It goes towards the outside if it can, else where no edge is, else between edges.
     """
@@ -182,11 +182,11 @@ def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
     here = graph.nodes[node]
     angles = []
     for other in [*graph.successors(node), *graph.predecessors(node)]:
-        there = graph.nodes[other]
-        angles.append(math.atan2(there["y"] - here["y"], there["x"] - here["x"]))
+        neighbour = graph.nodes[other]
+        angles.append(math.atan2(neighbour["y"] - here["y"], neighbour["x"] - here["x"]))
 
     def room(side: Point) -> float:
-        """The angle to the nearest edge."""
+        """Return the angle to the nearest edge."""
         way = math.atan2(side[1], side[0])
         return min((abs(math.remainder(way - angle, math.tau)) for angle in angles), default=math.pi)
 

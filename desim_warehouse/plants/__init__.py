@@ -58,10 +58,10 @@ def read_layout(
     Args:
         path: a layout in LIF (JSON), a map of Open-RMF (YAML) or RMF site (JSON), a plant model of openTCS (XML,
             versions 0.0.2 to 7.0.0), a grid of planners (MovingAI, LoRR, GGO, kiva, RHCR), GraphML, node-link JSON of
-            networkx, GeoJSON, DXF, or a table of nodes with one of edges beside it (nodes.csv, edges.csv; or their
-            folder). Or a graph of networkx: nodes with x and y in metres, y downwards, and perhaps role (such as load)
-            and station; edges perhaps with length (or weight), speed and side_by_side; those of an undirected graph
-            are two-way lanes.
+            networkx, GeoJSON, DXF, a workbook with sheets nodes and edges (Excel), or a table of nodes with one of
+            edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx: nodes with x and y in
+            metres, y downwards, and perhaps role (such as load) and station; edges perhaps with length (or weight),
+            speed and side_by_side; those of an undirected graph are two-way lanes.
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
             charge, park or none; by default as the names of operations sound.
         robots: size of the fleet; default: as many as vehicles are drawn.
@@ -72,7 +72,7 @@ def read_layout(
         strict: of LIF, whether what its standard forbids is refused.
         graph: of Open-RMF maps and sites, the graph_idx of the lanes to read.
         lanes: of DXF and GeoJSON, the layers whose lines are lanes.
-        two_way: of LIF and CSV, whether edges that do not say lead both ways.
+        two_way: of LIF, CSV and Excel, whether edges that do not say lead both ways.
         cell: of grids, the side of a cell in metres.
 
     Returns:
@@ -81,7 +81,7 @@ def read_layout(
     Raises:
         ModelError: where it cannot be read, or robots could do nothing there.
     """
-    given: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
+    settings: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
     chosen: dict[str, Any] = {
         "layout": layout,
         "vehicle_type": vehicle_type,
@@ -92,4 +92,4 @@ def read_layout(
         "cell": cell,
     }
     options = {name: value for name, value in chosen.items() if value is not None}
-    return import_layout(path, **given, **options).model
+    return import_layout(path, **settings, **options).model

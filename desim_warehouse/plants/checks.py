@@ -1,4 +1,4 @@
-"""What looks wrong in a drawing: said by name and position, and corrected where no model could be made otherwise."""
+"""Checks of a drawing: faults are noted by name and position, and corrected where no model could be made otherwise."""
 
 from __future__ import annotations
 

@@ -54,11 +54,11 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     plant = Plant(path.stem, f"{path.name} (DXF)")
     document = _document(path, content, plant)
     try:
-        given = (lanes,) if isinstance(lanes, str) else lanes
-        entities = [(layer, one) for layer, one in _visible(document, plant) if _is_flat(one)]
-        entities += _inside(path, entities, given)
+        asked = (lanes,) if isinstance(lanes, str) else lanes
+        entities = [(layer, entity) for layer, entity in _visible(document, plant) if _is_flat(entity)]
+        entities += _inside(path, entities, asked)
         layers = Counter(layer for layer, entity in entities if entity.dxftype() in _LINES)
-        chosen = _chosen(path, layers, given)
+        chosen = _chosen(path, layers, asked)
         drawn = [entity for layer, entity in entities if layer in chosen and entity.dxftype() in _LINES]
         scale = _scale(document, plant, drawn)
         join(plant, list(_lines(path, plant, entities, chosen, scale)), _marks(path, entities, scale))
@@ -90,11 +90,11 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
                 document, auditor = recover.read(io.BytesIO(content))
                 break
             except Exception as error:  # noqa: BLE001 - whatever a damaged drawing makes the library raise
-                said = " ".join(str(error).split())[:100] or type(error).__name__
-                fewer = _without(content, said) if len(broken) < _BROKEN else content
+                problem = " ".join(str(error).split())[:100] or type(error).__name__
+                fewer = _without(content, problem) if len(broken) < _BROKEN else content
                 if len(fewer) == len(content):
-                    raise ModelError([f"{path}: not a drawing ({said}), expected {EXPECTED}"]) from None
-                broken.append(said)
+                    raise ModelError([f"{path}: not a drawing ({problem}), expected {EXPECTED}"]) from None
+                broken.append(problem)
                 content = fewer
     finally:
         logger.removeHandler(heard)
@@ -109,9 +109,9 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
     return document
 
 
-def _without(content: bytes, said: str) -> bytes:
+def _without(content: bytes, message: str) -> bytes:
     """The drawing without the entity, `KIND(#HANDLE)`, that a message of ezdxf blames; all of it if it names none."""
-    named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", said)
+    named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", message)
     if named is None:
         return content
     begin = rf"(?m)^[ \t]*0\r?\n{named[1]}\r?\n[ \t]*5\r?\n{named[2]}\r?\n"
@@ -149,35 +149,46 @@ def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
     plant.note("left out", "layer", list(hidden), "off or frozen")
 
 
-def _inside(path: Path, entities: list[tuple[str, Any]], given: tuple[str, ...]) -> list[tuple[str, Any]]:
-    """What is drawn inside inserted blocks with lanes, however deep: lines, and points."""
+def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]) -> list[tuple[str, Any]]:
+    """Lines and points inside inserted blocks with lanes, however deep, each with its layer."""
     from ezdxf.disassemble import recursive_decompose
 
-    asked = {layer.casefold() for layer in given}
+    inserts = [entity for _, entity in entities if entity.dxftype() == "INSERT"]
+    sizes: dict[str, int] = {}
+    if sum(_drawn(insert, sizes) for insert in inserts) > LIMITS["nodes"][0]:
+        raise ModelError([f"{path}: too many entities in blocks, expected {LIMITS['nodes'][0]:,} at most"])
+    asked = {layer.casefold() for layer in layers}
     alone = not any(entity.dxftype() in _LINES for _, entity in entities)
-    found, seen = [], 0
+    inside = []
     for layer, insert in entities:
         if insert.dxftype() != "INSERT":
             continue
         parts = []
         for part in recursive_decompose([insert]):
-            seen += 1
-            if seen > LIMITS["nodes"][0]:
-                raise ModelError([f"{path}: too many entities in blocks, expected {LIMITS['nodes'][0]:,} at most"])
             own = str(part.dxf.get("layer", "0"))
             parts.append((layer if own == "0" else own, part))
         lines = {own for own, part in parts if part.dxftype() in _LINES and _is_flat(part)}
         if any(alone or own.casefold() in asked or _LANES.search(own) for own in lines):
-            found += [(own, part) for own, part in parts if part.dxftype() in _LINES | {"POINT"} and _is_flat(part)]
-    return found
+            inside += [(own, part) for own, part in parts if part.dxftype() in _LINES | {"POINT"} and _is_flat(part)]
+    return inside
 
 
-def _chosen(path: Path, layers: Counter[str], given: tuple[str, ...]) -> set[str]:
+def _drawn(insert: Any, sizes: dict[str, int]) -> int:
+    """How many entities an inserted block is taken apart into; `sizes`: of blocks that were counted before."""
+    block = insert.block()
+    name = str(insert.dxf.get("name", ""))
+    if block is not None and name not in sizes:
+        sizes[name] = 1  # where it is inside itself, which ezdxf refuses
+        sizes[name] = sum(_drawn(part, sizes) if part.dxftype() == "INSERT" else 1 for part in block)
+    return int(insert.mcount) * sizes.get(name, 1)
+
+
+def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str]:
     """The layers whose lines are lanes."""
     counts = [f"{layer} ({number:,} lines)" for layer, number in layers.most_common(12)]
     have = spoken(counts) if counts else "none"
     chosen = set()
-    for name in given:
+    for name in asked:
         same = {layer for layer in layers if layer.casefold() == name.casefold()}
         if not same:
             near = nearest(name, layers)
@@ -187,7 +198,7 @@ def _chosen(path: Path, layers: Counter[str], given: tuple[str, ...]) -> set[str
     if not layers:
         raise ModelError([f"{path}: no lines in the model space, nor in its blocks, expected lanes drawn as lines"])
     chosen = chosen or {layer for layer in layers if _LANES.search(layer)} or {*layers}
-    if not given and chosen == {*layers} and len(layers) > 1 and not all(map(_LANES.search, layers)):
+    if not asked and chosen == {*layers} and len(layers) > 1 and not all(map(_LANES.search, layers)):
         raise ModelError([f"{path}: which lines are lanes? Choose layers with --lanes, of {have}"])
     return chosen
 
@@ -198,7 +209,7 @@ def _scale(document: Any, plant: Plant, entities: list[Any]) -> float:
 
     if document.units:
         return float(units.conversion_factor(document.units, units.M))
-    spots = [at for entity in entities for at in _ends(entity)]
+    spots = [spot for entity in entities for spot in _ends(entity)]
     wide = max((max(axis) - min(axis) for axis in zip(*spots, strict=True)), default=0.0)
     unit, scale = ("mm", 0.001) if wide > _WIDE else ("m", 1.0)
     plant.assume("units.length", f"m; the drawing does not name its unit ($INSUNITS), taken for {unit}")
@@ -208,7 +219,7 @@ def _scale(document: Any, plant: Plant, entities: list[Any]) -> float:
 def _ends(entity: Any) -> Iterable[Spot]:
     from ezdxf import path as paths
 
-    return [(at.x, at.y) for at in paths.make_path(entity).control_vertices()]
+    return [(corner.x, corner.y) for corner in paths.make_path(entity).control_vertices()]
 
 
 def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: set[str], scale: float) -> Iterator[Line]:
@@ -224,11 +235,11 @@ def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: se
             continue
         position = f"entity {entity.dxf.get('handle', rank)}"
         drawn = paths.make_path(entity)
-        corners = [_spot(path, position, at, scale) for at in drawn.control_vertices()]
+        corners = [_spot(path, position, corner, scale) for corner in drawn.control_vertices()]
         if drawn.has_curves:
             size = max((math.dist(corners[0], corner) for corner in corners), default=0.0)
             chord = max(CURVE / 4, size / _FINE) / scale
-            corners = [_spot(path, position, at, scale) for at in drawn.flattening(chord, segments=4)]
+            corners = [_spot(path, position, corner, scale) for corner in drawn.flattening(chord, segments=4)]
         name = f"{layer} {entity.dxf.get('handle', rank)}"
         yield Line(name, tuple(corners), speed_back=0.0 if _ONE_WAY.search(layer) else math.inf, position=position)
     names = [f"{number} {kind}" for kind, number in others.items()]
@@ -243,17 +254,19 @@ def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Ma
             continue
         position = f"entity {entity.dxf.get('handle', rank)}"
         block = str(entity.dxf.name) if entity.dxftype() == "INSERT" else ""
-        at = _spot(path, position, entity.dxf.insert if block else entity.dxf.location, scale)
-        said = [str(item.dxf.text).strip() for item in entity.attribs] if block else []
+        spot = _spot(path, position, entity.dxf.insert if block else entity.dxf.location, scale)
+        texts = [str(item.dxf.text).strip() for item in entity.attribs] if block else []
         kind = block if block and not block.startswith("*") else layer
         numbers[kind] += 1
-        name = next(filter(None, said), f"{kind} {numbers[kind]}")
-        marks.append(Mark(name, at, tuple(dict.fromkeys(filter(None, (kind, layer)))), position))
+        name = next(filter(None, texts), f"{kind} {numbers[kind]}")
+        marks.append(Mark(name, spot, tuple(dict.fromkeys(filter(None, (kind, layer)))), position))
     return marks
 
 
-def _spot(path: Path, position: str, at: Any, scale: float) -> Spot:
+def _spot(path: Path, position: str, corner: Any, scale: float) -> Spot:
     """A point of the drawing in metres, y downwards, to a tenth of a millimetre."""
-    if not max(abs(at.x), abs(at.y)) * scale <= LIMITS["number"][0]:
-        raise ModelError([f"{path}: {position}: beyond any plant (got {got([at.x, at.y])}), expected coordinates"])
-    return round(at.x * scale, 4) + 0.0, round(-at.y * scale, 4) + 0.0
+    if not max(abs(corner.x), abs(corner.y)) * scale <= LIMITS["number"][0]:
+        raise ModelError(
+            [f"{path}: {position}: beyond any plant (got {got([corner.x, corner.y])}), expected coordinates"]
+        )
+    return round(corner.x * scale, 4) + 0.0, round(-corner.y * scale, 4) + 0.0

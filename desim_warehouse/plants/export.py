@@ -114,8 +114,8 @@ class _Drawing:
 
     def points(self) -> None:
         parking = {bay.node for bay in self.layout.bays.values() if bay.chargers == 0}
-        for name, at in self.layout.graph.nodes(data=True):
-            self.plant.points[name] = Waypoint(name, at["x"] * self.metre, at["y"] * self.metre, name in parking)
+        for name, data in self.layout.graph.nodes(data=True):
+            self.plant.points[name] = Waypoint(name, data["x"] * self.metre, data["y"] * self.metre, name in parking)
 
     def lanes(self) -> None:
         """Every lane as a link, or as several with a point wherever robots load."""
@@ -127,11 +127,11 @@ class _Drawing:
             edge, offset = place.edge, place.offset
             if edge not in stops:
                 edge, offset = edge[::-1], self.layout.length(edge) - offset
-            at = round(offset * self.metre, 3)
-            stops[edge][at] = stops[edge].get(at, 0) + 1
-        for edge, there in stops.items():
+            metres = round(offset * self.metre, 3)
+            stops[edge][metres] = stops[edge].get(metres, 0) + 1
+        for edge, counts in stops.items():
             if edge not in self.layout.rides:
-                self.lane(edge, there)
+                self.lane(edge, counts)
         for lift in self.layout.lifts:
             for a, b in itertools.pairwise(lift.nodes):
                 far = math.dist(*((at.x, at.y) for at in (self.plant.points[a], self.plant.points[b])))
@@ -150,16 +150,16 @@ class _Drawing:
         back = self.layout.graph.edges[b, a]["speed"] * self.metre / seconds if data.get("two_way") else 0.0
         beside = not data.get("two_way") and (b, a) in self.layout.graph.edges
         chain, names = [(a, 0.0)], []
-        for at, count in sorted(stops.items()):
-            if not _AT_THE_END < at < length - _AT_THE_END:
-                end = a if at <= _AT_THE_END else b
+        for metres, count in sorted(stops.items()):
+            if not _AT_THE_END < metres < length - _AT_THE_END:
+                end = a if metres <= _AT_THE_END else b
                 self.loads[end] = self.loads.get(end, 0) + count
                 continue
-            name = unique(f"{a}-{b} {at:g}", self.plant.points)
-            x, y = self.layout.position(edge, at / self.metre)
+            name = unique(f"{a}-{b} {metres:g}", self.plant.points)
+            x, y = self.layout.position(edge, metres / self.metre)
             self.plant.points[name] = Waypoint(name, x * self.metre, y * self.metre)
             self.loads[name] = count
-            chain.append((name, at))
+            chain.append((name, metres))
         chain.append((b, length))
         for (source, begin), (target, stop) in itertools.pairwise(chain):
             self.plant.links.append(
@@ -176,7 +176,7 @@ class _Drawing:
         for node, bay in self.layout.bays.items():
             if bay.chargers != 0:
                 chargers.setdefault(bay.zone, {})[node] = ("charge",)
-        goods: dict[str, dict[str, tuple[str, ...]]] = {f"goods at {one}": {one: ("load",)} for one in self.loads}
+        goods: dict[str, dict[str, tuple[str, ...]]] = {f"goods at {point}": {point: ("load",)} for point in self.loads}
         taken: set[str] = set()
         for wanted, operations in (*stations.items(), *chargers.items(), *goods.items()):
             self.plant.locations.append(Location(claim(wanted, taken), operations))
@@ -232,7 +232,7 @@ class _Drawing:
 def _unusual(part: Part, carried: set[str]) -> bool:
     """Whether a section differs from its defaults in anything that a plant does not hold."""
     keys = type(part).model_fields
-    return any(getattr(part, key) != one.default for key, one in keys.items() if key not in carried)
+    return any(getattr(part, key) != description.default for key, description in keys.items() if key not in carried)
 
 
 def plain_names(plant: Plant) -> None:
@@ -246,8 +246,12 @@ def plain_names(plant: Plant) -> None:
         for link in plant.links
     ]
     plant.locations = [
-        Location(positions[one.name], {points[name]: allowed for name, allowed in one.operations.items()}, one.position)
-        for one in plant.locations
+        Location(
+            positions[location.name],
+            {points[name]: allowed for name, allowed in location.operations.items()},
+            location.position,
+        )
+        for location in plant.locations
     ]
     members = {**links, **points}
     plant.areas = [
@@ -255,7 +259,7 @@ def plain_names(plant: Plant) -> None:
         for area in plant.areas
     ]
     vehicles = _plain(vehicle.name for vehicle in plant.vehicles)
-    plant.vehicles = [replace(one, name=vehicles[one.name]) for one in plant.vehicles]
+    plant.vehicles = [replace(vehicle, name=vehicles[vehicle.name]) for vehicle in plant.vehicles]
     changed = [
         f"{new} from {old!r}" for names in (points, positions, areas) for old, new in names.items() if old != new
     ]
@@ -281,7 +285,7 @@ def tables(plant: Plant) -> dict[str, str]:
 
 
 def _columns(edges: list[Row]) -> tuple[str, ...]:
-    """Those of edges: a speed back only where one differs."""
+    """Columns of the table of edges: speed_back only where some edge has one."""
     return tuple(name for name in _EDGE_COLUMNS if name != "speed_back" or any(name in row for row in edges))
 
 

@@ -69,6 +69,13 @@ class Format:
 
 FORMATS = (
     Format("CSV", "tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
+    Format(
+        "Excel",
+        "sheets of nodes and edges (Excel)",
+        tables.looks_like_book,
+        tables.read_book,
+        ("two_way",),
+    ),
     Format("GraphML", "a graph (GraphML)", graph.looks, graph.read, most=_WORDY),
     Format("node-link", graph.LINKS, graph.looks_like_links, graph.read_links, most=_WORDY),
     Format("GeoJSON", "lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",), _WORDY),
@@ -102,16 +109,16 @@ TASK_FILES = (
 
 def titles(formats: tuple[Format, ...]) -> str:
     """The titles of some formats in words: one, another, or a third."""
-    return spoken([one.title for one in formats], "or")
+    return spoken([form.title for form in formats], "or")
 
 
 def names_with(option: str) -> str:
     """The formats in which something can be chosen, by name."""
-    return ", ".join(one.name for one in FORMATS if option in one.options)
+    return ", ".join(form.name for form in FORMATS if option in form.options)
 
 
 def read_plant(path: str | Path, **options: Any) -> Plant:
-    """What a foreign file holds: points, links, locations, vehicles.
+    """Read a foreign file as a plant: points, links, locations, vehicles.
 
     Args:
         path: a file in one of `FORMATS`; of two tables the one of nodes, or their folder.
@@ -140,15 +147,15 @@ def add_tasks(plant: Plant, path: str | Path) -> None:
 
 
 def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format, bytes]:
-    content = content_of(path, what, max(one.most for one in formats))
+    content = content_of(path, what, max(form.most for form in formats))
     name = path.name.lower()
     if program := next((program for program, ends in _OTHERS.items() if name.endswith(ends)), None):
         raise ModelError([f"{path}: a file of {program}, which cannot be read, expected {titles(formats)}"])
     start = content[:_START].removeprefix(b"\xef\xbb\xbf").lstrip()
-    for one in formats:
-        if one.looks(path, start):
-            if len(content) > one.most:
-                raise ModelError([f"{path}: too large, expected {one.title} of at most {one.most:,} bytes"])
-            return one, content
+    for form in formats:
+        if form.looks(path, start):
+            if len(content) > form.most:
+                raise ModelError([f"{path}: too large, expected {form.title} of at most {form.most:,} bytes"])
+            return form, content
     text = f"of a program that is not known: not {what} that can be read, expected {titles(formats)}"
     raise ModelError([f"{path}: {text}"])

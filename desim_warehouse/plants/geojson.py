@@ -68,19 +68,19 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
         ModelError: where it cannot be read, with the feature.
     """
     plant = Plant(path.stem, f"{path.name} (GeoJSON)")
-    found = _Reader(path, plant, (lanes,) if isinstance(lanes, str) else lanes)
-    features = found.features(read_json(path, content, EXPECTED))
+    reader = _Reader(path, plant, (lanes,) if isinstance(lanes, str) else lanes)
+    features = reader.features(read_json(path, content, EXPECTED))
     if _is_graph(features):
-        found.graph(features)
+        reader.graph(features)
     else:
-        found.read(features)
-        join(plant, *found.in_metres())
+        reader.read(features)
+        join(plant, *reader.in_metres())
     return plant
 
 
 def _is_graph(features: list[Any]) -> bool:
     """Whether lines name their ends: by the words of Nav2, or as points of the file are called."""
-    ids = {str(_own_id(one)) for one in features if _kind_of(one) == "Point"} - {"None"}
+    ids = {str(_own_id(feature)) for feature in features if _kind_of(feature) == "Point"} - {"None"}
     for feature in features:
         properties = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(properties, dict) or _kind_of(feature) in {"Point", "MultiPoint"}:
@@ -138,13 +138,15 @@ class _Reader:
             if not isinstance(feature, dict) or not isinstance(feature.get("properties") or {}, dict):
                 self.refuse(where, f"not a feature (got {got(feature)}), expected one")
             kind, properties = _kind_of(feature), dict(feature.get("properties") or {})
-            at = f"{where}.geometry.coordinates"
+            place = f"{where}.geometry.coordinates"
             if kind == "Point":
                 if not Columns.of(properties, {"name": _ID}, where).named:
                     properties["id"] = feature.get("id")
-                nodes.append((where, properties, self.position(feature["geometry"].get("coordinates"), at)))
+                nodes.append((where, properties, self.position(feature["geometry"].get("coordinates"), place)))
             elif kind in {None, "LineString", "MultiLineString"}:
-                each = [] if kind is None else self.positions(feature["geometry"].get("coordinates"), at, _KINDS[kind])
+                each = (
+                    [] if kind is None else self.positions(feature["geometry"].get("coordinates"), place, _KINDS[kind])
+                )
                 edges.append((where, properties, [spot for points in each for spot in points]))
             else:
                 others.setdefault(str(kind), []).append(where)
@@ -156,11 +158,11 @@ class _Reader:
         self, nodes: list[tuple[str, dict[str, Any], Spot]], edges: list[tuple[str, dict[str, Any], list[Spot]]]
     ) -> None:
         """Fill the plant with nodes and edges, each with its place in the file, properties and coordinates."""
-        to_metres = self.projection([at for *_, at in nodes])
+        to_metres = self.projection([spot for *_, spot in nodes])
         unread: dict[str, None] = {}
         points, links, aside = [], [], []
-        for where, properties, at in nodes:
-            x, y = to_metres(at)
+        for where, properties, spot in nodes:
+            x, y = to_metres(spot)
             texts = {key: value for key, value in properties.items() if not isinstance(value, dict | list)}
             unread.update(dict.fromkeys(properties.keys() - texts.keys()))
             columns = Columns.of(texts, _NODE, f"{self.path}: {where}")
@@ -212,9 +214,9 @@ class _Reader:
         unread.pop("layer", None)
         self.plant.note("left out", "property", list(unread), "nothing that a layout has")
 
-    def record(self, properties: Mapping[str, Any], where: str, known: Mapping[str, tuple[str, ...]]) -> TableRecord:
+    def record(self, properties: Mapping[str, Any], where: str, headings: Mapping[str, tuple[str, ...]]) -> TableRecord:
         position = f"{self.path}: {where}"
-        columns = Columns.of(properties, known, position)
+        columns = Columns.of(properties, headings, position)
         return TableRecord(columns, properties, position, where)
 
     def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
@@ -231,9 +233,11 @@ class _Reader:
     def mark(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
         """A mark beside a lane."""
         role = record.get("role")
-        operations = tuple(filter(None, (one.strip() for one in str(role).split("+")))) if role is not None else ()
+        operations = (
+            tuple(filter(None, (operation.strip() for operation in str(role).split("+")))) if role is not None else ()
+        )
         name = record.get("station") or record.get("name") or where
-        self.marks += [(Mark(str(name), (0, 0), operations, where), at) for points in each for at in points]
+        self.marks += [(Mark(str(name), (0, 0), operations, where), spot) for points in each for spot in points]
 
     def positions(self, value: Any, where: str, depth: int) -> list[list[Spot]]:
         """Lists of positions, whatever the kind of geometry."""
@@ -242,14 +246,16 @@ class _Reader:
         if not isinstance(value, list):
             self.refuse(where, f"not a list (got {got(value)}), expected coordinates")
         if depth == 1:
-            return [[self.position(at, f"{where}[{rank}]") for rank, at in enumerate(value)]]
-        return [spots for rank, one in enumerate(value) for spots in self.positions(one, f"{where}[{rank}]", depth - 1)]
+            return [[self.position(item, f"{where}[{rank}]") for rank, item in enumerate(value)]]
+        return [
+            spots for rank, item in enumerate(value) for spots in self.positions(item, f"{where}[{rank}]", depth - 1)
+        ]
 
     def position(self, value: Any, where: str) -> Spot:
         """A position in the coordinates of the file; a height is not read."""
         most = LIMITS["number"][0]
-        fits = isinstance(value, list) and len(value) > 1 and all(type(one) in (int, float) for one in value[:2])
-        if not fits or not all(abs(one) <= most for one in value[:2]):
+        fits = isinstance(value, list) and len(value) > 1 and all(type(number) in (int, float) for number in value[:2])
+        if not fits or not all(abs(number) <= most for number in value[:2]):
             self.refuse(where, f"not a position (got {got(value)}), expected two numbers")
         return float(value[0]), float(value[1])
 
@@ -258,12 +264,12 @@ class _Reader:
 
     def in_metres(self) -> tuple[list[Line], list[Mark]]:
         """Lines and marks in metres, y downwards."""
-        to_metres = self.projection([at for _, points in self.lines for at in points])
+        to_metres = self.projection([spot for _, points in self.lines for spot in points])
         lines = [
             Line(line.name, tuple(map(to_metres, points)), line.speed, line.speed_back, line.position)
             for line, points in self.lines
         ]
-        return lines, [Mark(mark.name, to_metres(at), mark.operations, mark.position) for mark, at in self.marks]
+        return lines, [Mark(mark.name, to_metres(spot), mark.operations, mark.position) for mark, spot in self.marks]
 
     def projection(self, spots: list[Spot]) -> Callable[[Spot], Spot]:
         """From the coordinates of the file to metres, by what it says that they are, and how far they reach."""
@@ -275,13 +281,13 @@ class _Reader:
             shrunk = 1 / math.cosh((south + north) / 2 / _RADIUS)
             self.plant.assume("units.length", f"m; web Mercator ({self.crs}), of which a metre is {shrunk:.4g} m here")
             left, top = (west, north) if shrunk < _NEARLY_ONE else (0.0, 0.0)
-            return lambda at: (round((at[0] - left) * shrunk, 4), round((top - at[1]) * shrunk, 4))
+            return lambda spot: (round((spot[0] - left) * shrunk, 4), round((top - spot[1]) * shrunk, 4))
         if max(east - west, north - south) > _WIDEST:
             if _DEGREES.search(self.crs):
                 why = "it says degrees, and coordinates reach further than those of one plant would: taken for metres"
                 self.plant.note("doubtful", "crs", [self.crs], why)
             self.plant.assume("units.length", "m; coordinates reach further than degrees of one plant would")
-            return lambda at: (at[0], -at[1])
+            return lambda spot: (spot[0], -spot[1])
         if max(abs(west), abs(east)) > 360 or max(abs(south), abs(north)) > 90:  # noqa: PLR2004 - degrees
             text = f"from {got([west, south])} to {got([east, north])}, neither degrees nor metres of a plant"
             self.refuse("coordinates", text)

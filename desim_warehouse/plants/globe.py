@@ -20,8 +20,8 @@ def plane(spots: Sequence[Spot], plant: Plant) -> Callable[[Spot], Spot]:
     across = math.cos(math.radians(middle))
     plant.assume("units.length", f"m; degrees are projected around {centre:.6f}, {middle:.6f}")
 
-    def projected(at: Spot) -> Spot:
-        x, y = math.radians(at[0] - centre) * _RADIUS * across, math.radians(at[1] - middle) * _RADIUS
+    def projected(spot: Spot) -> Spot:
+        x, y = math.radians(spot[0] - centre) * _RADIUS * across, math.radians(spot[1] - middle) * _RADIUS
         return round(x, 4), round(-y, 4)
 
     return projected

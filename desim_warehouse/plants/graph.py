@@ -1,4 +1,4 @@
-"""Graphs as plants: those of networkx, and GraphML files, which are read safely.
+"""Graphs as plants: graphs of networkx, and GraphML files, which are read safely.
 
 Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
 without direction is a two-way lane. Without a length `weight` is one, as networkx calls it, where every edge has one
@@ -64,13 +64,13 @@ def from_networkx(graph: nx.Graph, name: str = "") -> Plant:
 
 
 def _position(data: Mapping[str, Any]) -> dict[str, Any]:
-    """The attributes, with x and y where there is a pos."""
+    """Attributes of a node, with x and y in place of `pos`."""
     values = {str(key): value for key, value in data.items()}
-    at: Any = values.get("pos")
-    if "x" in values or not hasattr(at, "__len__") or isinstance(at, str) or len(at) != 2:  # noqa: PLR2004 - x and y
+    position: Any = values.get("pos")
+    if "x" in values or not hasattr(position, "__len__") or isinstance(position, str) or len(position) != 2:  # noqa: PLR2004
         return values
     del values["pos"]
-    return {"x": at[0], "y": at[1], **values}
+    return {"x": position[0], "y": position[1], **values}
 
 
 def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
@@ -182,12 +182,12 @@ def read(path: Path, content: bytes) -> Plant:
 
 
 def _where(item: Element, *names: str) -> str:
-    said = " to ".join(got(item.text(name)) for name in names)
-    return f"{item.file}:{item.line}: {item.tag} {said}"
+    ends = " to ".join(got(item.text(name)) for name in names)
+    return f"{item.file}:{item.line}: {item.tag} {ends}"
 
 
 class _Keys:
-    """What the keys of a GraphML file mean: names, and defaults of nodes and edges."""
+    """Meaning of the keys of a GraphML file: their names, and defaults of nodes and edges."""
 
     def __init__(self, root: Element) -> None:
         self.names: dict[str, str] = {}
@@ -201,16 +201,16 @@ class _Keys:
 
     def values(self, item: Element, kind: str) -> dict[str, str]:
         """The attributes of a node or edge by name."""
-        found = dict(self.defaults[kind])
+        attributes = dict(self.defaults[kind])
         for data in item.all("data"):
             key = data.text("key")
             if key not in self.names:
                 data.refuse(f"of a key that the file does not have (got {got(key)}), expected the id of a key")
             if data.children:
-                found.update(_drawn(data))
+                attributes.update(_drawn(data))
             else:
-                found[self.names[key]] = data.content
-        return found
+                attributes[self.names[key]] = data.content
+        return attributes
 
 
 def _drawn(data: Element) -> Iterator[tuple[str, str]]:

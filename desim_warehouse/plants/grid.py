@@ -25,7 +25,7 @@ _DIGITS = 9
 
 
 class CellKind(NamedTuple):
-    """What a letter of a grid stands for: what robots do in such cells; they cannot enter those that are not `free`."""
+    """Kind of cell that a letter of a grid stands for: operations of robots there; they enter only `free` cells."""
 
     name: str
     operations: tuple[str, ...] = ()
@@ -45,7 +45,7 @@ class Grid:
     kinds: Mapping[str, CellKind]
 
     def kind(self, cell: Cell) -> CellKind:
-        """What stands in a cell; outside of the grid nothing can be entered."""
+        """Kind of a cell; cells outside of the grid are blocked."""
         row, column = cell
         if not (0 <= row < len(self.rows) and 0 <= column < len(self.rows[row])):
             return BLOCKED
@@ -108,12 +108,12 @@ def instant_handling(plant: Plant) -> None:
         plant.assume(key, "as in the benchmark: a visit takes no time")
 
 
-def _lane(one: Cell, other: Cell, weights: Mapping[tuple[Cell, Cell], float]) -> Link:
-    there, back = weights.get((one, other), 1.0), weights.get((other, one), 1.0)
-    if there > back:
-        one, other, there, back = other, one, back, there
-    names = point(one), point(other)
-    return Link("-".join(names), *names, speed_back=_ANY, against=back / there)
+def _lane(cell: Cell, other: Cell, weights: Mapping[tuple[Cell, Cell], float]) -> Link:
+    ahead, back = weights.get((cell, other), 1.0), weights.get((other, cell), 1.0)
+    if ahead > back:
+        cell, other, ahead, back = other, cell, back, ahead
+    names = point(cell), point(other)
+    return Link("-".join(names), *names, speed_back=_ANY, against=back / ahead)
 
 
 @dataclass
@@ -132,8 +132,8 @@ class Lines:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             line = content.count(b"\n", 0, error.start) + 1
-            said = f"not text (got byte 0x{content[error.start]:02x}), expected a grid or its tasks as text"
-            raise ModelError([f"{path}:{line}: {said}"]) from None
+            problem = f"not text (got byte 0x{content[error.start]:02x}), expected a grid or its tasks as text"
+            raise ModelError([f"{path}:{line}: {problem}"]) from None
         return cls(path, [line.rstrip() for line in text.rstrip().split("\n")], 0, comment)
 
     def __iter__(self) -> Lines:
@@ -170,18 +170,18 @@ class Lines:
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         return [int(word) for word in words]
 
-    def counted(self, number: int, what: str, one: str = "line") -> Iterator[str]:
+    def counted(self, number: int, what: str, noun: str = "line") -> Iterator[str]:
         """The lines that end the file, as many as its head says; refuses fewer and more.
 
         Args:
             number: how many.
             what: what they are, with their number, for messages.
-            one: what to call one more of them.
+            noun: what to call one more of them.
         """
         for rank in range(number):
             yield self.take(f"{what} as the head of the file says; {rank} are there")
         if (more := next(self, None)) is not None:
-            self.refuse(f"one more {one} (got {got(more)}), expected {what} as the head of the file says")
+            self.refuse(f"one more {noun} (got {got(more)}), expected {what} as the head of the file says")
 
     def rows(self, height: int, width: int, kinds: Mapping[str, CellKind]) -> list[str]:
         """The rows of a grid of this size, which end the file."""

@@ -74,23 +74,23 @@ def _number(head: dict[str, Any], key: str, default: int, path: Path) -> int:
 def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
     """Note where the counts in the file differ from its map."""
     for key, letter in _COUNTS.items():
-        there = sum(row.count(letter) for row in rows)
-        if key in head and head[key] != there:
-            text = f"the file says {got(head[key])}, {there} are drawn; the drawing counts"
+        drawn = sum(row.count(letter) for row in rows)
+        if key in head and head[key] != drawn:
+            text = f"the file says {got(head[key])}, {drawn} are drawn; the drawing counts"
             plant.note("changed", "number", [key], text)
 
 
 def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, Cell], float]:
     """The weight of each step from a cell to a neighbour."""
-    given = head.get("weights")
+    listed = head.get("weights")
     cells = list(grid.free())
     steps = [(cell, other) for cell in cells for turn in _TURNS if grid.kind(other := _next(cell, turn)).free]
-    if not isinstance(given, list) or len(given) - len(steps) not in {0, 1, len(cells)}:
-        count = f"{len(given)} weights" if isinstance(given, list) else "no list"
+    if not isinstance(listed, list) or len(listed) - len(steps) not in {0, 1, len(cells)}:
+        count = f"{len(listed)} weights" if isinstance(listed, list) else "no list"
         expected = f"{len(steps)}, one for each step between neighbours, after one or {len(cells)} for waiting"
         refuse(path, f"weights: {count}, expected {expected}")
-    ours = given[len(given) - len(steps) :]
-    for rank, weight in enumerate(ours, len(given) - len(steps)):
+    ours = listed[len(listed) - len(steps) :]
+    for rank, weight in enumerate(ours, len(listed) - len(steps)):
         if isinstance(weight, bool) or not isinstance(weight, int | float) or not _LEAST <= weight <= _MOST:
             refuse(path, f"weights[{rank}]: not a weight (got {got(weight)}), expected a number above 0")
     return dict(zip(steps, map(float, ours), strict=True))

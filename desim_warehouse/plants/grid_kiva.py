@@ -36,12 +36,12 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
     endpoints, agents, _ = (lines.number(f"the number of {what}") for what in ("endpoints", "agents", "steps"))
     grid = Grid(lines.rows(height, width, _KINDS), _KINDS)
     plant = plant_of(path.stem, f"{path.name} (kiva map)", grid, cell, {})
-    homes = [one.name for one in plant.points.values() if one.parking]
+    homes = [spot.name for spot in plant.points.values() if spot.parking]
     ends = [name for location in plant.locations for name in location.operations]
-    for what, said, there in (("endpoints", endpoints, len(ends)), ("agents", agents, len(homes))):
-        if said != there:
-            text = f"the head says {said}, {there} are drawn; the drawing counts"
-            plant.note("changed", what[:-1], [f"{there} {what}"], text)
+    for what, count, drawn in (("endpoints", endpoints, len(ends)), ("agents", agents, len(homes))):
+        if count != drawn:
+            text = f"the head says {count}, {drawn} are drawn; the drawing counts"
+            plant.note("changed", what[:-1], [f"{drawn} {what}"], text)
     plant.numbered = dict(enumerate(ends))
     plant.vehicles = [Vehicle(f"agent {rank}", cell, cell, home) for rank, home in enumerate(homes)]
     return plant

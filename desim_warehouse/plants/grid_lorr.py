@@ -45,8 +45,8 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
     files = {key: _file(path, head, key) for key in ("mapFile", "agentFile", "taskFile") if key in head}
     if "mapFile" not in files:
         refuse(path, f"no mapFile, expected {_EXPECTED}")
-    there = files["mapFile"]
-    plant = grid_movingai.read(there, content_of(there, "a MovingAI map"), cell)
+    map_file = files["mapFile"]
+    plant = grid_movingai.read(map_file, content_of(map_file, "a MovingAI map"), cell)
     plant.name, plant.source = path.stem, f"{path.name} (problem of the League of Robot Runners)"
     if "agentFile" in files:
         _agents(files["agentFile"], head, plant, cell, path)
@@ -113,7 +113,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
 def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tuple[list[int], int]]:
     """The lists of cells of a file, which says first how many there are, and their lines."""
     expected = "numbers of cells that robots can enter, such as 17" + ",203" * (each is None)
-    number, found = lines.number(f"the number of {what}"), []
+    number, lists = lines.number(f"the number of {what}"), []
     most = LIMITS["tasks"][0]
     if number > most:
         lines.refuse(f"too many {what} (got {number:,}), expected at most {most:,}")
@@ -124,5 +124,5 @@ def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tup
         for cell in cells:
             if cell not in plant.numbered:
                 lines.refuse(f"no cell that robots can enter (got {cell}), expected {expected}")
-        found.append((cells, lines.next))
-    return found
+        lists.append((cells, lines.next))
+    return lists

@@ -187,7 +187,7 @@ class Reader:
             value = str(value)
         if not isinstance(value, str):
             return self._bad(value, kind, position)
-        if not value.isascii() and any("\ud800" <= one <= "\udfff" for one in value):
+        if not value.isascii() and any("\ud800" <= character <= "\udfff" for character in value):
             self.refuse(position, "not text (half a character), expected characters that can be written in UTF-8")
         if kind.one_of and value not in kind.one_of:
             near = value.upper()

@@ -47,7 +47,7 @@ class _Direction:
 
 def lanes_of(plant: Plant) -> list[DrawnLane]:
     """The lanes of a plant, in the order of its links; what is changed is noted there."""
-    found: dict[tuple[str, str], _Direction] = {}
+    directions: dict[tuple[str, str], _Direction] = {}
     loops, doubled = [], []
     for link in plant.links:
         if link.source == link.target:
@@ -55,17 +55,17 @@ def lanes_of(plant: Plant) -> list[DrawnLane]:
             continue
         for direction in _directions(plant, link):
             ends = direction.source, direction.target
-            other = found.get(ends)
+            other = directions.get(ends)
             if other is not None:
                 if direction.back == other.back:
-                    doubled.append(max(direction, other, key=lambda one: one.length).link)
+                    doubled.append(max(direction, other, key=lambda item: item.length).link)
                 if direction.length >= other.length:
                     continue
-            found[ends] = direction
+            directions[ends] = direction
     plant.note_parts("left out", "link", loops, "from a point to itself")
     why = "beside another between the same points that is as short or shorter"
     plant.note_parts("left out", "link", dict.fromkeys(doubled), why)
-    return _joined(plant, found)
+    return _joined(plant, directions)
 
 
 def _directions(plant: Plant, link: Link) -> list[_Direction]:
@@ -74,27 +74,27 @@ def _directions(plant: Plant, link: Link) -> list[_Direction]:
     return [_Direction(link, a, b, length, speed) for a, b, speed in both if speed > 0]
 
 
-def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[DrawnLane]:
+def _joined(plant: Plant, directions: dict[tuple[str, str], _Direction]) -> list[DrawnLane]:
     lanes, crawls, apart, done = [], [], [], set()
-    for (a, b), there in found.items():
-        back = found.get((b, a))
+    for (a, b), ahead in directions.items():
+        back = directions.get((b, a))
         done.add((a, b))
         if back is None:
-            lanes.append(DrawnLane(a, b, there.length, there.speed))
-        elif there.link.side_by_side or back.link.side_by_side:
-            lanes.append(DrawnLane(a, b, there.length, there.speed, side_by_side=True))
-        elif abs(there.length - back.length) > ALIKE * max(there.length, back.length):
-            lanes.append(DrawnLane(a, b, there.length, there.speed, side_by_side=True))
-            apart.append(there.link)
+            lanes.append(DrawnLane(a, b, ahead.length, ahead.speed))
+        elif ahead.link.side_by_side or back.link.side_by_side:
+            lanes.append(DrawnLane(a, b, ahead.length, ahead.speed, side_by_side=True))
+        elif abs(ahead.length - back.length) > ALIKE * max(ahead.length, back.length):
+            lanes.append(DrawnLane(a, b, ahead.length, ahead.speed, side_by_side=True))
+            apart.append(ahead.link)
         elif (b, a) not in done:
             # A model cannot say that there is a limit there and none back.
-            one, other = (back, there) if there.speed < back.speed == math.inf else (there, back)
-            ends = one.source, one.target
-            lanes.append(DrawnLane(*ends, there.length, one.speed, two_way=True, speed_back=other.speed))
-            if one.link is other.link and not one.back:
-                lanes[-1].against = there.link.against
-            if min(there.speed, back.speed) < CRAWL * max(there.speed, back.speed):
-                crawls.append(there.link)
+            first, other = (back, ahead) if ahead.speed < back.speed == math.inf else (ahead, back)
+            ends = first.source, first.target
+            lanes.append(DrawnLane(*ends, ahead.length, first.speed, two_way=True, speed_back=other.speed))
+            if first.link is other.link and not first.back:
+                lanes[-1].against = ahead.link.against
+            if min(ahead.speed, back.speed) < CRAWL * max(ahead.speed, back.speed):
+                crawls.append(ahead.link)
     why = (
         f"in one direction at less than {CRAWL:.0%} of the speed in the other, drawn so to forbid it as a rule: leave "
         "out two_way and speed_back, and the lane is one-way"

@@ -152,23 +152,25 @@ class _Drawn:
         self.nodes: dict[str, _Node] = {}
         self.edges: list[_Edge] = []
         self.stations: list[tuple[Item, list[str]]] = []
-        chosen = [one for one in layouts if asked in {None, one.item.get("layoutId"), one.item.get("layoutName")}]
+        chosen = [
+            layout for layout in layouts if asked in {None, layout.item.get("layoutId"), layout.item.get("layoutName")}
+        ]
         if not chosen:
-            expected, hint = _one_of(asked or "", [one.name for one in layouts])
+            expected, hint = _one_of(asked or "", [layout.name for layout in layouts])
             reader.refuse("layouts", f"no layout {got(asked)}, expected {expected}{hint}")
-        others = [one for one in layouts if one not in chosen]
-        plant.note("left out", "layout", [one.name for one in others], "another one is asked for")
+        others = [layout for layout in layouts if layout not in chosen]
+        plant.note("left out", "layout", [layout.name for layout in others], "another one is asked for")
         own = [self.add_nodes(layout) for layout in chosen]
         everywhere = {key: name for names in reversed(own) for key, name in names.items()}
         elsewhere = {node["nodeId"] for layout in others for node in layout.item["nodes"]} - everywhere.keys()
         for layout, here in zip(chosen, own, strict=True):
-            known = {**everywhere, **here} if len(chosen) > 1 else here
-            self.add_edges(layout, known, elsewhere)
+            names = {**everywhere, **here} if len(chosen) > 1 else here
+            self.add_edges(layout, names, elsewhere)
             for station in layout.item.get("stations", ()):
-                at = station.get("interactionNodeIds", [])
-                self.stations.append((station, [known[key] for key in at if key in known]))
-                for key in at:
-                    if key not in known and key not in elsewhere:
+                keys = station.get("interactionNodeIds", [])
+                self.stations.append((station, [names[key] for key in keys if key in names]))
+                for key in keys:
+                    if key not in names and key not in elsewhere:
                         reader.wrong(station[POSITION], f"no node {got(key)}", "left out")
 
     def add_nodes(self, layout: _Layout) -> dict[str, str]:
@@ -185,16 +187,16 @@ class _Drawn:
             self.nodes[names[key]] = _Node(node, layout, _types(node.get("vehicleTypeNodeProperties")))
         return names
 
-    def add_edges(self, layout: _Layout, known: dict[str, str], elsewhere: set[str]) -> None:
+    def add_edges(self, layout: _Layout, nodes: dict[str, str], elsewhere: set[str]) -> None:
         """Add the edges of a layout between nodes that are known."""
         left = []
         for edge in layout.item.get("edges", ()):
             ends = edge["startNodeId"], edge["endNodeId"]
             name = edge.get("edgeId") or " - ".join(ends)
-            unknown = [end for end in ends if end not in known]
+            unknown = [end for end in ends if end not in nodes]
             if not unknown:
                 types = _types(edge.get("vehicleTypeEdgeProperties"))
-                self.edges.append(_Edge(name, edge, known[ends[0]], known[ends[1]], types))
+                self.edges.append(_Edge(name, edge, nodes[ends[0]], nodes[ends[1]], types))
             elif all(end in elsewhere for end in unknown):
                 left.append((name, edge[POSITION]))
             else:
@@ -205,7 +207,7 @@ class _Drawn:
     def vehicle_type(self, asked: str | None) -> str | None:
         """The vehicle type whose plant it is, by default the one that may use most edges; None if there is none."""
         parts: list[_Node | _Edge] = [*self.nodes.values(), *self.edges]
-        every = dict.fromkeys(one for part in parts for one in sorted(part.types or ()))
+        every = dict.fromkeys(kind for part in parts for kind in sorted(part.types or ()))
         if len(every) > _TYPES:
             self.reader.refuse("layouts", f"too many types of vehicles, expected {_TYPES:,} at most")
         if asked is not None and asked not in every:
@@ -214,9 +216,9 @@ class _Drawn:
         counts: Counter[str] = Counter()
         for edge in self.edges:
             ends = [self.nodes[end].types for end in (edge.source, edge.target)]
-            counts.update(one for one in edge.types or every if all(at is None or one in at for at in ends))
-        chosen = asked or max(every, key=lambda one: counts[one], default=None)
-        others = [one for one in every if one != chosen]
+            counts.update(kind for kind in edge.types or every if all(types is None or kind in types for types in ends))
+        chosen = asked or max(every, key=lambda kind: counts[kind], default=None)
+        others = [kind for kind in every if kind != chosen]
         why = f"one is read, '{chosen}'; --vehicle-type reads another"
         self.plant.note("left out", "vehicle type", others, why)
         return chosen
@@ -279,19 +281,19 @@ class _Drawn:
         served: set[str] = set()
         outside: list[Item] = []
         taken: set[str] = set()
-        for station, at in self.stations:
+        for station, nodes in self.stations:
             name = claim(station["stationId"], taken)
-            here = {point: _actions(on_nodes[point]) for point in at if point in on_nodes}
+            here = {point: _actions(on_nodes[point]) for point in nodes if point in on_nodes}
             served |= here.keys()
-            if at and not here:
+            if nodes and not here:
                 outside.append(station)
                 continue
             kind = station.get("stationType", "")
-            said = (kind,) if sounds_like(kind) != NONE else ()
-            usual = () if any(here.values()) else said or (station.get("stationName") or name,)
-            doing = {point: tuple(dict.fromkeys((*actions, *said))) or usual for point, actions in here.items()}
+            own = (kind,) if sounds_like(kind) != NONE else ()
+            usual = () if any(here.values()) else own or (station.get("stationName") or name,)
+            doing = {point: tuple(dict.fromkeys((*actions, *own))) or usual for point, actions in here.items()}
             plant.locations.append(Location(name, doing, station[POSITION]))
-        names, positions = [one["stationId"] for one in outside], [one[POSITION] for one in outside]
+        names, positions = [station["stationId"] for station in outside], [station[POSITION] for station in outside]
         plant.note("left out", "station", names, "only at nodes that are left out", positions)
         for point, item in on_nodes.items():
             if point not in served and (actions := _actions(item)):
@@ -317,21 +319,21 @@ class _Drawn:
 
 def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
     """The vehicle types that a node or edge lists; None where it lists none, or one without a name: all."""
-    listed = [one.get("vehicleTypeId") for one in properties or ()]
-    return frozenset(one for one in listed if one is not None) if listed and None not in listed else None
+    listed = [entry.get("vehicleTypeId") for entry in properties or ()]
+    return frozenset(kind for kind in listed if kind is not None) if listed and None not in listed else None
 
 
 def _of(properties: Sequence[Item] | None, kind: str | None) -> Item:
-    """What a node or edge says for a vehicle type."""
-    return next((one for one in properties or () if one.get("vehicleTypeId") in {None, kind}), {})
+    """Properties of a node or edge for a vehicle type; empty where it lists none."""
+    return next((entry for entry in properties or () if entry.get("vehicleTypeId") in {None, kind}), {})
 
 
 def _actions(item: Item) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(one["actionType"] for one in item.get("actions", ()) if one.get("actionType")))
+    return tuple(dict.fromkeys(action["actionType"] for action in item.get("actions", ()) if action.get("actionType")))
 
 
 def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
-    """What was expected instead of a name, and the one that may be meant."""
+    """Words for a name that does not exist: the names expected instead, and a hint at the nearest."""
     near = nearest(asked, names)
     return f"one of {', '.join(names)}" if names else "none", f"; did you mean '{near}'?" if near else ""
 
@@ -341,8 +343,8 @@ def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
     trajectory = item.get("trajectory")
     if trajectory is None:
         return item.get("physicalLineGuidedProperty", {}).get("length") or None, ""
-    points = [(one.get("x", math.nan), one.get("y", math.nan)) for one in trajectory.get("controlPoints", ())]
-    weights = [one.get("weight", 1.0) for one in trajectory.get("controlPoints", ())]
+    points = [(point.get("x", math.nan), point.get("y", math.nan)) for point in trajectory.get("controlPoints", ())]
+    weights = [point.get("weight", 1.0) for point in trajectory.get("controlPoints", ())]
     try:
         if any(math.isnan(x) or math.isnan(y) for x, y in points):
             raise ValueError("a control point without x or y")  # noqa: TRY301 - said with the others
@@ -398,12 +400,12 @@ def _integrated(
 
     scale = np.asarray(weights, dtype=float)[:, None]
     curve = BSpline(np.asarray(knots, dtype=float), np.hstack([points * scale, scale]), degree)
-    at, share = np.polynomial.legendre.leggauss(_NODES)
+    nodes, share = np.polynomial.legendre.leggauss(_NODES)
 
     def lengths(starts: Any, ends: Any) -> Any:
-        """Of parts of the curve, each inside one span of the knots."""
+        """Lengths of parts of the curve, each inside one span of the knots."""
         half = (ends - starts) / 2
-        where = starts[:, None] + half[:, None] * (at + 1)
+        where = starts[:, None] + half[:, None] * (nodes + 1)
         (x, y, weight), (dx, dy, change) = (np.moveaxis(curve(where, nu), -1, 0) for nu in (0, 1))
         return np.hypot(dx * weight - x * change, dy * weight - y * change) / weight**2 @ share * half
 

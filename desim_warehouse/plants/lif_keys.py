@@ -1,4 +1,4 @@
-"""The keys of LIF files: those of 1.0, as the guideline's JSON schema has them, and 2.0 translated to them.
+"""The keys of LIF files: version 1.0 as in the guideline's JSON schema, and version 2.0 translated to it.
 
 Sources: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024, and version 2.0.0, 2026. Keys not listed here are
 allowed there, too. What is new in 2.0 and has no key in version 1 stays as it is, and is named as left out, as is what
@@ -195,8 +195,8 @@ def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequen
     plant.note_parts("left out", "vehicle angle", turned, "robots may stand at a node in any direction")
     odd = [plant.points[name] for name, item in nodes if _is_degrees(item.get("theta", 0.0))]
     plant.note_parts("doubtful", "vehicle angle", odd, _DEGREES)
-    high = [one for one in stations if one.get("stationHeight")]
-    names, positions = [one["stationId"] for one in high], [one[POSITION] for one in high]
+    high = [station for station in stations if station.get("stationHeight")]
+    names, positions = [station["stationId"] for station in high], [station[POSITION] for station in high]
     plant.note("left out", "station height", names, "handling takes the same time at every height", positions)
 
 
@@ -228,23 +228,26 @@ def renamed(item: Item) -> Item:
 
 def _with(item: Item, what: str) -> Item:
     key = f"Type{what}Properties"
-    given = _items(item, f"mobileRobot{key}") or _items(item, f"vehicle{key}")
+    entries = _items(item, f"mobileRobot{key}") or _items(item, f"vehicle{key}")
     others = {name: value for name, value in renamed(item).items() if name != f"mobileRobot{key}"}
-    return {**others, f"vehicle{key}": [made for one in given for made in _properties(one)]}
+    return {**others, f"vehicle{key}": [made for entry in entries for made in _properties(entry)]}
 
 
 def _properties(item: Item) -> Iterator[Item]:
-    """What version 1 says once for each type."""
+    """Yield the properties once for each vehicle type, as version 1 lists them."""
     types = [
-        f"{one.get('manufacturer', '')} {one.get('seriesName', '')}".strip() for one in _items(item, "mobileRobotTypes")
+        f"{kind.get('manufacturer', '')} {kind.get('seriesName', '')}".strip()
+        for kind in _items(item, "mobileRobotTypes")
     ]
-    actions = [renamed(one) for key in ("actions", "requiredActions", "feasibleActions") for one in _items(item, key)]
+    actions = [
+        renamed(action) for key in ("actions", "requiredActions", "feasibleActions") for action in _items(item, key)
+    ]
     orientations = item.get("mobileRobotOrientations")
     one_way = orientations[0] if isinstance(orientations, list) and len(orientations) == 1 else None
     by_name: list[Any] = [item.get("mobileRobotTypeId", item.get("vehicleTypeId"))]
     others = {key: value for key, value in renamed(item).items() if key not in _SAID}
     for name in types or by_name:
-        made = {**others, "actions": [{**one, "blockingType": "HARD"} for one in actions]}
+        made = {**others, "actions": [{**action, "blockingType": "HARD"} for action in actions]}
         yield {
             key: value
             for key, value in {**made, "vehicleTypeId": name, "vehicleOrientation": one_way}.items()
@@ -255,4 +258,4 @@ def _properties(item: Item) -> Iterator[Item]:
 def _items(item: Item, key: str) -> list[Item]:
     """The objects of a list."""
     value = item.get(key)
-    return [one for one in value if isinstance(one, dict)] if isinstance(value, list) else []
+    return [entry for entry in value if isinstance(entry, dict)] if isinstance(value, list) else []

@@ -89,7 +89,7 @@ class _Floor:
         self.pieces: list[_Piece] = []
         for rank, line in enumerate(lines):
             ends = {0, len(line.points) - 1}
-            spots = [self.spot(at, rank if at_end in ends else None) for at_end, at in enumerate(line.points)]
+            spots = [self.spot(point, rank if at_end in ends else None) for at_end, point in enumerate(line.points)]
             self.pieces += [_Piece(rank, a, b) for a, b in pairwise(spots) if a != b]
         xs = [x for piece in self.pieces for x in (piece.a[0], piece.b[0])] or [0.0]
         ys = [y for piece in self.pieces for y in (piece.a[1], piece.b[1])] or [0.0]
@@ -101,39 +101,39 @@ class _Floor:
             for cell in self.cells_of(piece):
                 self.cells[cell].append(rank)
 
-    def spot(self, at: Spot, line: int | None = None) -> Spot:
-        """The spot that a point is taken for: one within `JOIN` that is known, or itself."""
-        cell = (math.floor(at[0] / JOIN), math.floor(at[1] / JOIN))
+    def spot(self, point: Spot, line: int | None = None) -> Spot:
+        """Snap a point to an earlier spot within `JOIN` metres, or keep it as a new spot."""
+        cell = (math.floor(point[0] / JOIN), math.floor(point[1] / JOIN))
         for i in (-1, 0, 1):
             for j in (-1, 0, 1):
                 for other in self.near.get((cell[0] + i, cell[1] + j), ()):
-                    if math.dist(at, other) <= JOIN:
-                        if line is not None and other != at:
+                    if math.dist(point, other) <= JOIN:
+                        if line is not None and other != point:
                             self.moved.add(line)
                         return other
-        self.near[cell].append(at)
-        return at
+        self.near[cell].append(point)
+        return point
 
     def cells_of(self, piece: _Piece) -> set[tuple[int, int]]:
         """The cells that a piece passes, and a little more."""
         steps = max(1, math.ceil(math.dist(piece.a, piece.b) / self.side * 2))
         stops = [_along(piece, step / steps) for step in range(steps + 1)]
-        found = set()
+        cells = set()
         for (ax, ay), (bx, by) in pairwise(stops):
             across = range(self.cell(min(ax, bx) - JOIN), self.cell(max(ax, bx) + JOIN) + 1)
             down = range(self.cell(min(ay, by) - JOIN), self.cell(max(ay, by) + JOIN) + 1)
-            found |= {(i, j) for i in across for j in down}
-        return found
+            cells |= {(i, j) for i in across for j in down}
+        return cells
 
-    def cell(self, at: float) -> int:
-        return math.floor(at / self.side)
+    def cell(self, coordinate: float) -> int:
+        return math.floor(coordinate / self.side)
 
     def cross(self) -> None:
         """Cut pieces where they meet."""
         tests = 0
         crossed: set[int] = set()
-        for one, piece in enumerate(self.pieces):
-            others = {other for cell in self.cells_of(piece) for other in self.cells[cell] if other > one}
+        for first, piece in enumerate(self.pieces):
+            others = {other for cell in self.cells_of(piece) for other in self.cells[cell] if other > first}
             tests += len(others)
             if tests > _MOST_TESTS:
                 text = "too many lines beside one another, expected lanes, not hatching or furniture"
@@ -148,33 +148,33 @@ class _Floor:
             "changed", "line", names, "where they cross, or one ends on the other, without a point, they get one"
         )
 
-    def meet(self, one: _Piece, other: _Piece) -> bool:
-        """Cut two pieces where they meet but at their ends; whether they do."""
+    def meet(self, first: _Piece, other: _Piece) -> bool:
+        """Cut two pieces where they meet other than at their ends; return whether any was cut."""
         met = False
-        for piece, ends in ((one, (other.a, other.b)), (other, (one.a, one.b))):
+        for piece, ends in ((first, (other.a, other.b)), (other, (first.a, first.b))):
             for end in ends:
                 part = _part(piece, end)
                 if end not in (piece.a, piece.b) and 0 < part < 1 and math.dist(_along(piece, part), end) <= JOIN:
                     piece.cuts.append((part, end))
                     met = True
-        if met or {one.a, one.b} & {other.a, other.b}:
+        if met or {first.a, first.b} & {other.a, other.b}:
             return met
-        (ax, ay), (bx, by), (cx, cy), (dx, dy) = one.a, one.b, other.a, other.b
+        (ax, ay), (bx, by), (cx, cy), (dx, dy) = first.a, first.b, other.a, other.b
         across = (bx - ax) * (dy - cy) - (by - ay) * (dx - cx)
-        if abs(across) <= _FLAT * max(math.dist(one.a, one.b) * math.dist(other.a, other.b), _FLAT):
+        if abs(across) <= _FLAT * max(math.dist(first.a, first.b) * math.dist(other.a, other.b), _FLAT):
             return False
         s = ((cx - ax) * (dy - cy) - (cy - ay) * (dx - cx)) / across
         t = ((cx - ax) * (by - ay) - (cy - ay) * (bx - ax)) / across
         if not (0 < s < 1 and 0 < t < 1):
             return False
-        at = self.spot(_along(one, s))
-        one.cuts.append((s, at))
-        other.cuts.append((t, at))
+        spot = self.spot(_along(first, s))
+        first.cuts.append((s, spot))
+        other.cuts.append((t, spot))
         return True
 
     def place(self, marks: list[Mark]) -> dict[Spot, list[Mark]]:
-        """The spots on lanes to which marks belong; lanes are cut there."""
-        found: dict[Spot, list[Mark]] = defaultdict(list)
+        """Assign marks to the nearest spots on lanes, cut the lanes there, and return the marks by spot."""
+        placed: dict[Spot, list[Mark]] = defaultdict(list)
         off, away = [], []
         for mark in marks:
             i, j = self.cell(mark.at[0]), self.cell(mark.at[1])
@@ -193,24 +193,24 @@ class _Floor:
             spot = self.spot(_along(piece, part))
             if spot not in (piece.a, piece.b):
                 piece.cuts.append((part, spot))
-            found[spot].append(mark)
+            placed[spot].append(mark)
             if far > JOIN:
                 off.append(mark)
         why = f"drawn up to {NEAR:g} m beside a lane, so it is at the nearest point of it"
         self.plant.note("changed", "place", [mark.name for mark in off], why, [mark.position for mark in off])
         why = f"more than {NEAR:g} m from any lane"
         self.plant.note("left out", "place", [mark.name for mark in away], why, [mark.position for mark in away])
-        return found
+        return placed
 
     def chains(self) -> list[list[Spot]]:
-        """The spots along every line, with those at which it is cut."""
-        found: list[list[Spot]] = [[] for _ in self.lines]
+        """The spots along every line, with the spots at which it is cut."""
+        chains: list[list[Spot]] = [[] for _ in self.lines]
         for piece in self.pieces:
-            chain = found[piece.line]
+            chain = chains[piece.line]
             for spot in [piece.a, *(spot for _, spot in sorted(piece.cuts)), piece.b]:
                 if not chain or chain[-1] != spot:
                     chain.append(spot)
-        return found
+        return chains
 
 
 class _Network:
@@ -263,20 +263,20 @@ class _Network:
         return curved
 
     def locations(self) -> None:
-        """What robots do at marks."""
-        found: dict[str, Location] = {}
+        """Add the marks with operations to the plant, as locations."""
+        locations: dict[str, Location] = {}
         for spot, here in self.marks.items():
             for mark in here:
                 if mark.operations:
-                    name = unique(mark.name, found)
-                    found[name] = Location(name, {self.point(spot): mark.operations}, mark.position)
-        self.plant.locations += found.values()
+                    name = unique(mark.name, locations)
+                    locations[name] = Location(name, {self.point(spot): mark.operations}, mark.position)
+        self.plant.locations += locations.values()
 
 
-def _part(piece: _Piece, at: Spot) -> float:
+def _part(piece: _Piece, spot: Spot) -> float:
     """How far along a piece, from 0 to 1, it is nearest to a point."""
     (ax, ay), (bx, by) = piece.a, piece.b
-    return ((at[0] - ax) * (bx - ax) + (at[1] - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
+    return ((spot[0] - ax) * (bx - ax) + (spot[1] - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
 
 
 def _along(piece: _Piece, part: float) -> Spot:
@@ -300,8 +300,8 @@ def _corners(chain: list[Spot], begin: int, end: int) -> list[int]:
     return sorted(kept)
 
 
-def _off(at: Spot, a: Spot, b: Spot) -> float:
+def _off(spot: Spot, a: Spot, b: Spot) -> float:
     if a == b:
-        return math.dist(at, a)
+        return math.dist(spot, a)
     piece = _Piece(0, a, b)
-    return math.dist(_along(piece, min(max(_part(piece, at), 0.0), 1.0)), at)
+    return math.dist(_along(piece, min(max(_part(piece, spot), 0.0), 1.0)), spot)

@@ -68,7 +68,7 @@ class Imported:
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """What could not be carried over, was changed, cannot be reached, or is assumed."""
+        """Remarks on parts left out, changed or out of reach, and on assumptions."""
         return tuple(self.plant.remarks)
 
     @cached_property
@@ -156,7 +156,7 @@ def _summary(plant: Plant) -> str:
 
 
 def _why(plant: Plant) -> str:
-    """What was lost so far, in brackets."""
+    """Words in brackets for the parts lost so far; empty where there are none."""
     lost = "; ".join(str(remark) for remark in plant.remarks if remark.what in {"left out", "unreachable"})
     return f" ({lost[:_LONGEST]}{' ...' * (len(lost) > _LONGEST)})" if lost else ""
 
@@ -208,11 +208,8 @@ class _Maker:
             charging = {"charging": "four-thresholds"}
             fleet["start_energy"] = "settled"
             self.plant.assume("fleet.start_energy", "batteries as in the long run: the shift before is not simulated")
-        speeds = {speed for lane in self.lanes for speed in (lane.speed, lane.speed_back) if speed is not None}
-        routing = "fastest" if len(speeds) > 1 else "shortest"
-        why = " (lanes differ in speed)" if routing == "fastest" else ""
         charge = ", charging between tasks" if charging else ""
-        self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking{charge}")
+        self.plant.assume("policies", f"nearest robot, fastest route, nearest free parking{charge}")
         if not self.stops.tasks:
             self.plant.assume("run.length", "a shift of 8 h")
         return {
@@ -222,7 +219,7 @@ class _Maker:
             "fleet": fleet,
             "tasks": self.tasks(layout["stations"]),
             **({"battery": battery} if battery else {}),
-            "policies": {"allocation": "nearest", "routing": routing, **charging, "parking": "nearest"},
+            "policies": {"allocation": "nearest", "routing": "fastest", **charging, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
         }
 
@@ -273,7 +270,7 @@ class _Maker:
         return bays
 
     def stations(self) -> Content:
-        """A station beside the points where robots unload: one for those of the same locations, which name it.
+        """Stations beside the points where robots unload: points of the same locations share one, named after them.
 
         A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
         larger fleet in its bays, whatever the lanes can carry. Their number does not depend on the fleet, so that
@@ -297,8 +294,8 @@ class _Maker:
     def fleet(self, robots: int | None) -> Content:
         vehicles = self.plant.vehicles or [Vehicle("robot", self.plant.cell, self.plant.cell)]
         shapes: dict[tuple[float, float], list[str]] = {}
-        for one in vehicles:
-            shapes.setdefault((one.length or _SIZE, one.speed or _SPEED), []).append(one.name)
+        for vehicle in vehicles:
+            shapes.setdefault((vehicle.length or _SIZE, vehicle.speed or _SPEED), []).append(vehicle.name)
         (length, speed), _ = max(shapes.items(), key=lambda item: len(item[1]))
         self.unsaid(vehicles)
         fleet: Content = {
@@ -319,19 +316,19 @@ class _Maker:
 
     def starts(self, fleet: Content, bays: Content) -> None:
         """Robots begin where their vehicles are drawn, if those are slots of bays; else that is left out."""
-        placed = [one for one in self.plant.vehicles if one.start is not None]
-        if {one.start for one in placed} <= {node for bay in bays.values() for node in bay["at"]}:
+        placed = [vehicle for vehicle in self.plant.vehicles if vehicle.start is not None]
+        if {vehicle.start for vehicle in placed} <= {node for bay in bays.values() for node in bay["at"]}:
             if len(placed) == fleet["size"] and "kinds" not in fleet:
-                fleet["start"] = [one.start for one in placed]
+                fleet["start"] = [vehicle.start for vehicle in placed]
         else:
             self.plant.note_parts("left out", "vehicle", placed, "the point where it begins: robots begin in bays")
 
     def unsaid(self, vehicles: list[Vehicle]) -> None:
         if "robot" in self.robot:
             return
-        if any(one.length is None for one in vehicles):
+        if any(vehicle.length is None for vehicle in vehicles):
             self.plant.assume("fleet.robot.radius", "the drawing has no size of vehicles")
-        if any(one.speed is None for one in vehicles):
+        if any(vehicle.speed is None for vehicle in vehicles):
             self.plant.assume("fleet.robot.speed", "the drawing has no speed of vehicles")
 
     def tasks(self, stations: Content) -> Content:
@@ -350,7 +347,9 @@ class _Maker:
         return {
             "goods": self.goods(stations) or {"saturated": "fleet"},
             "unload_at": [
-                one for name, item in stations.items() for one in (item["at"] if name in self.plant.points else [name])
+                target
+                for name, item in stations.items()
+                for target in (item["at"] if name in self.plant.points else [name])
             ],
             "station_choice": "random",
             **times,
@@ -361,11 +360,14 @@ class _Maker:
         storage = {point: rank for rank, point in enumerate(self.stops.load)}
         named = {item["at"][0]: name for name, item in stations.items() if len(item["at"]) == 1}
         tasks = []
-        for one in self.stops.tasks:
-            name = named.get(one.target, one.target)
-            task: Content = {"good": storage[one.source], "to": name if name not in self.plant.points else one.target}
-            task.update({"release": _round(one.release)} if one.release else {})
-            task.update({"due": _round(one.due)} if one.due is not None else {})
+        for transport in self.stops.tasks:
+            name = named.get(transport.target, transport.target)
+            task: Content = {
+                "good": storage[transport.source],
+                "to": name if name not in self.plant.points else transport.target,
+            }
+            task.update({"release": _round(transport.release)} if transport.release else {})
+            task.update({"due": _round(transport.due)} if transport.due is not None else {})
             tasks.append(task)
         return tasks
 
@@ -379,7 +381,7 @@ class _Maker:
         if not self.stops.charge:
             self.plant.assume("battery", "no chargers in reach, so robots never need charging")
             return None
-        critical = max((one.critical for one in self.plant.vehicles if one.critical), default=None)
+        critical = max((vehicle.critical for vehicle in self.plant.vehicles if vehicle.critical), default=None)
         if critical is None or not 0 < critical < 1:
             self.plant.assume("battery.threshold", "30 %")
         self.plant.assume("battery.consumption", "a full battery lasts for 8 h")
@@ -393,12 +395,12 @@ class _Maker:
 
 
 def _above_0(value: float) -> float | int:
-    """As it is written, and not rounded to 0."""
+    """Round as in `_round`, but never to 0."""
     return _round(max(value, 10**-DIGITS))
 
 
 def _round(value: float, digits: int = DIGITS) -> float | int:
-    """As it is written: no more digits than a drawing means."""
+    """Round a number to the digits that a drawing means."""
     rounded = round(float(value), digits)
     return int(rounded) if rounded.is_integer() else rounded
 
@@ -463,10 +465,10 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
 
 def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
     """Members by name as a model has them: nodes by name, edges as pairs."""
-    found: dict[str, Any] = {}
+    members: dict[str, Any] = {}
     for name in area.members:
         if name in plant.points:
-            found[name] = name
+            members[name] = name
         elif name in ends and frozenset(ends[name]) in edges:
-            found[name] = ends[name]
-    return found
+            members[name] = ends[name]
+    return members

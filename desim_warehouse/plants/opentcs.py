@@ -153,13 +153,13 @@ def _locations(root: Element, plant: Plant, types: Mapping[str, Element]) -> Non
 
 
 def _operations(item: Element) -> tuple[str, ...]:
-    return tuple(one.text("name") for one in item.all("allowedOperation"))
+    return tuple(operation.text("name") for operation in item.all("allowedOperation"))
 
 
 def _vehicle(item: Element, plant: Plant) -> Vehicle:
     boxes = [item, *item.all("boundingBox")]
     sizes = [box.number(side, default=0.0) * _MM for box in boxes for side in ("length", "width")]
-    properties = {one.attributes.get("name"): one.attributes.get("value") for one in item.all("property")}
+    properties = {entry.attributes.get("name"): entry.attributes.get("value") for entry in item.all("property")}
     start = next((properties[name] for name in _START if properties.get(name) in plant.points), None)
     return Vehicle(
         item.text("name"),
@@ -184,7 +184,7 @@ def _energy(root: Element, plant: Plant) -> None:
 def _blocks(root: Element, plant: Plant) -> None:
     empty: list[Element] = []
     for item in root.all("block"):
-        members = tuple(one.text("name") for one in item.all("member"))
+        members = tuple(member.text("name") for member in item.all("member"))
         rule = item.attributes.get("type", "SINGLE_VEHICLE_ONLY")
         if rule not in RULES:
             item.refuse(f"type: not known (got {got(rule)}), expected {' or '.join(RULES)}")
@@ -206,7 +206,7 @@ def _unknown(item: Element, plant: Plant) -> None:
 
 
 def _losses(root: Element, plant: Plant) -> None:
-    """What models cannot say."""
+    """Note the parts that models cannot represent: peripheral operations, vehicle angles, heights."""
     doors = [item for item in root.all("path") if any(item.all("peripheralOperation"))]
     why = "a device such as a door on a path, which takes no time here"
     _note(plant, "left out", "peripheral operation", doors, why)

@@ -25,7 +25,7 @@ def read(path: Path, content: bytes, plant: Plant) -> None:
     root = read_xml(path, content, EXPECTED)
     if root.tag != "transportOrders":
         root.refuse(f"not transport orders, expected {EXPECTED} with the root element transportOrders")
-    known = {*plant.points, *(location.name for location in plant.locations)}
+    places = {*plant.points, *(location.name for location in plant.locations)}
     gone: dict[str, str] = {}
     wanted: list[str] = []
     for rank, order in enumerate(root.all("transportOrder"), 1):
@@ -37,7 +37,7 @@ def read(path: Path, content: bytes, plant: Plant) -> None:
         due = max(_DUE[deadline], 0) if deadline else None
         if order.attributes.get("intendedVehicle"):
             wanted.append(name)
-        if strange := next((at for at, _ in stops if at not in known), None):
+        if strange := next((place for place, _ in stops if place not in places), None):
             gone[name] = strange
         else:
             plant.transports.append(Transport(name, tuple(stops), 0.0, due, f"{path.name}, {order.position}"))

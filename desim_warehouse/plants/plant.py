@@ -99,7 +99,7 @@ class Area:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What became of parts of a drawing that a model does not hold as they are, or where it holds more.
+    """Remark on parts of a drawing that a model leaves out or changes, or on an assumption that it adds.
 
     Attributes:
         what: left out, changed, doubtful, unreachable, or assumed.
@@ -159,11 +159,11 @@ class Plant:
         if names := tuple(names):
             self.remarks.append(Remark(what, kind, names, why, tuple(positions)))
 
-    def see_keys(self, keys: Iterable[str], known: Container[str], position: str, of: str = "") -> None:
-        """Keep in mind which keys of a part of the file are not among those known; `of`: what part it is."""
+    def see_keys(self, keys: Iterable[str], expected: Container[str], position: str, part: str = "") -> None:
+        """Record the keys of a part of the file that are not among the expected ones; `part`: its name."""
         for key in keys:
-            if key not in known:
-                name = f"{of}.{key}" if of else key
+            if key not in expected:
+                name = f"{part}.{key}" if part else key
                 first, count = self.unknown.get(name, (position, 0))
                 self.unknown[name] = first, count + 1
 
@@ -178,15 +178,17 @@ class Plant:
         self.note(what, kind, [part.name for part in parts], why, [part.position for part in parts])
 
     def work(self) -> dict[str, tuple[str, ...]]:
-        """What robots do at points, by their names: park, and what locations allow there."""
-        found: dict[str, dict[str, None]] = {one.name: {"park": None} for one in self.points.values() if one.parking}
+        """Operations of robots by the names of points: parking, and the operations that locations allow there."""
+        doing: dict[str, dict[str, None]] = {
+            point.name: {"park": None} for point in self.points.values() if point.parking
+        }
         for location in self.locations:
             for name, operations in location.operations.items():
-                found.setdefault(name, {}).update(dict.fromkeys(operations))
-        return {name: tuple(operations) for name, operations in found.items()}
+                doing.setdefault(name, {}).update(dict.fromkeys(operations))
+        return {name: tuple(operations) for name, operations in doing.items()}
 
     def assume(self, key: str, why: str, names: Iterable[str] = ()) -> None:
-        """Keep in mind that the drawing does not say what a key of the model needs."""
+        """Note an assumption: the drawing does not say what a key of the model needs."""
         self.remarks.append(Remark("assumed", key, tuple(names), why))
 
 

@@ -88,7 +88,7 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
 
 
 def plant_of(path: Path, document: Document, layout: str | None, graph: int | None) -> Plant:
-    """The plant that a map says, however it was written; see `read`."""
+    """Make a plant of a map, however it was written; see `read`."""
     return _Map(path, document).plant_of(layout, graph)
 
 
@@ -125,8 +125,8 @@ class _Map:
                 if not end < len(vertices):
                     text = f"{lane.line}: a lane to vertex {end}, expected one from 0 to {len(vertices) - 1}"
                     raise ModelError([f"{self.path}: {text}"])
-        thirds = [one[_PAIR] for one in vertices if isinstance(one, list) and len(one) > _PAIR]
-        nav = any(isinstance(one, dict) for one in thirds) or bool(vertices and not thirds)
+        thirds = [vertex[_PAIR] for vertex in vertices if isinstance(vertex, list) and len(vertex) > _PAIR]
+        nav = any(isinstance(third, dict) for third in thirds) or bool(vertices and not thirds)
         kind = "navigation graph" if nav else "building map"
         self.plant.source = f"{self.path.name} (Open-RMF {kind}, level {name})"
         to_metres = self.projection(name, nav, [vertices[rank] for rank in used])
@@ -157,30 +157,30 @@ class _Map:
             near = nearest(asked, levels)
             hint = f"; did you mean '{near}'?" if near else ""
             self.refuse(("levels",), f"no level {got(asked)}, expected one of {', '.join(levels)}{hint}")
-        found = {name: self.lanes_of(name) for name in levels if asked in {None, name}}
-        counts = Counter(index for lanes in found.values() for index, _ in lanes)
-        index = graph if graph is not None else min(counts, key=lambda one: (-counts[one], one), default=0)
+        listed = {name: self.lanes_of(name) for name in levels if asked in {None, name}}
+        counts = Counter(index for lanes in listed.values() for index, _ in lanes)
+        index = graph if graph is not None else min(counts, key=lambda number: (-counts[number], number), default=0)
         if index not in counts and counts:
             self.refuse(
                 ("levels",), f"no lanes of graph {index}, expected one of {', '.join(map(str, sorted(counts)))}"
             )
-        mine = {name: [lane for its, lane in lanes if its == index] for name, lanes in found.items()}
-        level = max(mine, key=lambda one: len(mine[one]))
+        mine = {name: [lane for its, lane in lanes if its == index] for name, lanes in listed.items()}
+        level = max(mine, key=lambda title: len(mine[title]))
         here = {(lane.source, lane.target) for lane in mine[level]}
         others = [
             (f"{lane.source} - {lane.target} of graph {its}", lane.line)
-            for its, lane in found[level]
+            for its, lane in listed[level]
             if its != index and (lane.source, lane.target) not in here
         ]
         why = f"of other graphs; graph {index} is read, --graph reads another"
         self.plant.note("left out", "lane", [name for name, _ in others], why, [line for _, line in others])
-        empty = [one for one in levels if one != level]
+        empty = [title for title in levels if title != level]
         self.plant.note("left out", "level", empty, f"level {level} is read; --layout reads another")
         return mine[level], level
 
     def lanes_of(self, name: str) -> list[tuple[int, _Lane]]:
         """The lanes of a level, each with its graph."""
-        level, found = self.data["levels"][name], []
+        level, lanes = self.data["levels"][name], []
         for rank, item in enumerate(self.items(level, "lanes", ("levels", name))):
             keys: Keys = ("levels", name, "lanes", rank)
             if not isinstance(item, list) or len(item) < _PAIR or not all(map(_is_rank, item[:_PAIR])):
@@ -190,23 +190,23 @@ class _Map:
             index = about.get("graph_idx", 0)
             if not _is_rank(index):
                 self.refuse(keys, f"graph_idx: not a whole number (got {got(index)}), expected one")
-            found.append((index, _Lane(item[0], item[1], about, self.line(keys))))
-        return found
+            lanes.append((index, _Lane(item[0], item[1], about, self.line(keys))))
+        return lanes
 
     def vertex(self, item: Any, keys: Keys) -> tuple[float, float, str, dict[str, Any]]:
         """A vertex `[x, y, z, name, {...}]` of a building map, or `[x, y, {name: ..., ...}]` of a navigation graph."""
         if not isinstance(item, list) or len(item) < _PAIR:
             self.refuse(keys, f"not a vertex (got {got(item)}), expected [x, y, ...]")
-        x, y = (self.number(one, keys) for one in item[:_PAIR])
+        x, y = (self.number(entry, keys) for entry in item[:_PAIR])
         about = self.about(item[-1] if isinstance(item[-1], dict) else {}, keys)
-        name = next((one for one in item[_PAIR:] if isinstance(one, str)), about.get("name", ""))
+        name = next((entry for entry in item[_PAIR:] if isinstance(entry, str)), about.get("name", ""))
         return x, y, str(name), about
 
     def projection(self, name: str, nav: bool, used: list[Any]) -> Callable[[Spot], Spot]:
         """From the coordinates of a level to metres, y downwards; `used`: the vertices that lanes lead to."""
         system = self.data.get("coordinate_system", "reference_image")
         if nav or system == "cartesian_meters":
-            return lambda at: (at[0], -at[1])
+            return lambda spot: (spot[0], -spot[1])
         if system == "wgs84":
             keys: Keys = ("levels", name, "vertices")
             spots = [self.vertex(item, keys)[:2] for item in used]
@@ -217,20 +217,20 @@ class _Map:
             expected = "reference_image, cartesian_meters or wgs84"
             self.refuse(("coordinate_system",), f"not known (got {got(system)}), expected {expected}")
         scale = self.scale(name)
-        return lambda at: (at[0] * scale, at[1] * scale)
+        return lambda spot: (spot[0] * scale, spot[1] * scale)
 
     def scale(self, name: str) -> float:
         """Metres of a pixel."""
         scales = self.measured(name)
         if not scales:
-            others = [one for one in self.data["levels"] if one != name]
-            level, scales = next(((one, its) for one in others if (its := self.measured(one))), ("", []))
+            others = [title for title in self.data["levels"] if title != name]
+            level, scales = next(((title, its) for title in others if (its := self.measured(title))), ("", []))
             if not scales:
                 text = "no measurements, so nobody knows how long a pixel is, expected one at least"
                 self.refuse(("levels", name), text)
             self.plant.note("doubtful", "scale", [level], "of another level, as this one has no measurements")
         mean = sum(scales) / len(scales)
-        apart = [f"{one:.4g} m a pixel" for one in scales if abs(one - mean) > _DIFFER * mean]
+        apart = [f"{size:.4g} m a pixel" for size in scales if abs(size - mean) > _DIFFER * mean]
         why = f"a measured distance that differs from the others; their mean counts, {mean:.4g} m a pixel"
         self.plant.note("doubtful", "scale", apart, why)
         return mean
@@ -242,7 +242,7 @@ class _Map:
         for rank, item in enumerate(self.items(level, "measurements", ("levels", name))):
             keys: Keys = ("levels", name, "measurements", rank)
             ends = item[:_PAIR] if isinstance(item, list) else []
-            if len(ends) < _PAIR or not all(_is_rank(one) and one < len(vertices) for one in ends):
+            if len(ends) < _PAIR or not all(_is_rank(end) and end < len(vertices) for end in ends):
                 self.refuse(keys, f"not a measurement (got {got(item)}), expected [vertex, vertex, {{distance: ...}}]")
             about = self.about(item[_PAIR] if len(item) > _PAIR else {}, keys)
             metres = self.number(about.get("distance"), keys)
@@ -256,7 +256,7 @@ class _Map:
     # What it becomes
 
     def place(self, point: str, named: bool, about: dict[str, Any]) -> None:
-        """What robots do at a vertex; where nothing says that, it is called as the vertex is."""
+        """Add the locations and vehicles at a vertex; its name is its operation where nothing else says one."""
         plant, line = self.plant, self.plant.points[point].position
         if robot := about.get("spawn_robot_name"):
             plant.vehicles.append(Vehicle(str(robot), start=point, position=line))
@@ -302,7 +302,7 @@ class _Map:
     def losses(
         self, level: dict[str, Any], lanes: list[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]
     ) -> None:
-        """What models cannot say."""
+        """Note the parts that models cannot represent: orientations, lifts, doors, docks."""
         plant, titles = self.plant, [(_title(lane, names), lane) for lane in lanes]
         for kind, keys, why in (
             ("orientation", ("orientation", "orientation_constraint"), "robots may drive in any direction"),
@@ -310,8 +310,8 @@ class _Map:
             ("door", ("door_name",), "a door on a lane, which takes no time here"),
             ("dock", ("dock_name",), "docking takes no time here"),
         ):
-            found = [(title, lane) for title, lane in titles if any(lane.about.get(key) for key in keys)]
-            plant.note("left out", kind, [title for title, _ in found], why, [lane.line for _, lane in found])
+            marked = [(title, lane) for title, lane in titles if any(lane.about.get(key) for key in keys)]
+            plant.note("left out", kind, [title for title, _ in marked], why, [lane.line for _, lane in marked])
         for kind, key, why in (
             ("lift", "lift_cabin", "a point in a lift, which takes no time here"),
             ("lift", "lift", "a point in a lift, which takes no time here"),
@@ -329,10 +329,10 @@ class _Map:
         """A list of a level; nothing where there is none."""
         if not isinstance(level, dict):
             self.refuse(keys, f"not a level (got {got(level)}), expected vertices and lanes")
-        found = level.get(key, [])
-        if not isinstance(found, list):
-            self.refuse((*keys, key), f"not a list (got {got(found)}), expected {key}")
-        return found
+        items = level.get(key, [])
+        if not isinstance(items, list):
+            self.refuse((*keys, key), f"not a list (got {got(items)}), expected {key}")
+        return items
 
     def about(self, value: Any, keys: Keys) -> dict[str, Any]:
         """Parameters of a part: in building maps with the code of their type before them."""
@@ -370,9 +370,9 @@ def _names(parts: Any) -> list[str]:
     """The names of lifts (by name) or doors (`[vertex, vertex, {name: [1, ...]}]`)."""
     if isinstance(parts, dict):
         return list(parts)
-    found = []
-    for one in parts if isinstance(parts, list) else ():
-        about = one[-1] if isinstance(one, list) and one else {}
+    names = []
+    for part in parts if isinstance(parts, list) else ():
+        about = part[-1] if isinstance(part, list) and part else {}
         name = about.get("name", "") if isinstance(about, dict) else ""
-        found.append(str(name[-1] if isinstance(name, list) and name else name))
-    return found
+        names.append(str(name[-1] if isinstance(name, list) and name else name))
+    return names

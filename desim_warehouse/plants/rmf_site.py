@@ -35,8 +35,8 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
     data = read_json(path, content, EXPECTED)
     site = _Site(path, data)
     plant = rmf.plant_of(path, Document({"name": site.name, "levels": site.levels()}, site.positions), layout, graph)
-    for names, item, known in site.seen:
-        plant.see_keys(item, known, names, names.split()[0])
+    for names, item, expected in site.seen:
+        plant.see_keys(item, expected, names, names.split()[0])
     return plant
 
 
@@ -51,7 +51,7 @@ class _Site:
         self.seen: list[tuple[str, Item, set[str]]] = []
         self.guided = self.inner(self.inner(self.data, "navigation"), "guided")
         ranking = self.guided.get("ranking")
-        ranked = [str(one) for one in ranking] if isinstance(ranking, list) else []
+        ranked = [str(graph) for graph in ranking] if isinstance(ranking, list) else []
         self.graphs = list(dict.fromkeys([*ranked, *self.inner(self.guided, "graphs")])) or ["0"]
 
     def levels(self) -> Item:
@@ -90,40 +90,40 @@ class _Site:
         which = lane.get("graphs", "All")
         if not isinstance(which, dict):
             return list(range(len(self.graphs)))
-        only, but = ([str(one) for one in which.get(key) or ()] for key in ("Only", "AllExcept"))
+        only, but = ([str(name) for name in which.get(key) or ()] for key in ("Only", "AllExcept"))
         return [rank for rank, graph in enumerate(self.graphs) if (graph in only if only else graph not in but)]
 
     def lane(self, lane: Item) -> Item:
-        """A lane as parameters of a navigation graph: with a motion there, and the same one back or none."""
-        there, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
-        limits = [one.get("speed_limit") for one in (there, *(back.values() if isinstance(back, dict) else ()))]
-        found: Item = {"bidirectional": back not in ("Disable", "Disabled")}
-        if slowest := min((one for one in limits if isinstance(one, int | float)), default=0):
-            found["speed_limit"] = slowest
+        """Parameters of a lane in a navigation graph: the motion forward, and back the same motion or none."""
+        ahead, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
+        limits = [motion.get("speed_limit") for motion in (ahead, *(back.values() if isinstance(back, dict) else ()))]
+        parameters: Item = {"bidirectional": back not in ("Disable", "Disabled")}
+        if slowest := min((limit for limit in limits if isinstance(limit, int | float)), default=0):
+            parameters["speed_limit"] = slowest
         for key, ours in (("orientation_constraint", "orientation"), ("dock", "dock_name")):
-            if there.get(key):
-                found[ours] = str(there[key])
-        return found
+            if ahead.get(key):
+                parameters[ours] = str(ahead[key])
+        return parameters
 
     def place(self, place: Item) -> Item:
         """A location as parameters of a vertex."""
         tags = place.get("tags")
-        found: Item = {"name": str(place.get("name") or "")}
+        parameters: Item = {"name": str(place.get("name") or "")}
         for tag in tags if isinstance(tags, list) else ():
             if isinstance(tag, str) and tag in _TAGS:
-                found[_TAGS[tag]] = True
+                parameters[_TAGS[tag]] = True
             elif isinstance(tag, dict) and "SpawnRobot" in tag:
-                found["spawn_robot_name"] = f"robot at {found['name']}"
-        return found
+                parameters["spawn_robot_name"] = f"robot at {parameters['name']}"
+        return parameters
 
     def spot(self, anchor: Any, where: str) -> list[float]:
-        """Where an anchor is, in metres."""
-        at: Any = next(iter(anchor.values()), None) if isinstance(anchor, dict) else None
-        if isinstance(at, dict):
-            at = at.get("General", at.get("trans"))
-        if not isinstance(at, list) or len(at) < _PAIR:
+        """Position of an anchor, in metres."""
+        place: Any = next(iter(anchor.values()), None) if isinstance(anchor, dict) else None
+        if isinstance(place, dict):
+            place = place.get("General", place.get("trans"))
+        if not isinstance(place, list) or len(place) < _PAIR:
             self.refuse(where, f"not a place (got {got(anchor)}), expected {{Translate2D: [x, y]}}")
-        return at[:_PAIR]
+        return place[:_PAIR]
 
     def parts(self, item: Item, key: str) -> Iterator[tuple[str, Item]]:
         """The objects of a section, by their numbers."""

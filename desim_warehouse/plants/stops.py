@@ -1,4 +1,4 @@
-"""What robots do where: the operations of a plant's locations, sorted into loading, unloading, charging, parking.
+"""Operations of a plant's locations, sorted into loading, unloading, charging and parking.
 
 Every plant has words of its own for its operations, so what they look like is only a guess: the mapping given comes
 first. Points out of reach are named.
@@ -60,7 +60,7 @@ def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, 
         ModelError: where the mapping names no operation of the plant, or nothing that robots do.
     """
     roles = _roles(plant, operations)
-    found = Stops()
+    stops = Stops()
     cut_off, idle = [], []
     for location in plant.locations:
         points = {point: allowed for point, allowed in location.operations.items() if point in reachable}
@@ -69,34 +69,34 @@ def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, 
         for point, allowed in points.items():
             here = {roles[name] for name in allowed} - {NONE}
             for role in sorted(here) or ["other"]:
-                getattr(found, role).setdefault(point, []).append(location.name)
+                getattr(stops, role).setdefault(point, []).append(location.name)
             if not here:
                 idle.append(location)
     plant.note_parts("unreachable", "location", cut_off, "robots cannot get to its points and back")
     parking = [point for point in plant.points.values() if point.parking]
     for park in parking:
         if park.name in reachable:
-            found.park.setdefault(park.name, [])
+            stops.park.setdefault(park.name, [])
     lost = [point for point in parking if point.name not in reachable]
     plant.note_parts("unreachable", "parking point", lost, "robots cannot get there and back")
-    _tasks(plant, found, roles, reachable)
-    _fall_back(plant, found, roles, reachable)
+    _tasks(plant, stops, roles, reachable)
+    _fall_back(plant, stops, roles, reachable)
     if idle and not any(remark.kind in {"layout.storage", "tasks.unload_at"} for remark in plant.remarks):
         why = f"no operation there is loading, unloading, charging or parking by its name ({_named(roles, NONE)})"
         plant.note_parts("left out", "location", {location.name: location for location in idle}.values(), why)
-    return found
+    return stops
 
 
 def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
-    """What robots do by operation: as given, else as its name sounds."""
+    """Role of every operation: as mapped by the user, else as its name sounds."""
     names = dict.fromkeys(
         name for location in plant.locations for allowed in location.operations.values() for name in allowed
     )
     names |= dict.fromkeys(operation for order in plant.transports for _, operation in order.stops)
-    given = {}
+    mapped = {}
     for name, role in operations.items():
-        known = [one for one in names if one.casefold() == name.casefold()]
-        if not known:
+        same = [operation for operation in names if operation.casefold() == name.casefold()]
+        if not same:
             near = nearest(name, names)
             hint = f"; did you mean '{near}'?" if near else ""
             expected = f"one of {spoken(map(repr, names), 'or')}" if names else "none, as the plant has no operations"
@@ -104,12 +104,12 @@ def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
         if role not in {*get_args(Role), NONE}:
             expected = spoken([*get_args(Role), NONE], "or")
             raise ModelError([f"operation {name!r}: not what robots do (got {got(role)}), expected {expected}"])
-        given.update(dict.fromkeys(known, role))
-    return {name: given.get(name) or sounds_like(name) for name in names}
+        mapped.update(dict.fromkeys(same, role))
+    return {name: mapped.get(name) or sounds_like(name) for name in names}
 
 
 def sounds_like(name: str) -> str:
-    """What robots do at an operation of this name, as far as it says so."""
+    """Role that the name of an operation suggests; `none` where it suggests none."""
     sound = name.casefold().replace("_", " ")
     return next((role for role, pattern in _GUESSES if re.search(pattern, sound)), NONE)
 
@@ -118,9 +118,11 @@ def _named(roles: Mapping[str, str], role: str) -> str:
     return ", ".join(name for name, its in roles.items() if its == role) or "none"
 
 
-def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
-    """The transport orders as tasks: what is loaded is brought to where robots unload next, by way of stops between."""
-    at = {location.name: [name for name in location.operations if name in reachable] for location in plant.locations}
+def _tasks(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
+    """Turn transport orders into tasks: a load goes to the next stop that unloads, by way of the stops between."""
+    reached = {
+        location.name: [name for name in location.operations if name in reachable] for location in plant.locations
+    }
     lost: list[Transport] = []
     idle: list[Transport] = []
     several: list[Transport] = []
@@ -129,7 +131,7 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
         tasks: list[PlantTask] = []
         load, via = None, list[str]()
         for name, operation in order.stops:
-            point = name if name in reachable else next(iter(at.get(name, ())), None)
+            point = name if name in reachable else next(iter(reached.get(name, ())), None)
             role = roles[operation]
             if point is None:
                 lost.append(order)
@@ -142,39 +144,39 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
                 load = None
             else:
                 skipped.append(f"{operation} at {name}")
-        found.tasks += tasks
+        stops.tasks += tasks
         if not tasks:
             idle.append(order)
         elif len(tasks) > 1:
             several.append(order)
-    for task in found.tasks:
-        found.load.setdefault(task.source, ["begin of tasks"])
-        found.unload.setdefault(task.target, ["end of tasks"])
+    for task in stops.tasks:
+        stops.load.setdefault(task.source, ["begin of tasks"])
+        stops.unload.setdefault(task.target, ["end of tasks"])
     plant.note("left out", "stop of an order", skipped, "neither loads a robot that is empty nor unloads it")
     plant.note_parts("left out", "transport order", lost, "in part: robots cannot get to one of its stops and back")
     plant.note_parts("left out", "transport order", idle, "nothing is loaded in it and then unloaded; map operations")
     plant.note_parts("changed", "transport order", several, "a task for every load, in any order and by any robot")
 
 
-def _fall_back(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
-    """Where no operation says where goods are loaded, or unloaded, it is wherever robots do anything but charge.
+def _fall_back(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
+    """Load, or unload, wherever robots do anything but charge, where no operation is loading, or unloading.
 
-    Where the drawing has no other locations, it is where they park; where they park nowhere, it is at every point.
+    Where the drawing has no other locations, use the points where robots park; where they park nowhere, every point.
     """
-    work = {**found.other, **found.unload, **found.load}
+    work = {**stops.other, **stops.unload, **stops.load}
     drawn = [allowed for location in plant.locations for allowed in location.operations.values()]
-    if not (found.load or found.unload) and all(
+    if not (stops.load or stops.unload) and all(
         allowed and {roles[name] for name in allowed} <= {"charge", "park"} for allowed in drawn
     ):
-        names = list(found.park) or [name for name in plant.points if name in reachable]
-        where = "where robots park" if found.park else "at every point"
-        found.load = found.unload = {name: ["anywhere"] for name in names}
+        names = list(stops.park) or [name for name in plant.points if name in reachable]
+        where = "where robots park" if stops.park else "at every point"
+        stops.load = stops.unload = {name: ["anywhere"] for name in names}
         why = f"the drawing has no places of work, so robots load and unload {where}"
         plant.assume("layout.storage", why)
         plant.assume("tasks.unload_at", why)
     for role, key, cure in (("load", "layout.storage", "loading"), ("unload", "tasks.unload_at", "unloading")):
-        if not getattr(found, role) and work:
-            setattr(found, role, work)
+        if not getattr(stops, role) and work:
+            setattr(stops, role, work)
             why = (
                 f"no operation is {cure} by its name ({', '.join(roles)}), so all but chargers and parking are; map one"
             )

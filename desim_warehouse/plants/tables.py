@@ -1,5 +1,6 @@
 """Nodes and edges from two CSV files, as spreadsheets write them: `nodes.csv`, and `edges.csv` beside it.
 
+- A workbook of Excel has them as sheets `nodes` and `edges`.
 - Other names do, too, if one has `nodes` where the other has `edges`: `hall-nodes.csv` and `hall-edges.csv`. A folder
   with both may be named instead.
 - Numbers are metres and metres a second, or have a unit, in the cell (`600 mm`) or in the header (`x [mm]`,
@@ -18,12 +19,14 @@ import csv
 import io
 import math
 import re
+import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from desim_warehouse.errors import ModelError, got, nearest, spoken
+from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.model.workbook import rows_of, sheets_of
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 from desim_warehouse.values.fields import LIMITS
@@ -62,7 +65,7 @@ EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
 NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"
 """Their names in a folder."""
 _EDGES = "a table of edges (CSV) with the columns from and to"
-_NODES = re.compile("nodes|points", re.IGNORECASE)
+_NODES, _EDGES_SHEET = re.compile("nodes|points", re.IGNORECASE), re.compile("edges|lanes|links", re.IGNORECASE)
 _MOST = 1000  # columns
 _DECIMAL = re.compile(r"[+-]?\d+,\d+")
 
@@ -84,17 +87,42 @@ def read(path: Path, content: bytes, *, two_way: bool = False) -> Plant:
         ModelError: with the row and column, where something is wrong.
     """
     beside = edges_beside(path)
-    plant = Plant(
-        _NODES.sub("", path.stem).strip(" _-.") or path.absolute().parent.name, f"{path.name} and {beside.name} (CSV)"
-    )
-    nodes, edges = _Table(path, content), _Table(beside, content_of(beside, _EDGES))
-    node_columns, edge_columns = nodes.columns(NODE), edges.columns(EDGE)
-    node_columns.require(f"{path}:1", "name", "x", *(() if "north" in node_columns.named else ("y",)))
-    edge_columns.require(f"{beside}:1", "from", "to")
-    fill(plant, nodes.records(node_columns), edges.records(edge_columns), two_way=two_way)
-    for table, columns in ((path, node_columns), (beside, edge_columns)):
-        plant.note("left out", "column", columns.unread, f"of {table.name}: nothing that a layout has")
+    name = _NODES.sub("", path.stem).strip(" _-.") or path.absolute().parent.name
+    plant = Plant(name, f"{path.name} and {beside.name} (CSV)")
+    _read(plant, _Table.of_csv(path, content), _Table.of_csv(beside, content_of(beside, _EDGES)), two_way=two_way)
     return plant
+
+
+def looks_like_book(path: Path, start: bytes) -> bool:
+    """Whether a file may be a workbook of Excel: by its ending, and as it is an archive."""
+    return path.suffix.lower() in {".xlsx", ".xlsm"} and start.startswith(b"PK")
+
+
+def read_book(path: Path, content: bytes, *, two_way: bool = False) -> Plant:  # noqa: ARG001 - read row by row
+    """Read the sheets of nodes and edges of a workbook; raises ModelError with the row where something is wrong."""
+    try:
+        names = sheets_of(path)
+        sheets = []
+        for pattern, what in ((_NODES, "nodes"), (_EDGES_SHEET, "edges")):
+            sheet = next((name for name in names if pattern.search(name)), None)
+            if sheet is None:
+                raise ModelError([f"{path}: no sheet of {what} (got {spoken(names)}), expected sheets nodes and edges"])
+            sheets.append(_Table.of_sheet(path, sheet))
+        plant = Plant(path.stem, f"{path.name} (Excel)")
+        _read(plant, *sheets, two_way=two_way)
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise ModelError([f"{path}: cannot be read ({reason(error)}), expected a workbook of Excel"]) from None
+    return plant
+
+
+def _read(plant: Plant, nodes: _Table, edges: _Table, *, two_way: bool) -> None:
+    """Fill a plant from its two tables, and note the columns that are not read."""
+    node_columns, edge_columns = nodes.columns(NODE), edges.columns(EDGE)
+    node_columns.require(f"{nodes.place}1", "name", "x", *(() if "north" in node_columns.named else ("y",)))
+    edge_columns.require(f"{edges.place}1", "from", "to")
+    fill(plant, nodes.records(node_columns), edges.records(edge_columns), two_way=two_way)
+    for table, columns in ((nodes, node_columns), (edges, edge_columns)):
+        plant.note("left out", "column", columns.unread, f"of {table.name}: nothing that a layout has")
 
 
 def edges_beside(path: Path) -> Path:
@@ -102,7 +130,7 @@ def edges_beside(path: Path) -> Path:
     if not _NODES.search(path.stem):
         text = f"{path}: a table whose name does not say what is in it, expected nodes.csv with edges.csv beside it"
         raise ModelError([text])
-    return path.with_name(_NODES.sub(lambda found: "EDGES" if found[0].isupper() else "edges", path.stem) + path.suffix)
+    return path.with_name(_NODES.sub(lambda match: "EDGES" if match[0].isupper() else "edges", path.stem) + path.suffix)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,12 +142,14 @@ class Columns:
     unread: tuple[str, ...]
 
     @classmethod
-    def of(cls, header: Iterable[str], known: Mapping[str, tuple[str, ...]], where: str) -> Columns:
-        """Find them in a header; raises ModelError where a unit is not known, or a column is there twice."""
+    def of(cls, header: Iterable[str], headings: Mapping[str, tuple[str, ...]], where: str) -> Columns:
+        """Find the columns in a header; raises ModelError where a unit is not known, or a column is there twice."""
         named: dict[str, str] = {}
         units: dict[str, float] = {}
         unread = []
-        aliases = {heading(one)[0]: (name, rank) for name, all_ in known.items() for rank, one in enumerate(all_)}
+        aliases = {
+            heading(alias)[0]: (name, rank) for name, all_ in headings.items() for rank, alias in enumerate(all_)
+        }
         best: dict[str, int] = {}
         for title in header:
             words, unit = heading(title)
@@ -213,12 +243,12 @@ class TableRecord:
     def flag(self, name: str) -> bool | None:
         """Yes or no; None where it is empty."""
         value = self.get(name)
-        said = str(value).strip().casefold()
+        word = str(value).strip().casefold()
         if value is None:
             return None
-        if said not in _YES | _NO:
+        if word not in _YES | _NO:
             self.refuse(name, f"neither yes nor no (got {got(value)}), expected one of the two")
-        return said in _YES
+        return word in _YES
 
 
 def _or_nan(number: float | None) -> float:
@@ -282,40 +312,55 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
     plant.links.append(link)
 
 
+@dataclass
 class _Table:
-    """The rows of a CSV file, each with its line."""
+    """The rows of a table below its header, each with its number.
 
-    def __init__(self, path: Path, content: bytes) -> None:
-        self.path = path
+    `name` is what notes call it; `place` comes before a row's number in messages. `comma`: whether 9,5 is a number.
+    """
+
+    name: str
+    place: str
+    header: list[str]
+    rows: Iterator[tuple[int, list[str]]]
+    comma: bool
+
+    @classmethod
+    def of_csv(cls, path: Path, content: bytes) -> _Table:
+        """The table that a CSV file holds."""
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             line = content[: error.start].count(b"\n") + 1
-            said = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as CSV UTF-8"
-            raise ModelError([f"{path}:{line}: {said}"]) from None
+            problem = (
+                f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as CSV UTF-8"
+            )
+            raise ModelError([f"{path}:{line}: {problem}"]) from None
         first = text[: text.find("\n")] if "\n" in text else text
-        self.delimiter = max(",;\t", key=first.count)
-        self.reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True)
-        self.header = [cell.strip() for cell in self.row() or []]
-        if len(self.header) > _MOST:
-            raise ModelError([f"{path}:1: too many columns (got {len(self.header):,}), expected at most {_MOST:,}"])
+        delimiter = max(",;\t", key=first.count)
+        return cls._of(path.name, f"{path}:", _lines(path, text, delimiter), comma=delimiter != ",")
 
-    def row(self) -> list[str] | None:
-        """The next row; None after the last."""
-        try:
-            return next(self.reader, None)
-        except csv.Error as error:
-            raise ModelError([f"{self.path}:{self.reader.line_num}: not a table ({error}), expected CSV"]) from None
+    @classmethod
+    def of_sheet(cls, path: Path, sheet: str) -> _Table:
+        """The table that a sheet of a workbook holds."""
+        return cls._of(f"sheet {sheet}", f"{path}, {sheet}:", enumerate(rows_of(path, sheet), 1), comma=True)
 
-    def columns(self, known: Mapping[str, tuple[str, ...]]) -> Columns:
+    @classmethod
+    def _of(cls, name: str, place: str, rows: Iterator[tuple[int, list[str]]], *, comma: bool) -> _Table:
+        header = [cell.strip() for cell in next(rows, (1, []))[1]]
+        if len(header) > _MOST:
+            raise ModelError([f"{place}1: too many columns (got {len(header):,}), expected at most {_MOST:,}"])
+        return cls(name, place, header, rows, comma)
+
+    def columns(self, headings: Mapping[str, tuple[str, ...]]) -> Columns:
         """The columns that are read."""
-        return Columns.of(filter(None, self.header), known, f"{self.path}:1")
+        return Columns.of(filter(None, self.header), headings, f"{self.place}1")
 
     def records(self, columns: Columns) -> Iterator[TableRecord]:
         """The rows that are not empty."""
         count = 0
-        while (cells := self.row()) is not None:
-            where = f"{self.path}:{self.reader.line_num}"
+        for number, cells in self.rows:
+            where = f"{self.place}{number}"
             if not any(cells):
                 continue
             if any(cells[len(self.header) :]):
@@ -323,14 +368,23 @@ class _Table:
             count += 1
             if count > LIMITS["nodes"][0] * 4:
                 raise ModelError([f"{where}: too many rows, expected at most {4 * LIMITS['nodes'][0]:,}"])
-            yield TableRecord(
-                columns,
-                dict(zip(self.header, map(self.cell, cells), strict=False)),
-                where,
-                f"{self.path.name} row {self.reader.line_num}",
-            )
+            values = dict(zip(self.header, map(self.cell, cells), strict=False))
+            yield TableRecord(columns, values, where, f"{self.name} row {number}")
 
     def cell(self, text: str) -> str:
         """A cell, with a decimal point."""
         text = text.strip()
-        return text.replace(",", ".") if self.delimiter != "," and _DECIMAL.fullmatch(text) else text
+        return text.replace(",", ".") if self.comma and _DECIMAL.fullmatch(text) else text
+
+
+def _lines(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """The rows of a CSV text, each with the number of its last line; raises ModelError where it is none."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    while True:
+        try:
+            cells = next(reader, None)
+        except csv.Error as error:
+            raise ModelError([f"{path}:{reader.line_num}: not a table ({error}), expected CSV"]) from None
+        if cells is None:
+            return
+        yield reader.line_num, cells

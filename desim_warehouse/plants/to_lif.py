@@ -37,8 +37,8 @@ def lif(plant: Plant) -> str:
         "exportTimestamp": dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S.00Z"),
         "lifVersion": "1.0.0",
     }
-    plant.note("left out", "vehicle", [one.name for one in plant.vehicles], "a LIF file has no fleet")
-    plant.note("left out", "zone", [one.name for one in plant.areas], "a LIF file has no traffic rules")
+    plant.note("left out", "vehicle", [vehicle.name for vehicle in plant.vehicles], "a LIF file has no fleet")
+    plant.note("left out", "zone", [area.name for area in plant.areas], "a LIF file has no traffic rules")
     return json.dumps({"metaInformation": head, "layouts": [layout]}, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -46,8 +46,8 @@ def _nodes(plant: Plant) -> list[dict[str, Any]]:
     work, nodes = plant.work(), []
     for point in plant.points.values():
         allowed = [
-            {"actionType": _ACTIONS[one], "requirementType": "OPTIONAL", "blockingType": "HARD"}
-            for one in work.get(point.name, ())
+            {"actionType": _ACTIONS[operation], "requirementType": "OPTIONAL", "blockingType": "HARD"}
+            for operation in work.get(point.name, ())
         ]
         nodes.append(
             {

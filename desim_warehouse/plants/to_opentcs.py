@@ -163,7 +163,7 @@ def _locations(plant: Plant, names: _Names) -> Iterable[str]:
         yield "    </locationType>"
     for location in plant.locations:
         first = plant.points[next(iter(location.operations))]
-        [operation] = {one for allowed in location.operations.values() for one in allowed}
+        [operation] = {operation for allowed in location.operations.values() for operation in allowed}
         yield from _tag(
             "location",
             1,
@@ -184,5 +184,5 @@ def _tag(tag: str, depth: int = 0, **attributes: object) -> Iterable[str]:
 
 
 def _empty(tag: str, depth: int, **attributes: object) -> str:
-    said = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
-    return f"{'    ' * depth}<{tag}{said}/>"
+    text = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
+    return f"{'    ' * depth}<{tag}{text}/>"

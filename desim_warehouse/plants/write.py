@@ -90,7 +90,8 @@ def _is_small(value: Any) -> bool:
     """Whether a part has no further parts but lists of plain values."""
     items = value.values() if isinstance(value, Mapping) else value
     return bool(value) and not any(
-        isinstance(item, Mapping) or (isinstance(item, list) and any(isinstance(one, Mapping | list) for one in item))
+        isinstance(item, Mapping)
+        or (isinstance(item, list) and any(isinstance(entry, Mapping | list) for entry in item))
         for item in items
     )
 
@@ -111,12 +112,19 @@ def _scalar(value: Any) -> str:
         return value
     if value.isprintable():
         return json.dumps(value, ensure_ascii=False)
-    return '"' + "".join(one if one.isprintable() and one not in '"\\' else f"\\U{ord(one):08x}" for one in value) + '"'
+    return (
+        '"'
+        + "".join(
+            character if character.isprintable() and character not in '"\\' else f"\\U{ord(character):08x}"
+            for character in value
+        )
+        + '"'
+    )
 
 
 def one_line(text: str) -> str:
     """The text with blanks for line ends and other unseen characters."""
-    return "".join(one if one.isprintable() else " " for one in text)
+    return "".join(character if character.isprintable() else " " for character in text)
 
 
 def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:
@@ -124,15 +132,15 @@ def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:
     layout, files = content["layout"], {}
     if any(_size(part) > MOST for part in layout.values()):
         large = {key: part for key, part in layout.items() if _size(part) > MOST or key in {"nodes", "edges"}}
-        there = layout_file.beside(path)
-        files[there] = layout_file.text(large)
+        beside = layout_file.beside(path)
+        files[beside] = layout_file.text(large)
         left = {key: part for key, part in layout.items() if key not in large}
-        content = {**content, "layout": {"file": there.name, **left}}
+        content = {**content, "layout": {"file": beside.name, **left}}
     return content, files
 
 
 def _size(part: Any) -> int:
-    """How many entries a part has, with those of the lists in it."""
+    """Number of entries of a part, with the entries of the lists in it."""
     items = part.values() if isinstance(part, dict) else part
     return len(part) + sum(len(item.get("at", ())) for item in items if isinstance(item, dict))
 

@@ -15,7 +15,7 @@ from xml.parsers import expat
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.values.fields import LIMITS
 
-_DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
+_DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["elements"][0]
 
 
 @dataclass(slots=True)

@@ -57,22 +57,22 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
     from matplotlib.lines import Line2D
 
     step = cell_size(model, floor)
-    at = {name: (data["x"], data["y"]) for name, data in floor.graph.nodes(data=True)}
+    points = {name: (data["x"], data["y"]) for name, data in floor.graph.nodes(data=True)}
     colours = _colours(model, floor)
-    middles = np.array(list(at.values()))
+    middles = np.array(list(points.values()))
     shapes = []
     for colour, side in ((AISLE, step), *((colour, _OPEN * step) for colour in _KEY.values())):
-        chosen = [rank for rank, name in enumerate(at) if colour in {AISLE, colours.get(name)}]
+        chosen = [rank for rank, name in enumerate(points) if colour in {AISLE, colours.get(name)}]
         shapes.append((_squares(middles[chosen], side), colour))
-    longer = [(at[a], at[b]) for a, b in floor.lanes if math.dist(at[a], at[b]) > _ALIKE * step]
+    longer = [(points[a], points[b]) for a, b in floor.lanes if math.dist(points[a], points[b]) > _ALIKE * step]
     axes.add_collection(LineCollection(longer, colors=AISLE, linewidths=1.5, zorder=1))
     axes.set_facecolor(SHELF)
     for squares, colour in shapes:
         drawn = PolyCollection(list(squares), facecolors=colour, edgecolors="none", antialiaseds=False, zorder=1)
-        drawn.set_rasterized(len(at) > _RASTER)
+        drawn.set_rasterized(len(points) > _RASTER)
         axes.add_collection(drawn)
-    if len(at) <= ARROWS:
-        _arrows(axes, floor, at, step)
+    if len(points) <= ARROWS:
+        _arrows(axes, floor, points, step)
     low, high = middles.min(axis=0) - step, middles.max(axis=0) + step
     look.floor_axes(axes, model, (low[0], high[0]), (low[1], high[1]))
     used = {AISLE, *colours.values()}
@@ -102,11 +102,11 @@ def _colours(model: Model, floor: Layout) -> dict[str, str]:
         "station": {*floor.stations, *destinations(model, floor)},
         "storage place": {node for place in floor.storage for node in place.edge},
     }
-    found: dict[str, str] = {}
+    colours: dict[str, str] = {}
     for what, here in nodes.items():
         if len(here) <= len(floor.graph) * 2 / 3:
-            found.update(dict.fromkeys(here, _KEY[what]))
-    return found
+            colours.update(dict.fromkeys(here, _KEY[what]))
+    return colours
 
 
 def _squares(middles: np.ndarray, side: float) -> np.ndarray:
@@ -116,9 +116,9 @@ def _squares(middles: np.ndarray, side: float) -> np.ndarray:
     return squares
 
 
-def _arrows(axes: Axes, floor: Layout, at: dict[str, tuple[float, float]], step: float) -> None:
+def _arrows(axes: Axes, floor: Layout, points: dict[str, tuple[float, float]], step: float) -> None:
     """An arrow along each one-way lane."""
-    edges = [(at[a], at[b]) for a, b, two_way in floor.graph.edges(data="two_way") if not two_way]
+    edges = [(points[a], points[b]) for a, b, two_way in floor.graph.edges(data="two_way") if not two_way]
     if not edges:
         return
     ends = np.array(edges)

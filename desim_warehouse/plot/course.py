@@ -1,4 +1,4 @@
-"""How a run went by the clock: the lanes that its page has, for notebooks and papers."""
+"""The course of a run by the clock: the lanes of its page, for notebooks and papers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.day import Day, Numbers
 
 _HIGH, _GAP = 3.2, 0.55
-"""Height of the lane of robots, and of the gaps between lanes, in heights of the others."""
+"""Height of the lane of robots, and of the gaps between lanes, as multiples of the height of a lane."""
 
 
 def day(run: RunData, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None) -> Axes:
@@ -37,33 +37,33 @@ def day(run: RunData, *, title: str | None = None, style: look.Style = "light", 
         ReportError: an unknown style.
     """
     history = run.history
-    found, chargers, fleet = outcome.day(history), history.chargers, run.model.fleet.size
-    shown = course.curves(found, run.model, chargers)
+    whole_day, chargers, fleet = outcome.day(history), history.chargers, run.model.fleet.size
+    shown = course.curves(whole_day, run.model, chargers)
     high = _HIGH + len(shown) * (1 + _GAP)
-    said = course.worst(found, run.model, chargers)
-    with look.drawing(ax, style, title, (7.2, 0.9 + 0.5 * high), f"How the run went by the clock. {said}") as axes:
+    worst = course.worst(whole_day, run.model, chargers)
+    with look.drawing(ax, style, title, (7.2, 0.9 + 0.5 * high), f"How the run went by the clock. {worst}") as axes:
         axes.set_axis_off()
         robots = axes.inset_axes((0, 1 - _HIGH / high, 1, _HIGH / high))
         colours = palette.COURSE["light"]
         robots.stackplot(
-            found.bounds,
-            *(_steps(values) for values in found.robots.values()),
+            whole_day.bounds,
+            *(_steps(values) for values in whole_day.robots.values()),
             step="post",
-            labels=[outcome.DOING[name] for name in found.robots],
-            colors=[colours[name] for name in found.robots],
+            labels=[outcome.DOING[name] for name in whole_day.robots],
+            colors=[colours[name] for name in whole_day.robots],
             linewidth=0,
         )
-        _dress(robots, found, fleet, str(fleet), "Robots")
+        _dress(robots, whole_day, fleet, str(fleet), "Robots")
         below = 1 - _HIGH / high
         for curve in shown:
             lane = axes.inset_axes((0, below - (1 + _GAP) / high, 1, 1 / high))
             below -= (1 + _GAP) / high
-            lane.stairs(curve.values, found.bounds, fill=True, color=colours[curve.kind])
-            _dress(lane, found, curve.top, curve.top_text, f"{curve.name}\n{curve.unit}")
+            lane.stairs(curve.values, whole_day.bounds, fill=True, color=colours[curve.kind])
+            _dress(lane, whole_day, curve.top, curve.top_text, f"{curve.name}\n{curve.unit}")
         last = axes.child_axes[-1]
-        times = course.ticks(run.model, 0.0, float(found.bounds[-1]))
+        times = course.ticks(run.model, 0.0, float(whole_day.bounds[-1]))
         last.tick_params(labelbottom=True, bottom=True)
-        last.set_xticks([at / 100 * found.bounds[-1] for at, _ in times], [text for _, text in times])
+        last.set_xticks([percent / 100 * whole_day.bounds[-1] for percent, _ in times], [text for _, text in times])
         robots.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, fontsize="small")
     return axes
 
@@ -73,15 +73,15 @@ def _steps(values: Numbers) -> Numbers:
     return np.append(values, values[-1])
 
 
-def _dress(lane: Axes, found: Day, top: float, words: str, name: str) -> None:
+def _dress(lane: Axes, whole_day: Day, top: float, words: str, name: str) -> None:
     """Give a lane its scale, its name, and the band of the worst stretch."""
-    lane.set_xlim(found.bounds[0], found.bounds[-1])
+    lane.set_xlim(whole_day.bounds[0], whole_day.bounds[-1])
     lane.set_ylim(0, top)
     lane.set_yticks([0, top], ["0", words])
     lane.tick_params(labelbottom=False, bottom=False)
     lane.grid(visible=False)
     lane.set_ylabel(look.text(name), rotation=0, ha="right", va="center", labelpad=28)
-    if found.begin > 0:
-        lane.axvspan(0, found.begin, color="white", alpha=0.6, linewidth=0)
-    if found.worst is not None:
-        lane.axvspan(found.worst.start, found.worst.end, color=palette.COLOURS[1], alpha=0.25, linewidth=0)
+    if whole_day.begin > 0:
+        lane.axvspan(0, whole_day.begin, color="white", alpha=0.6, linewidth=0)
+    if whole_day.worst is not None:
+        lane.axvspan(whole_day.worst.start, whole_day.worst.end, color=palette.COLOURS[1], alpha=0.25, linewidth=0)

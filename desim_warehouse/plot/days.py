@@ -84,9 +84,9 @@ def real_day(
     return axes
 
 
-def farthest(found: Validation) -> int:
-    """The number of the real day whose drops lie out farthest, in bounds of its band."""
-    return int(np.argmax([np.abs(ranks.off).max() / (ranks.bound or 1.0) for ranks in found.drops]))
+def farthest(validation: Validation) -> int:
+    """The number of the real day whose drops lie out farthest, relative to the bound of its band."""
+    return int(np.argmax([np.abs(ranks.off).max() / (ranks.bound or 1.0) for ranks in validation.drops]))
 
 
 def passages(
@@ -115,8 +115,8 @@ def passages(
                 axes.plot(across[which], real[which], label=label, **shown)
         edges = list(found.model.floor.graph.edges)
         for edge, beside in zip(_worst(ranks), _ASIDE, strict=False):
-            at = (across[edge], real[edge])
-            axes.annotate(look.text(">".join(edges[edge])), at, beside, textcoords="offset points", fontsize="small")
+            point = (across[edge], real[edge])
+            axes.annotate(look.text(">".join(edges[edge])), point, beside, textcoords="offset points", fontsize="small")
         axes.set_xlim(0, most)
         axes.set_ylim(0, most)
         axes.set_xlabel("Simulated: robots along the lane an hour")
@@ -176,16 +176,16 @@ def residuals(
     return axes
 
 
-def of_edges(found: Validation, by: By) -> Ranked:
-    """What was counted on edges; raises ReportError where the logs do not say it."""
-    ranks = found.passed if by == "passed" else found.stood
+def of_edges(validation: Validation, by: By) -> Ranked:
+    """The counts on edges; raises ReportError where the logs do not have them."""
+    ranks = validation.passed if by == "passed" else validation.stood
     if ranks is None:
         raise ReportError("logs of trips do not say where robots drove, expected messages or runs")
     return ranks
 
 
 def _sides(ranks: Ranked) -> list[tuple[Flags, str, tuple[str, str]]]:
-    """Which edges lie inside their band, and on which side of it; in words, with a mark and a colour."""
+    """The edges inside their band, above it, and below it; each group in words, with a mark and a colour."""
     return [
         (~ranks.out, "inside the band", ("o", palette.FAINT)),
         (ranks.out & (ranks.off > 0), "more than simulated", ("^", MORE)),
@@ -194,14 +194,14 @@ def _sides(ranks: Ranked) -> list[tuple[Flags, str, tuple[str, str]]]:
 
 
 def _worst(ranks: Ranked) -> list[int]:
-    """The edges outside that lie out farthest."""
+    """The edges outside the band that lie out farthest."""
     out = np.flatnonzero(ranks.out)
     worst: list[int] = out[np.argsort(-np.abs(ranks.off[out]), kind="stable")][:_NAMED].tolist()
     return worst
 
 
 def _name(axes: Axes, line: Line, words: str) -> None:
-    """Words beside the middle of an edge."""
+    """Write words beside the middle of an edge."""
     (x0, y0), (x1, y1) = line
     upright = abs(y1 - y0) > abs(x1 - x0)
     axes.annotate(
@@ -238,7 +238,7 @@ def fitted(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The share of measured times below each time, and that of the three distributions that fit best.
+    """The share of measured times below each time, beside the same share for the three best distributions.
 
     Args:
         found: from `study.fit`.
@@ -249,10 +249,10 @@ def fitted(
     with look.drawing(ax, style, title, (6.4, 3.6), f"{len(times)} measured times; best: {best}") as axes:
         shares = np.arange(1, len(times) + 1) / len(times)
         axes.step(times, shares, where="post", color=palette.INK, label=f"{len(times)} measured times")
-        at = np.linspace(0, times[-1], _POINTS)
-        for rank, one in enumerate(found.candidates[:_SHOWN]):
+        grid = np.linspace(0, times[-1], _POINTS)
+        for rank, candidate in enumerate(found.candidates[:_SHOWN]):
             line = {**look.cycle(rank), "marker": ""}
-            axes.plot(at, one.share_below(at), label=one.distribution.words(unit), **line)
+            axes.plot(grid, candidate.share_below(grid), label=candidate.distribution.words(unit), **line)
         axes.set_xlabel(look.text(f"Time ({unit})"))
         axes.set_ylabel("Share of times below")
         look.in_percent(axes.yaxis)

@@ -70,9 +70,9 @@ def by_factor(
         raise ReportError("seconds: expected a model, which says how many seconds a time unit has")
     scale = units.seconds if seconds and units and words.indicator_kind(indicator) == "time" else 1.0
     keys = [factor] if group is None else [group, factor]
-    found = cells(table, keys, indicator, confidence, scale)
-    levels = _merged([cell.levels[-1] for cell in found])
-    names = (groups or list(dict.fromkeys(cell.levels[0] for cell in found))) if group else [None]
+    estimates = cells(table, keys, indicator, confidence, scale)
+    levels = _merged([cell.levels[-1] for cell in estimates])
+    names = (groups or list(dict.fromkeys(cell.levels[0] for cell in estimates))) if group else [None]
     if kind == "auto":
         kind = "bars" if not is_numeric(levels) else "points" if len(levels) > _MANY else "line"
     alt = f"{words.indicator_name(indicator)} by {words.in_words(factor)}"
@@ -80,14 +80,14 @@ def by_factor(
     above = f"{title}\n" if title and target is not None else title  # a line for the target
     with look.drawing(ax, style, above, (6.4, 3.8), alt) as axes:
         for index, name in enumerate(names):
-            chosen = [cell for cell in found if group is None or cell.levels[0] == name]
+            chosen = [cell for cell in estimates if group is None or cell.levels[0] == name]
             label = "" if group is None else look.text(words.level(name))
             _draw(axes, kind, chosen, levels, label, index, len(names))
         _horizontal(axes, factor, levels, model, named=kind == "bars" or not is_numeric(levels))
         axes.set_xlabel(axes.get_xlabel() + look.text(words.averaged(averaged_over(table, keys))))
         axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
         axes.margins(x=0.04)
-        _vertical(axes, indicator, found, None if target is None else target * scale)
+        _vertical(axes, indicator, estimates, None if target is None else target * scale)
         look.legend(axes, len(names), group and words.factor_head(group, units))
         return axes
 
@@ -155,26 +155,26 @@ def facets(
         return panels[0]
 
 
-def _vertical(axes: Axes, indicator: str, found: list[Cell], target: float | None) -> None:
-    """The limits of the vertical axis: around a target, else from 0 where nothing is below it. Shares are in %."""
+def _vertical(axes: Axes, indicator: str, estimates: list[Cell], target: float | None) -> None:
+    """Set the limits of the vertical axis: around a target, else from 0 where nothing is below it; shares in %."""
     if target is not None:
-        _target(axes, indicator, target, found)
-    elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in found):
+        _target(axes, indicator, target, estimates)
+    elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in estimates):
         axes.set_ylim(bottom=0)
     if words.is_share(indicator):
         look.in_percent(axes.yaxis)
 
 
-def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None:
-    """A line at the target, its value above the axes; the axis is for means, their intervals and the line.
+def _target(axes: Axes, indicator: str, value: float, estimates: list[Cell]) -> None:
+    """Draw a line at the target, its value above the axes; the axis is for means, their intervals and the line.
 
     Intervals that are many times as wide as the means lie apart are cut off.
     """
-    means = [cell.estimate.mean for cell in found]
+    means = [cell.estimate.mean for cell in estimates]
     axes.axhline(value, color=palette.INK, linestyle=(0, (6, 3)), linewidth=1.3, zorder=1)
     low, high = min(*means, value), max(*means, value)
     room = 0.25 * (high - low) or 0.1 * abs(value) or 1.0
-    ends = [end for cell in found for end in cell.estimate.interval or ()]
+    ends = [end for cell in estimates for end in cell.estimate.interval or ()]
     reach = _REACH * room
     axes.set_ylim(max(min([low, *ends]), low - reach) - room / 4, min(max([high, *ends]), high + reach) + room / 4)
     label = f"– – target {words.amount(indicator, value)}"
@@ -183,13 +183,13 @@ def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None
 
 def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:
     """The runs at each combination of levels of some factors, with its name."""
-    found = []
+    parts = []
     for key in order(usable(table, by, indicator), by):
         chosen = table
         for name, value in zip(by, key, strict=True):
             chosen = chosen[[plain(item) == value for item in chosen[name]]]
-        found.append((words.design_spoken(dict(zip(by, key, strict=True))), chosen))
-    return found
+        parts.append((words.design_spoken(dict(zip(by, key, strict=True))), chosen))
+    return parts
 
 
 def _merged(levels: list[Any]) -> list[Any]:
@@ -199,7 +199,7 @@ def _merged(levels: list[Any]) -> list[Any]:
 
 
 def _errors(chosen: list[Cell]) -> list[list[float]] | None:
-    """How far the intervals reach below and above the means, nan where there is none; None where there are none."""
+    """How far the intervals reach below and above the means, nan where one is missing; None where all are."""
     ends = [cell.estimate.interval or (math.nan, math.nan) for cell in chosen]
     if all(math.isnan(low) for low, _ in ends):
         return None
@@ -211,7 +211,7 @@ def _errors(chosen: list[Cell]) -> list[list[float]] | None:
 
 
 def _draw(axes: Axes, kind: Kind, chosen: list[Cell], levels: list[Any], label: str, index: int, groups: int) -> None:
-    """One group: a line, points or bars, with the intervals."""
+    """Draw one group: a line, points or bars, with the intervals."""
     means, errors = [cell.estimate.mean for cell in chosen], _errors(chosen) if chosen else None
     if kind == "bars":
         width = 0.8 / groups
@@ -235,7 +235,7 @@ def _draw(axes: Axes, kind: Kind, chosen: list[Cell], levels: list[Any], label: 
 
 
 def _horizontal(axes: Axes, factor: str, levels: list[Any], model: Model | None, *, named: bool) -> None:
-    """The horizontal axis: the factor's name and unit, its levels where they are few."""
+    """Set the horizontal axis: the factor's name and unit, its levels where they are few."""
     axes.set_xlabel(look.text(words.factor_label(factor, model.units if model else None)))
     if named:
         axes.set_xticks(range(len(levels)), [look.text(words.level(value)) for value in levels])
@@ -268,8 +268,8 @@ def throughput(
     Raises:
         ReportError: as `by_factor`, or a factor that is not numeric.
     """
-    found = cells(table, [factor], indicator, confidence)
-    if not is_numeric([cell.levels[0] for cell in found]):
+    estimates = cells(table, [factor], indicator, confidence)
+    if not is_numeric([cell.levels[0] for cell in estimates]):
         raise ReportError(f"{factor}: expected numbers, to draw a throughput curve over them")
     axes = by_factor(
         table,
@@ -283,17 +283,17 @@ def throughput(
         style=style,
         ax=ax,
     )
-    if group is None and len(found) > 2:  # noqa: PLR2004 - fewer have no knee
+    if group is None and len(estimates) > 2:  # noqa: PLR2004 - fewer have no knee
         with look.drawing(axes, style, None, (0, 0)):
-            _marks(axes, found)
+            _marks(axes, estimates)
     return axes
 
 
-def _marks(axes: Axes, found: list[Cell]) -> None:
-    """The knee, and 95 % of the maximum."""
+def _marks(axes: Axes, estimates: list[Cell]) -> None:
+    """Mark the knee, and 95 % of the maximum."""
     from desim_warehouse.study.statistics.knee import knee, smallest_within
 
-    sizes, means = [float(cell.levels[0]) for cell in found], [cell.estimate.mean for cell in found]
+    sizes, means = [float(cell.levels[0]) for cell in estimates], [cell.estimate.mean for cell in estimates]
     shape = knee(sizes, means)
     if shape.at is not None:
         axes.axvline(shape.at, color=palette.COLOURS[1], linestyle="--", linewidth=1.2, label=f"knee: {shape.at:g}")

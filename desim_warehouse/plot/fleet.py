@@ -1,4 +1,4 @@
-"""What robots do: shares of time, one row of states for each robot, and batteries over time."""
+"""The work of robots: shares of time, one row of states for each robot, and batteries over time."""
 
 from __future__ import annotations
 
@@ -90,10 +90,10 @@ def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, li
     ran = (
         table[list(shares.values())].notna().any(axis="columns")
     )  # a design in which no robot can be in a state has no share of it
-    table = table.assign(**{one: table[one].mask(ran & table[one].isna(), 0.0) for one in shares.values()})
+    table = table.assign(**{column: table[column].mask(ran & table[column].isna(), 0.0) for column in shares.values()})
     by_state = {state: cells(table, [factor], share) for state, share in shares.items()}
     labels = [", ".join(map(words.level, cell.levels)) for cell in next(iter(by_state.values()))]
-    return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
+    return labels, {state: [cell.estimate.mean for cell in by_level] for state, by_level in by_state.items()}
 
 
 def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
@@ -167,7 +167,7 @@ def gantt(
 
 
 def _waits(axes: Axes, run: RunData, shown: list[int], begin: float, until: float) -> None:
-    """Bars in the middle of a row while a robot waits: black for other robots."""
+    """Draw bars in the middle of a row while a robot waits: black for other robots."""
     rows = {number: row for row, number in enumerate(shown)}
     spans: dict[tuple[int, str], list[tuple[float, float]]] = {}
     for wait in run.history.waits:
@@ -235,7 +235,7 @@ def battery(
             else:
                 axes.plot(times, levels, color=palette.COLOURS[0], alpha=0.25, linewidth=0.8)
         kinds = (charging.levels(alone) for alone in charging.by_kind(run.model).values())
-        sent = dict.fromkeys(known.critical or known.good for known in kinds if known is not None)
+        sent = dict.fromkeys(limits.critical or limits.good for limits in kinds if limits is not None)
         for number, level in enumerate(filter(None, sent)):
             label = "" if number else "sent to charge"
             axes.axhline(level, color=palette.INK, linestyle="--", linewidth=1, label=label)

@@ -135,12 +135,12 @@ def _drawn(
 
 
 def step_of(floor: Layout) -> float:
-    """How large things are on this floor: the length of its shortest edge as drawn."""
+    """The size of symbols on this floor: the length of its shortest edge as drawn."""
     return min(_lengths(floor))
 
 
 def _lengths(floor: Layout) -> list[float]:
-    """The lengths of all edges as drawn; of a floor without any, 1."""
+    """The lengths of all edges as drawn; 1 for a floor without edges."""
     lengths = [math.dist(_at(floor, a), _at(floor, b)) for a, b in floor.graph.edges]
     return [length for length in lengths if length > 0] or [1.0]
 
@@ -178,7 +178,7 @@ def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float
 
 
 def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> None:
-    """A square for each storage place; those in `fetched` filled."""
+    """Draw a square for each storage place; the ones in `fetched` filled."""
     from desim_warehouse.plot import paths
 
     side = 0.8 * (floor.goods_size or 0.09 * step)
@@ -188,7 +188,7 @@ def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> Non
 
 
 def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
-    """A line for each lane, with an arrow in its middle; a two-way lane has one each way. Lifts are broken lines."""
+    """Draw a line for each lane, with an arrow in its middle, two on a two-way lane; lifts are broken lines."""
     from desim_warehouse.plot import paths
 
     lanes = [edge for edge in floor.lanes if edge not in floor.rides]
@@ -222,7 +222,7 @@ def _draw_lifts(axes: Axes, floor: Layout, step: float, colour: str) -> None:
 def arrows(
     axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float]]], colour: str, part: float = 0.56
 ) -> None:
-    """An arrow head for each line, a little beyond its middle, of one size on all figures."""
+    """Draw an arrow head for each line, a little beyond its middle, of one size on all figures."""
     import numpy as np
 
     from desim_warehouse.plot import paths
@@ -241,7 +241,7 @@ def _under_zones(model: Model, floor: Layout) -> set[str]:
 
 
 def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, under: set[str]) -> None:
-    """A dot for each node, with its name in it or beside it: below those `under` something.
+    """Draw a dot for each node, with its name in it or beside it: below nodes `under` something.
 
     Unloading nodes have the colour of stations.
     """
@@ -275,11 +275,11 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, unde
 
 
 def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]:
-    """The slots of bays and stations beside their nodes, with the name of each; returns where they are."""
+    """Draw the slots of bays and stations beside their nodes, with the name of each; returns where they are."""
     from desim_warehouse.plot import paths
 
     largest = max(robot_radii(model))
-    found: list[tuple[float, float]] = []
+    points: list[tuple[float, float]] = []
     chargers = chargers_at(model, floor) if model.battery is not None else {}
     named: set[str] = set()
     slots: defaultdict[tuple[str, float], list[tuple[float, float]]] = defaultdict(list)
@@ -292,24 +292,24 @@ def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]
         joints[colour].append((_at(floor, zone.node), zone.places[0]))
         if zone.name not in named:  # once: the colour says which others belong to it
             named.add(zone.name)
-            found.append(_name_of(axes, floor, zone, side, CHARGER if charging == len(zone.places) else colour))
-        found += zone.places
+            points.append(_name_of(axes, floor, zone, side, CHARGER if charging == len(zone.places) else colour))
+        points += zone.places
     for (colour, side), places in slots.items():
         paths.squares(axes, places, side, 3, facecolor=colour, edgecolor="white", linewidth=0.5)
     for colour, lines in joints.items():
         paths.lines(axes, lines, colour, 1.0, 1.5)
-    return found
+    return points
 
 
 def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) -> tuple[float, float]:
-    """The name of a bay or station beyond its slots; returns a point beyond it."""
+    """Write the name of a bay or station beyond its slots; returns a point beyond it."""
     x, y = _at(floor, zone.node)
     dx, dy = zone.places[0][0] - x, zone.places[0][1] - y
     upright = abs(dy) >= abs(dx)
     last = max(zone.places, key=lambda place: abs(place[1] - y) if upright else abs(place[0] - x))
-    at = (x, last[1] + math.copysign(side, dy)) if upright else (last[0] + math.copysign(side, dx), y)
+    anchor = (x, last[1] + math.copysign(side, dy)) if upright else (last[0] + math.copysign(side, dx), y)
     axes.text(
-        *at,
+        *anchor,
         look.text(zone.name),
         ha="center" if upright else "left" if dx > 0 else "right",
         va=("top" if dy >= 0 else "bottom") if upright else "center",
@@ -317,7 +317,11 @@ def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) ->
         color=colour,
         zorder=4,
     )
-    return (at[0], at[1] + math.copysign(2 * side, dy)) if upright else (at[0] + math.copysign(4 * side, dx), at[1])
+    return (
+        (anchor[0], anchor[1] + math.copysign(2 * side, dy))
+        if upright
+        else (anchor[0] + math.copysign(4 * side, dx), anchor[1])
+    )
 
 
 def frame(axes: Axes, floor: Layout, step: float, model: Model, beside: Sequence[tuple[float, float]] = ()) -> None:

@@ -1,4 +1,4 @@
-"""Where robots wait: a map of the floor, coloured by waiting on each edge and before each intersection."""
+"""The waiting of robots: a map of the floor, coloured by waiting on each edge and before each intersection."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def congestion(
 
 
 def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
-    """Waiting on each lane, behind other robots; in both directions of a two-way one."""
+    """Waiting on each lane, behind other robots; on a two-way lane in both directions."""
     column, edges = run.edges[by], run.layout.graph.edges
     return {
         (a, b): float(column[f"{a}>{b}"] + (column[f"{b}>{a}"] if edges[a, b].get("two_way") else 0))
@@ -69,7 +69,7 @@ def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
 
 
 def node_values(run: RunData, by: By) -> dict[str, float]:
-    """Waiting before each intersection; nodes so near one another that they are crossed as one share theirs."""
+    """Waiting before each intersection; nodes so near one another that they are crossed as one share their value."""
     values = dict.fromkeys(run.layout.graph, 0.0)
     for key, value in run.nodes[by].items():
         for name in _members(str(key), run.layout.graph):
@@ -132,14 +132,14 @@ def _nodes(axes: Axes, run: RunData, values: dict[str, float], shades: _Shades) 
 
 @dataclass(frozen=True)
 class _Shades:
-    """The colours of waiting, and from which value on lines and circles are largest."""
+    """The colours of waiting, and the value from which lines and circles are largest."""
 
     norm: Normalize
     colours: Colormap
     most: float
 
     def size(self, value: float) -> float:
-        """How large something is drawn, from 0 to 1."""
+        """The size at which a value is drawn, from 0 to 1."""
         return min(value / self.most, 1.0)
 
 
@@ -150,7 +150,7 @@ def _map() -> Colormap:
 
 
 def _steps() -> _Shades:
-    """A colour for each step of the scale that is the same for all runs."""
+    """A colour for each step of the scale, which is equal for all runs."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = ListedColormap(palette.HEAT["light"]).with_extremes(under=palette.NO_WAIT)

@@ -23,19 +23,19 @@ _HEAD = 0.5 * np.array([-1 - 1j, -1 + 1j, 1, -1 - 1j])
 
 
 def lines(axes: Axes, ends: Iterable[Any], colour: str, width: float, zorder: float) -> None:
-    """A line between each two points, sharp on pixels."""
+    """Draw a line between each two points, sharp on pixels."""
     look: dict[str, Any] = {"facecolor": "none", "edgecolor": colour, "linewidth": width, "snap": True}
     _add(axes, PathCollection(_paths(ends), zorder=zorder, **look))
 
 
 def squares(axes: Axes, middles: Iterable[Any], side: float, zorder: float, **colours: Any) -> None:
-    """A square around each point."""
+    """Draw a square around each point."""
     corners = np.array(list(middles)).reshape(-1, 1, 2) + side * _SQUARE
     _add(axes, PathCollection(_paths(corners), zorder=zorder, **colours))
 
 
 def heads(axes: Axes, middles: Any, ways: Any, inches: float, colour: str, zorder: float) -> None:
-    """An arrow head around each point, in the direction of a vector; both are complex numbers."""
+    """Draw an arrow head around each point, in the direction of a vector; both are complex numbers."""
     _add(axes, Heads(middles, ways, inches, facecolor=colour, edgecolor="none", zorder=zorder))
 
 
@@ -44,7 +44,7 @@ def _add(axes: Axes, collection: PathCollection) -> None:
 
 
 def _paths(shapes: Iterable[Any]) -> list[Path]:
-    """Shapes of equally many points; one that ends where it begins is closed."""
+    """The paths of shapes with equally many points; a shape that ends where it begins is closed."""
     points = np.array(list(shapes), dtype=float)
     if not len(points):
         return []

@@ -1,4 +1,4 @@
-"""Where the warm-up ends (MSER-5, Welch's plot)."""
+"""The end of the warm-up (MSER-5, Welch's plot)."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ def warm_up(
         what = "Tasks delivered"
     else:
         values, what = source, "Observations"
-    found = mser(values, batch)
-    with look.drawing(ax, style, title, (6.4, 3.6), f"Warm-up by MSER-5: {found.note}") as axes:
-        _draw(axes, found)
+    truncation = mser(values, batch)
+    with look.drawing(ax, style, title, (6.4, 3.6), f"Warm-up by MSER-5: {truncation.note}") as axes:
+        _draw(axes, truncation)
         axes.set_xlabel(what)
         axes.set_ylabel(look.text(label or "Mean of a batch"))
         return axes
@@ -116,23 +116,25 @@ def _observed(settling: Settling | None) -> str:
     return f"{settling.observed.replace('_', ' ').capitalize()} ({settling.unit})"
 
 
-def _draw(axes: Axes, found: WarmUp) -> None:
-    places = found.positions + found.batch / 2
-    (means,) = axes.plot(places, found.means, color=palette.COLOURS[0], linewidth=1.2, label=f"means of {found.batch}")
-    verdict = "" if found.valid else " (second half: run longer)"
-    cut = axes.axvline(
-        found.truncate, color=palette.COLOURS[1], linestyle="--", label=f"cut at {found.truncate}{verdict}"
+def _draw(axes: Axes, truncation: WarmUp) -> None:
+    places = truncation.positions + truncation.batch / 2
+    (means,) = axes.plot(
+        places, truncation.means, color=palette.COLOURS[0], linewidth=1.2, label=f"means of {truncation.batch}"
     )
-    if found.truncate:
-        axes.axvspan(0, found.truncate, color=palette.FAINT, alpha=0.15, linewidth=0)
-    kept = found.means[found.truncate // found.batch :]
+    verdict = "" if truncation.valid else " (second half: run longer)"
+    cut = axes.axvline(
+        truncation.truncate, color=palette.COLOURS[1], linestyle="--", label=f"cut at {truncation.truncate}{verdict}"
+    )
+    if truncation.truncate:
+        axes.axvspan(0, truncation.truncate, color=palette.FAINT, alpha=0.15, linewidth=0)
+    kept = truncation.means[truncation.truncate // truncation.batch :]
     level = axes.hlines(
-        kept.mean(), found.truncate, places[-1], color=palette.INK, linewidth=1.2, label="mean after the cut"
+        kept.mean(), truncation.truncate, places[-1], color=palette.INK, linewidth=1.2, label="mean after the cut"
     )
     right = axes.twinx()
-    tail = found.statistic[:-4]  # the last means are too few for the statistic
+    tail = truncation.statistic[:-4]  # the last means are too few for the statistic
     (curve,) = right.plot(
-        found.positions[: tail.size], tail, color=palette.COLOURS[2], linestyle=":", label="MSER (right)"
+        truncation.positions[: tail.size], tail, color=palette.COLOURS[2], linestyle=":", label="MSER (right)"
     )
     right.set_ylabel("MSER statistic")
     right.spines["right"].set_visible(True)

@@ -1,4 +1,4 @@
-"""How figures look: two styles, colours that colour-blind readers tell apart, and axes made without pyplot."""
+"""The look of figures: two styles, colours that colour-blind readers tell apart, and axes made without pyplot."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _axes_class() -> type[Axes]:
 def drawing(
     ax: Axes | None, style: Style, title: str | None, size: tuple[float, float], alt: str = ""
 ) -> Iterator[Axes]:
-    """Axes to draw on, the caller's or those of a new figure of `size` inches; settings are put back afterwards.
+    """Give axes to draw on, the caller's or new ones in a figure of `size` inches; settings are put back afterwards.
 
     `alt` is the alternative text; Jupyter and the report pass it on.
     """
@@ -135,7 +135,7 @@ def drawing(
 
 @contextmanager
 def panels(count: int, style: Style, size: tuple[float, float], alt: str) -> Iterator[list[Axes]]:
-    """A number of axes side by side, three in a row, in one new figure, each of `size` inches."""
+    """Give a number of axes side by side, three in a row, in one new figure, each of `size` inches."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -175,7 +175,7 @@ def in_percent(axis: Axis) -> None:
 
 
 def floor_axes(axes: Axes, model: Model, xs: tuple[float, float], ys: tuple[float, float]) -> None:
-    """The part of a floor between two x and two y, downwards as in the model file, both alike, in its length unit."""
+    """Set the limits of a floor in x and y, downwards as in the model file, both to one scale, in its length unit."""
     axes.set_xlim(*xs)
     axes.set_ylim(ys[1], ys[0])
     axes.set_aspect("equal")

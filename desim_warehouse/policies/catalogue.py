@@ -46,6 +46,7 @@ OURS: dict[str, dict[str, str]] = {
         "stay": "parking:Stay",
         "nearest": "parking:NearestBay",
         "spread": "parking:Spread",
+        "where-it-is": "parking:WhereItIs",
     },
     "batching": {
         "single": "batching:Single",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from desim_warehouse.policies.protocols import BayView, RobotView, Travel
 
@@ -59,6 +60,24 @@ class Spread:
         """The emptiest bay."""
         least = min(bay.present for bay in bays)
         return _nearest(robot, [bay for bay in bays if bay.present == least], travel)
+
+
+@dataclass(frozen=True)
+class WhereItIs:
+    """Where it has put its load or pod down, until the place is needed; then the nearest bay with a free slot.
+
+    A robot rests in the lane, on the node or in the slot of the station where it unloaded. It gives way when another
+    robot waits for it, and leaves when its battery wants a charger or its hours end. Lanes that are closed at times it
+    leaves at once; where lanes are two-way it gives way as soon as any robot waits in traffic.
+
+    Source: dwell points of idle vehicles; Egbelu (1993).
+    """
+
+    dwells: ClassVar[bool] = True
+
+    def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
+        """Return the nearest bay, once it may no longer rest where it is."""
+        return _nearest(robot, bays, travel)
 
 
 def _nearest(robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:

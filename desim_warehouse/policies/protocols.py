@@ -281,7 +281,10 @@ class Batching(Protocol):
 
 
 class Parking(Protocol):
-    """Where an idle robot goes."""
+    """Where an idle robot goes.
+
+    Of a class with `dwells = True` robots rest where they unloaded until somebody needs the place, and ask only then.
+    """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
         """The node of one of the given bays, each of which has a free slot."""

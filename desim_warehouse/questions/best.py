@@ -1,4 +1,4 @@
-"""Which design is best: `best`, and its answer where many were searched, by their values on fresh days."""
+"""Which design is best: `best`, and its answer where many designs were searched, by their values on fresh days."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _COUNTED = 1e15
 
 @dataclass(frozen=True, repr=False)
 class BestOfMany(Answered, SearchedDesigns):
-    """The best of the designs that were searched: what `best` found where not all of them could race.
+    """The best of the designs that were searched: the result of `best` where not all of them could race.
 
     Attributes:
         answer: in words; printing prints it.
@@ -57,7 +57,7 @@ class BestOfMany(Answered, SearchedDesigns):
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """What makes the model into the best design."""
+        """The changes that make the model into the best design."""
         return dict(self.best.overrides)
 
     @property
@@ -73,12 +73,12 @@ class BestOfMany(Answered, SearchedDesigns):
         goal = None if self.target is None else self.target.indicator
         return pd.DataFrame(
             {
-                **{key.replace(".", "_"): label for key, label in one.labels.items()},
-                **({} if goal is None else {goal: one.reached}),
-                self.indicator: one.mean,
-                "runs": one.runs,
+                **{key.replace(".", "_"): label for key, label in tried.labels.items()},
+                **({} if goal is None else {goal: tried.reached}),
+                self.indicator: tried.mean,
+                "runs": tried.runs,
             }
-            for one in in_order(self)
+            for tried in in_order(self)
         )
 
     def in_short(self) -> str:
@@ -110,7 +110,7 @@ def best(
 ) -> Best | BestOfMany: ...
 
 
-def best(  # half of it says what its arguments mean
+def best(  # half of it documents its arguments
     what: Study | Source,
     indicator: str,
     delta: float | None = None,
@@ -131,14 +131,14 @@ def best(  # half of it says what its arguments mean
 
     Args:
         what: a study, whose runs are used, with its own confidence; or the warehouse, or its file.
-        indicator: what should be best.
+        indicator: what should be best; of a study one of its own, too.
         delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the largest of the first
             means.
         target: of a model's designs, what must be met, such as "on_time >= 95 %".
         vary: of a model, key -> its values, in any form of a study file.
         place_chargers: how many nodes of a model have a charger; which is searched. None: chargers stay.
         directions: whether aisles of a model may be turned.
-        maximise: whether more is better (default: as usual for the indicator).
+        maximise: whether more is better (default: as usual for the indicator; of one of a study's own it must be said).
         search: how runs are done, at most 500 by default; first look and cap are those of a race.
 
     Returns:
@@ -152,7 +152,7 @@ def best(  # half of it says what its arguments mean
     Source: the race is KN, Kim & Nelson (2001). The search is a local one from many starts, judged on other days.
     """
     if isinstance(what, Study):
-        if directions or any(one is not None for one in (target, vary, place_chargers)):
+        if directions or any(argument is not None for argument in (target, vary, place_chargers)):
             raise StudyError("target, vary, place_chargers, directions: for a model, expected none beside a study")
         return best_of_study(what, indicator, delta, maximise=maximise, search=search)
     chosen = search_designs(
@@ -171,97 +171,106 @@ def best(  # half of it says what its arguments mean
     return race.worded(chosen, search)
 
 
-def answer(found: SearchedDesigns) -> Answer:
+def answer(searched: SearchedDesigns) -> Answer:
     """Put a search for the best design into words; its subject is the best, shown to meet the target or not."""
-    best, unproven = found.best, found.shown is False
-    head, rows = table(found, in_order(found))
-    known = [] if unproven else _numbers(found, best)
+    best, unproven = searched.best, searched.shown is False
+    head, rows = table(searched, in_order(searched))
+    values = [] if unproven else _numbers(searched, best)
     return Answer(
         kind="best",
-        name=found.model.name,
-        description=found.model.description,
-        question=_question(found),
-        answer=tuple(sentences(found)),
-        measures={name: words.in_sentence(name) for name in _judged_by(found)},
-        tiles=tuple(_tiles(found, known)),
-        options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
-        figure=_figure(found),
-        about=judged.about(f"{design(best)}{_NOT_SHOWN if unproven else ''}", found.model, found.seed),
+        name=searched.model.name,
+        description=searched.model.description,
+        question=_question(searched),
+        answer=tuple(sentences(searched)),
+        measures={name: words.in_sentence(name) for name in _judged_by(searched)},
+        tiles=tuple(_tiles(searched, values)),
+        options=tuple(
+            _option(searched, candidate) for candidate in (best, *searched.cheaper, *filter(None, [searched.runner_up]))
+        ),
+        figure=_figure(searched),
+        about=judged.about(f"{design(best)}{_NOT_SHOWN if unproven else ''}", searched.model, searched.seed),
         tables=(Folded(title="The search", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
-        promise=f"Values are of days that the search has not seen, with {100 * found.confidence:g} % confidence.",
-        runs=found.runs,
-        confidence=found.confidence,
-        made={"seed": str(found.seed), "model": found.model.digest()},
-        indicator=found.indicator,
-        shown=found.shown,
+        promise=f"Values are of days that the search has not seen, with {100 * searched.confidence:g} % confidence.",
+        runs=searched.runs,
+        confidence=searched.confidence,
+        made={"seed": str(searched.seed), "model": searched.model.digest()},
+        indicator=searched.indicator,
+        shown=searched.shown,
     )
 
 
-def _tiles(found: SearchedDesigns, known: list[SaidNumber]) -> list[BigNumber]:
-    """What is best, if it is said in few words, and its numbers."""
-    name = design(found.best)
-    first = [BigNumber(value=name, what=f"the {_best(found)} option")] if len(name) <= _SHORT else []
-    return (first if known else []) + [judged.tile(one.text, words.in_sentence(one.of)) for one in known]
+def _tiles(searched: SearchedDesigns, values: list[SaidNumber]) -> list[BigNumber]:
+    """The best design, if its name is short, and its numbers."""
+    name = design(searched.best)
+    first = [BigNumber(value=name, what=f"the {_best(searched)} option")] if len(name) <= _SHORT else []
+    return (first if values else []) + [judged.tile(value.text, words.in_sentence(value.of)) for value in values]
 
 
-def _question(found: SearchedDesigns) -> str:
-    if _best(found) == "cheapest":
-        return f"What is the cheapest option{f' that gives {_aim(found)}' if found.target else ''}?"
-    sense, aim = "largest" if found.maximise else "smallest", f" with {_aim(found)}" if found.target else ""
-    return f"With which option is {words.in_sentence(found.indicator)} {sense}{aim}?"
+def _question(searched: SearchedDesigns) -> str:
+    if _best(searched) == "cheapest":
+        return f"What is the cheapest option{f' that gives {_aim(searched)}' if searched.target else ''}?"
+    sense, aim = "largest" if searched.maximise else "smallest", f" with {_aim(searched)}" if searched.target else ""
+    return f"With which option is {words.in_sentence(searched.indicator)} {sense}{aim}?"
 
 
-def _best(found: SearchedDesigns) -> str:
-    """What an option is called that is best."""
-    return "cheapest" if found.indicator == "annual_cost" and not found.maximise else "best"
+def _best(searched: SearchedDesigns) -> str:
+    """The word for the best option: `cheapest` or `best`."""
+    return "cheapest" if searched.indicator == "annual_cost" and not searched.maximise else "best"
 
 
-def _option(found: SearchedDesigns, one: JudgedDesign) -> Option:
+def _option(searched: SearchedDesigns, candidate: JudgedDesign) -> Option:
     """A design that was judged on fresh days."""
-    known = [] if one.vetoed else _numbers(found, one)
-    kind: Standing = "known" if one.verdict is None else BY_VERDICT[one.verdict]
+    values = [] if candidate.vetoed else _numbers(searched, candidate)
+    kind: Standing = "known" if candidate.verdict is None else BY_VERDICT[candidate.verdict]
     return Option(
-        name=design(one),
-        standing="drained" if one.vetoed else kind,
-        number=known[0] if known else None,
-        also=tuple(known[1:]),
-        said=one.vetoed or "",
-        runs=0 if one.value is None else one.value.n,
-        set=dict(one.overrides),
+        name=design(candidate),
+        standing="drained" if candidate.vetoed else kind,
+        number=values[0] if values else None,
+        also=tuple(values[1:]),
+        said=candidate.vetoed or "",
+        runs=0 if candidate.value is None else candidate.value.n,
+        set=dict(candidate.overrides),
     )
 
 
-def _figure(found: SearchedDesigns) -> Rows | Points | None:
-    """All designs tried: by the indicator and what the target asks for, or without such a target in rows."""
-    if found.target is not None and found.target.indicator != found.indicator:
-        return _points(found, found.target)
-    return _rows(found)
+def _figure(searched: SearchedDesigns) -> Rows | Points | None:
+    """Draw all designs tried: by the indicator and the target's indicator, or in rows where these are one."""
+    if searched.target is not None and searched.target.indicator != searched.indicator:
+        return _points(searched, searched.target)
+    return _rows(searched)
 
 
-def _points(found: SearchedDesigns, goal: Target) -> Points | None:
-    """Draw the designs tried by both indicators: those judged by their fresh days, with their names."""
-    judged_ones = (found.best, *found.cheaper, *filter(None, [found.runner_up]))
-    fresh = {design(one): one for one in judged_ones if one.value is not None and one.reached is not None}
+def _points(searched: SearchedDesigns, goal: Target) -> Points | None:
+    """Draw the designs tried by both indicators; designs judged are shown by their fresh days, with their names."""
+    judged_ones = (searched.best, *searched.cheaper, *filter(None, [searched.runner_up]))
+    fresh = {
+        design(candidate): candidate
+        for candidate in judged_ones
+        if candidate.value is not None and candidate.reached is not None
+    }
     points = [
-        Dot(x=one.reached, y=one.mean)
-        for one in found.tried
-        if one.reached is not None and math.isfinite(one.reached + one.mean) and design(one) not in fresh
+        Dot(x=tried.reached, y=tried.mean)
+        for tried in searched.tried
+        if tried.reached is not None and math.isfinite(tried.reached + tried.mean) and design(tried) not in fresh
     ]
-    for name, one in fresh.items():
-        assert one.value is not None
-        assert one.reached is not None
-        kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else "open"
-        points.append(Dot(x=one.reached.mean, y=one.value.mean, name=name, standing=kind))
+    for name, candidate in fresh.items():
+        assert candidate.value is not None
+        assert candidate.reached is not None
+        kind = "met" if candidate.verdict == "meets" else "not met" if candidate.verdict == "fails" else "open"
+        points.append(Dot(x=candidate.reached.mean, y=candidate.value.mean, name=name, standing=kind))
     if not points:
         return None
     ends = []
-    for of, values in ((goal.indicator, [one.x for one in points]), (found.indicator, [one.y for one in points])):
-        scale = words.scale(of, found.model, values)
+    for indicator, values in (
+        (goal.indicator, [dot.x for dot in points]),
+        (searched.indicator, [dot.y for dot in points]),
+    ):
+        scale = words.scale(indicator, searched.model, values)
         ends += [scale.value(min(values)), scale.value(max(values))]
     return Points(
-        title=f"{capital(words.in_sentence(found.indicator))} and {words.in_sentence(goal.indicator)} of all tried",
+        title=f"{capital(words.in_sentence(searched.indicator))} and {words.in_sentence(goal.indicator)} of all tried",
         across=capital(words.in_sentence(goal.indicator)),
-        up=capital(words.in_sentence(found.indicator)),
+        up=capital(words.in_sentence(searched.indicator)),
         at=goal.value,
         at_words=judged.aim(goal),
         ends=(ends[0], ends[1], ends[2], ends[3]),
@@ -269,131 +278,143 @@ def _points(found: SearchedDesigns, goal: Target) -> Points | None:
     )
 
 
-def _rows(found: SearchedDesigns) -> Rows | None:
+def _rows(searched: SearchedDesigns) -> Rows | None:
     """Draw the designs judged on fresh days, then others by their means in the search, the best of them first."""
-    goal, rows = found.target, []
-    for one in (found.best, *found.cheaper, *filter(None, [found.runner_up])):
-        numbers = _numbers(found, one)
-        if numbers and not one.vetoed:
-            kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else ""
-            rows.append(judged.bar(design(one), numbers[-1], kind))
+    goal, rows = searched.target, []
+    for candidate in (searched.best, *searched.cheaper, *filter(None, [searched.runner_up])):
+        numbers = _numbers(searched, candidate)
+        if numbers and not candidate.vetoed:
+            kind = "met" if candidate.verdict == "meets" else "not met" if candidate.verdict == "fails" else ""
+            rows.append(judged.bar(design(candidate), numbers[-1], kind))
     if not rows:
         return None
-    scale = words.scale(found.indicator, found.model, [one.mean for one in found.tried if math.isfinite(one.mean)])
+    scale = words.scale(
+        searched.indicator, searched.model, [tried.mean for tried in searched.tried if math.isfinite(tried.mean)]
+    )
     names = {row.label for row in rows}
-    others = [one for one in in_order(found) if math.isfinite(one.mean) and design(one) not in names][:_OTHERS]
-    rows += [Bar(label=design(one), mean=one.mean, text=f"{scale.value(one.mean)} in the search") for one in others]
-    title = f"{capital(words.in_sentence(goal.indicator if goal else found.indicator))} on fresh days"
-    at = found.best.value.mean if goal is None and found.best.value else goal and goal.value
-    said = judged.aim(goal) if goal else "the best"
-    return Rows(title=title, at=at, at_words=said, rows=tuple(rows))
+    others = [tried for tried in in_order(searched) if math.isfinite(tried.mean) and design(tried) not in names][
+        :_OTHERS
+    ]
+    rows += [
+        Bar(label=design(tried), mean=tried.mean, text=f"{scale.value(tried.mean)} in the search") for tried in others
+    ]
+    title = f"{capital(words.in_sentence(goal.indicator if goal else searched.indicator))} on fresh days"
+    line = searched.best.value.mean if goal is None and searched.best.value else goal and goal.value
+    line_words = judged.aim(goal) if goal else "the best"
+    return Rows(title=title, at=line, at_words=line_words, rows=tuple(rows))
 
 
-def sentences(found: SearchedDesigns) -> list[str]:
-    """The answer first, then cheaper designs that were not shown to be enough, the runner-up, and what was done."""
-    lines = [_answer(found)]
-    for one in found.cheaper:
-        why = one.vetoed or f"is not shown to give {_aim(found)}"
-        lines.append(sentence(f"Better by the search, but {why}: {design(one)} with {_values(found, one)}"))
-    if found.runner_up is not None:
-        lines.append(_runner_up(found, found.runner_up))
-    many = f"{number(found.many)}" if found.many < _COUNTED else f"some 10^{math.floor(math.log10(found.many))}"
-    lines.append(f"{len(found.tried)} of {many} options were tried, in {number_of(found.runs, 'run')} in all.")
+def sentences(searched: SearchedDesigns) -> list[str]:
+    """The answer first, then cheaper designs not shown to be enough, the runner-up, and the runs done."""
+    lines = [_answer(searched)]
+    for candidate in searched.cheaper:
+        why = candidate.vetoed or f"is not shown to give {_aim(searched)}"
+        lines.append(
+            sentence(f"Better by the search, but {why}: {design(candidate)} with {_values(searched, candidate)}")
+        )
+    if searched.runner_up is not None:
+        lines.append(_runner_up(searched, searched.runner_up))
+    many = (
+        f"{number(searched.many)}" if searched.many < _COUNTED else f"some 10^{math.floor(math.log10(searched.many))}"
+    )
+    lines.append(f"{len(searched.tried)} of {many} options were tried, in {number_of(searched.runs, 'run')} in all.")
     return lines
 
 
-def _answer(found: SearchedDesigns) -> str:
-    best = f"{design(found.best)}: {_values(found, found.best)}"
-    if found.shown is None:
-        return sentence(f"{best}, {_days(found.best)}")
-    if found.shown:
-        return sentence(f"The {_best(found)} option shown to give {_aim(found)} is {best}, {_days(found.best)}")
-    wrong = f"; but {found.best.vetoed}" if found.best.vetoed else ""
-    return sentence(f"No option was shown to give {_aim(found)}; best by the search is {best}{wrong}")
+def _answer(searched: SearchedDesigns) -> str:
+    best = f"{design(searched.best)}: {_values(searched, searched.best)}"
+    if searched.shown is None:
+        return sentence(f"{best}, {_days(searched.best)}")
+    if searched.shown:
+        return sentence(
+            f"The {_best(searched)} option shown to give {_aim(searched)} is {best}, {_days(searched.best)}"
+        )
+    wrong = f"; but {searched.best.vetoed}" if searched.best.vetoed else ""
+    return sentence(f"No option was shown to give {_aim(searched)}; best by the search is {best}{wrong}")
 
 
-def _runner_up(found: SearchedDesigns, other: JudgedDesign) -> str:
-    apart = found.apart
-    line = f"Next: {design(other)} with {_values(found, other)}"
+def _runner_up(searched: SearchedDesigns, other: JudgedDesign) -> str:
+    apart = searched.apart
+    line = f"Next: {design(other)} with {_values(searched, other)}"
     if apart is None:
         return sentence(line)
-    scale = words.scale(found.indicator, found.model, [apart.mean])
+    scale = words.scale(searched.indicator, searched.model, [apart.mean])
     low, high = apart.interval or (apart.mean, apart.mean)
     if not apart.mean and not apart.sd:
         return sentence(f"{line}; no difference in {number_of(apart.n, 'pair')} of runs: take either")
-    exact = found.indicator == "annual_cost" and is_fixed(found.model.prices)
-    told = scale.value(apart.mean) if exact else scale.within(apart.mean, low, high)
-    line += f"; the difference is {told} in {number_of(apart.n, 'pair')} of runs"
-    if max(abs(low), abs(high)) < found.delta:
-        line += f", less than {scale.value(found.delta)}: take either"
+    exact = searched.indicator == "annual_cost" and is_fixed(searched.model.prices)
+    amount = scale.value(apart.mean) if exact else scale.within(apart.mean, low, high)
+    line += f"; the difference is {amount} in {number_of(apart.n, 'pair')} of runs"
+    if max(abs(low), abs(high)) < searched.delta:
+        line += f", less than {scale.value(searched.delta)}: take either"
     return sentence(line)
 
 
-def design(one: JudgedDesign | TriedDesign) -> str:
-    """A design as one says it; without its directions where none is turned."""
-    labels = dict(one.labels)
-    at, turned = labels.pop(ChargerNodes.key, None), labels.pop(AisleWays.key, None)
-    said = [words.design_spoken(labels)] if labels else []
-    said += [] if at is None else [f"chargers at {spoken(str(at).split(', '))}"]
-    said += [] if turned is None else [f"{turned} turned" if turned != AisleWays.drawn_label else "aisles as drawn"]
-    return ", ".join(said)
+def design(candidate: JudgedDesign | TriedDesign) -> str:
+    """A design in words; without its directions where none is turned."""
+    labels = dict(candidate.labels)
+    nodes, turned = labels.pop(ChargerNodes.key, None), labels.pop(AisleWays.key, None)
+    parts = [words.design_spoken(labels)] if labels else []
+    parts += [] if nodes is None else [f"chargers at {spoken(str(nodes).split(', '))}"]
+    parts += [] if turned is None else [f"{turned} turned" if turned != AisleWays.drawn_label else "aisles as drawn"]
+    return ", ".join(parts)
 
 
-def _values(found: SearchedDesigns, one: JudgedDesign) -> str:
+def _values(searched: SearchedDesigns, candidate: JudgedDesign) -> str:
     """The value of the indicator, and of the target, with their intervals."""
-    said = [words.reached(number.of, number.text) for number in _numbers(found, one)]
-    return ", ".join(said) or "no run that ended"
+    values = [words.reached(number.of, number.text) for number in _numbers(searched, candidate)]
+    return ", ".join(values) or "no run that ended"
 
 
-def _judged_by(found: SearchedDesigns) -> list[str]:
-    """The indicator, and the one that the target is about."""
-    return [found.indicator, *([] if found.target is None else [found.target.indicator])]
+def _judged_by(searched: SearchedDesigns) -> list[str]:
+    """The indicator, and the target's indicator."""
+    return [searched.indicator, *([] if searched.target is None else [searched.target.indicator])]
 
 
-def _numbers(found: SearchedDesigns, one: JudgedDesign) -> list[SaidNumber]:
-    means: dict[str, tuple[Estimate | None, float | None]] = {found.indicator: (one.value, None)}
-    if found.target is not None:
-        means[found.target.indicator] = (one.reached, found.target.value)
+def _numbers(searched: SearchedDesigns, candidate: JudgedDesign) -> list[SaidNumber]:
+    means: dict[str, tuple[Estimate | None, float | None]] = {searched.indicator: (candidate.value, None)}
+    if searched.target is not None:
+        means[searched.target.indicator] = (candidate.reached, searched.target.value)
     return [
         judged.within(
-            name, words.scale(name, found.model, [mean.mean]), (mean.mean, *(mean.interval or (None, None))), aim
+            name, words.scale(name, searched.model, [mean.mean]), (mean.mean, *(mean.interval or (None, None))), aim
         )
         for name, (mean, aim) in means.items()
         if mean is not None
     ]
 
 
-def _days(one: JudgedDesign) -> str:
-    return "" if one.value is None else f"in {number_of(one.value.n, 'run')} on fresh days"
+def _days(candidate: JudgedDesign) -> str:
+    return "" if candidate.value is None else f"in {number_of(candidate.value.n, 'run')} on fresh days"
 
 
-def _aim(found: SearchedDesigns) -> str:
-    return "" if found.target is None else words.target(found.target)
+def _aim(searched: SearchedDesigns) -> str:
+    return "" if searched.target is None else words.target(searched.target)
 
 
-def in_order(found: SearchedDesigns) -> list[TriedDesign]:
-    """All designs tried: those first whose runs in the search meet the target, the best of them first."""
-    sign = 1 if found.maximise else -1
+def in_order(searched: SearchedDesigns) -> list[TriedDesign]:
+    """All designs tried: first those whose runs in the search meet the target, each part from the best on."""
+    sign = 1 if searched.maximise else -1
 
-    def rank(one: TriedDesign) -> tuple[bool, float]:
-        is_met = found.target is None or (one.reached is not None and found.target.met_by(one.reached))
-        return not is_met, -sign * one.mean if math.isfinite(one.mean) else math.inf
+    def rank(tried: TriedDesign) -> tuple[bool, float]:
+        is_met = searched.target is None or (tried.reached is not None and searched.target.met_by(tried.reached))
+        return not is_met, -sign * tried.mean if math.isfinite(tried.mean) else math.inf
 
-    return sorted(found.tried, key=rank)
+    return sorted(searched.tried, key=rank)
 
 
-def table(found: SearchedDesigns, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
+def table(searched: SearchedDesigns, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
     """The head and the rows of a table of designs tried, with their means in the search."""
-    keys = list(found.best.labels)
-    goal = [] if found.target is None else [found.target.indicator]
-    names = list(dict.fromkeys([found.indicator, *goal]))
-    scales = {name: words.scale(name, found.model, [one.mean for one in shown]) for name in names}
-    head = [words.factor_head(key, found.model.units) for key in keys]
+    keys = list(searched.best.labels)
+    goal = [] if searched.target is None else [searched.target.indicator]
+    names = list(dict.fromkeys([searched.indicator, *goal]))
+    scales = {name: words.scale(name, searched.model, [tried.mean for tried in shown]) for name in names}
+    head = [words.factor_head(key, searched.model.units) for key in keys]
     head += [words.head(name, scale) for name, scale in scales.items()]
     rows = []
-    for one in shown:
-        values = {found.indicator: one.mean, **dict.fromkeys(goal, one.reached)}
-        cells = [words.level(one.labels[key]) for key in keys]
+    for tried in shown:
+        values = {searched.indicator: tried.mean, **dict.fromkeys(goal, tried.reached)}
+        cells = [words.level(tried.labels[key]) for key in keys]
         cells += [scales[name].single(math.nan if value is None else value) for name, value in values.items()]
-        rows.append([*cells, str(one.runs)])
+        rows.append([*cells, str(tried.runs)])
     return [*head, "runs in the search"], rows

@@ -8,7 +8,7 @@ from typing import Any
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import PERCENT, Scale, capital
-from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, Subject
+from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, ShownDay, Subject
 from desim_warehouse.answer.standing import Standing, standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Model
@@ -20,38 +20,38 @@ from desim_warehouse.study.statistics.limits import one_in
 from desim_warehouse.study.target import Days
 
 
-def number(one: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
-    """The mean of a design that was judged, with the bounds of the verdict."""
-    scale = words.scale(target.indicator, model, (one.mean,))
-    shown = within(target.indicator, scale, (one.mean, one.low, one.high), target.value)
-    alike = one.deterministic and one.n > 1
-    return shown.model_copy(update={"text": f"{shown.text} (the same in all {one.n} runs)"}) if alike else shown
+def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
+    """The mean of a design that was judged, with the bounds of its verdict."""
+    scale = words.scale(target.indicator, model, (verdict.mean,))
+    shown = within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
+    alike = verdict.deterministic and verdict.n > 1
+    return shown.model_copy(update={"text": f"{shown.text} (the same in all {verdict.n} runs)"}) if alike else shown
 
 
 def within(
-    of: str, scale: Scale, found: tuple[float, float | None, float | None], aim: float | None = None
+    indicator: str, scale: Scale, mean_and_ends: tuple[float, float | None, float | None], aim: float | None = None
 ) -> SaidNumber:
     """A mean with the ends of its interval; none where both are None or as the mean, as it is exact."""
-    mean, low, high = found
-    known = low is not None and high is not None and not math.isnan(low) and low < high
-    if not known or low is None or high is None:
-        return SaidNumber(of=of, mean=mean, text=scale.value(mean))
-    return SaidNumber(of=of, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
+    mean, low, high = mean_and_ends
+    has_interval = low is not None and high is not None and not math.isnan(low) and low < high
+    if not has_interval or low is None or high is None:
+        return SaidNumber(of=indicator, mean=mean, text=scale.value(mean))
+    return SaidNumber(of=indicator, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
 
 
-def bar(label: str, found: SaidNumber, standing: str = "") -> Bar:
+def bar(label: str, value: SaidNumber, standing: str = "") -> Bar:
     """A row of a figure, for a number."""
-    return Bar(label=label, mean=found.mean, low=found.low, high=found.high, text=found.text, standing=standing)
+    return Bar(label=label, mean=value.mean, low=value.low, high=value.high, text=value.text, standing=standing)
 
 
-def figure(title: str, bars: Iterable[Bar], at: float, at_words: str) -> Rows | None:
-    """Rows beside a line at some value; None where there are none."""
+def figure(title: str, bars: Iterable[Bar], value: float, at_words: str) -> Rows | None:
+    """Rows beside a line at some value; None where there are no rows."""
     rows = tuple(bars)
-    return Rows(title=title, at=at, at_words=at_words, rows=rows) if rows else None
+    return Rows(title=title, at=value, at_words=at_words, rows=rows) if rows else None
 
 
 def aim(goal: Target) -> str:
-    """What stands at the line of a target in a figure: `target 95 %`."""
+    """The label at the line of a target in a figure: `target 95 %`."""
     return f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
 
 
@@ -59,43 +59,43 @@ _ONE_IN = {1: "once", 2: "one in two", 5: "one in five", 10: "one in ten", 20: "
 
 
 def rarest(days: int) -> str:
-    """How often days come, at least, that so many days know: `one in ten`."""
+    """The frequency of the rarest days that so many days cover: `one in ten`."""
     return _ONE_IN.get(one_in(days), f"one in {one_in(days)}")
 
 
 def covers(least: int, models: Iterable[Model]) -> str:
-    """Say of which days as many as were needed know, and what of the models that were named comes more rarely."""
-    said = f"That covers days that come at least {rarest(least)}."
+    """Say how rare the days are that so many days cover, and which events of these models come more rarely."""
+    text = f"That covers days that come at least {rarest(least)}."
     more: dict[str, int] = {}
     for model in models:
         more |= beyond(model, least)
     for what, needed in more.items():
         how = f"come more rarely, and are not covered (--first {needed})" if needed else "may come more rarely"
-        said += f" {capital(what)} {how}."
-    return said
+        text += f" {capital(what)} {how}."
+    return text
 
 
-def is_perfect(one: DesignVerdict[Any], goal: Target) -> bool:
-    """Whether a design did on each day what no number of days can show: a share of all."""
-    return goal.measure.is_share and goal.value == 1 and one.mean == 1 and not one.deterministic
+def is_perfect(verdict: DesignVerdict[Any], goal: Target) -> bool:
+    """Whether a design served all on each day, which no number of days can prove."""
+    return goal.measure.is_share and goal.value == 1 and verdict.mean == 1 and not verdict.deterministic
 
 
-def standing_of(one: DesignVerdict[Any], goal: Target) -> Standing:
-    """What a design was shown to be; of one that is perfect on each day no run will tell whether it is in all."""
-    return "edge" if is_perfect(one, goal) else standing(one)
+def standing_of(verdict: DesignVerdict[Any], goal: Target) -> Standing:
+    """The standing of a design; `edge` where it is perfect on each day, as no run will decide whether it is on all."""
+    return "edge" if is_perfect(verdict, goal) else standing(verdict)
 
 
-def perfect(one: DesignVerdict[Any], goal: Target) -> str:
+def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
     """Say what the days show of a design that is perfect on each of them."""
-    least = PERCENT.value(one.low or 0.0)
+    least = PERCENT.value(verdict.low or 0.0)
     return (
-        f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {one.n} days, which shows at least {least}. "
-        "No number of days shows 100 %: ask for 99 or 99.5 %."
+        f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {verdict.n} days, which shows at least "
+        f"{least}. No number of days shows 100 %: ask for 99 or 99.5 %."
     )
 
 
 def days(shown: Days | None, goal: Target, model: Model) -> str:
-    """What planners understand of a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
+    """The days behind a mean, for planners: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
     if shown is None:
         return ""
     aim, beyond = words.amount(goal.indicator, goal.value, goal.unit), "below" if goal.sign > 0 else "above"
@@ -114,11 +114,11 @@ def _worst(shown: Days, goal: Target, model: Model) -> str:
 
 
 def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list[str]:
-    """Why options are not met whose interval holds the target: they are not better than that by the zone."""
+    """Explain why options are not met whose interval holds the target: they are not better than it by the zone."""
     names = [
-        one.name
-        for one in options
-        if one.standing == "not met" and (found := one.number) is not None and _holds(found, goal.value)
+        option.name
+        for option in options
+        if option.standing == "not met" and (value := option.number) is not None and _holds(value, goal.value)
     ]
     if not names:
         return []
@@ -128,8 +128,8 @@ def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list
     return [f"{capital(spoken(names))} {are} not met: {why} (--zone)."]
 
 
-def _holds(found: SaidNumber, aim: float) -> bool:
-    return found.low is not None and found.high is not None and found.low <= aim <= found.high
+def _holds(value: SaidNumber, aim: float) -> bool:
+    return value.low is not None and value.high is not None and value.low <= aim <= value.high
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:
@@ -150,6 +150,24 @@ def tile(text: str, what: str) -> BigNumber:
     return BigNumber(value=value, what=what, note=ends.removesuffix(")"))
 
 
-def about(name: str, model: Model, seed: int) -> Subject:
-    """What the page shows: the first run of a design."""
-    return Subject(name=name, model=model.content(), seed=run_seed(seed, 0))
+def about(name: str, model: Model, seed: int, days: tuple[Days, Target] | None = None) -> Subject:
+    """What the page shows of a design: its median and its worst day by a target, or where none is known its first run.
+
+    Args:
+        name: the design in words.
+        model: as simulated.
+        seed: of the study.
+        days: those that were simulated, and the target that they are sorted by.
+    """
+    if days is None:
+        return Subject(name=name, model=model.content(), seed=run_seed(seed, 0))
+    all_days, goal = days
+
+    def day(which: str, value: float, run: int) -> ShownDay:
+        text = words.scale(goal.indicator, model, (value,)).value(value)
+        reached = words.reached(goal.indicator, text)
+        return ShownDay(words=f"the {which} of {all_days.days} days, {reached}", seed=run_seed(seed, run))
+
+    median = day("median", all_days.median, all_days.median_run)
+    worst = day("worst", all_days.worst, all_days.worst_run)
+    return Subject(name=name, model=model.content(), seed=median.seed, day=median.words, worst=worst)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer.answer import Answered
@@ -11,6 +12,7 @@ from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Source, as_model
+from desim_warehouse.model.guesses import guesses as marked
 from desim_warehouse.questions import judged, plan_words
 from desim_warehouse.study.fleet import FleetSizes, size_fleet
 from desim_warehouse.study.fleet.sizes import Shown, Sized
@@ -118,6 +120,7 @@ def plan_fleet(
     chargers: Sequence[int] | str | None = None,
     packers: str | None = None,
     zone: float | str | None = None,
+    guesses: Sequence[str] | None = None,
     search: Search = USUAL,
 ) -> Plan:
     """Find how many robots, chargers and packers meet a target, today and with more demand, and with which strategy.
@@ -136,6 +139,7 @@ def plan_fleet(
             workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
         zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target. At most
             half of what is possible beyond the target: for 99.5 % it is 0.25 %.
+        guesses: keys of the model that are guesses, which the page lists (default: those that its file marks with (!)).
         search: how runs are done, at most 5000 by default.
 
     Returns:
@@ -159,9 +163,11 @@ def plan_fleet(
         zone=zone,
         search=search,
     )
-    return worded(sizes, search)
+    if guesses is None and isinstance(model, str | Path):
+        guesses = marked(model)
+    return worded(sizes, search, guesses)
 
 
-def worded(sizes: FleetSizes, search: Search = USUAL) -> Plan:
+def worded(sizes: FleetSizes, search: Search = USUAL, guesses: Sequence[str] | None = None) -> Plan:
     """Add the answer to the sizes of a fleet, and write it to the folder of the search."""
-    return Plan(**vars(sizes), answer=plan_words.answer(sizes).keep(search.out, search.command))
+    return Plan(**vars(sizes), answer=plan_words.answer(sizes, guesses).keep(search.out, search.command))

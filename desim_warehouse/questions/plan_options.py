@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class OptionsPlan(Answered, ComparedOptions):
-    """The plans of named options and how they compare: what `plan_options` found.
+    """The plans of named options and how they compare: the result of `plan_options`.
 
     Attributes:
         answer: in words; printing prints it.
@@ -94,76 +94,84 @@ def plan_options(
         search=search,
     )
     plans = {name: plan.worded(sizes, search.under(name)) for name, sizes in compared.plans.items()}
-    whole = answer(compared, {name: one.answer for name, one in plans.items()})
+    whole = answer(compared, {name: option_plan.answer for name, option_plan in plans.items()})
     return OptionsPlan(**vars(compared) | {"plans": plans}, answer=whole.keep(search.out, search.command))
 
 
-def answer(found: ComparedOptions, answers: Mapping[str, Answer]) -> Answer:
+def answer(compared: ComparedOptions, answers: Mapping[str, Answer]) -> Answer:
     """Put a comparison of options into words, with the answers of their plans."""
-    shown = answers[found.first or next(iter(answers))]
-    named = [f"{name}: {one.answer[0]}" for name, one in answers.items()]
-    fails = [name for name, one in answers.items() if not one.about]
-    last = f" {spoken(fails)} {'is' if len(fails) == 1 else 'are'} not compared." if fails and found.first else ""
+    shown = answers[compared.first or next(iter(answers))]
+    named = [f"{name}: {plan_answer.answer[0]}" for name, plan_answer in answers.items()]
+    fails = [name for name, plan_answer in answers.items() if not plan_answer.about]
+    last = f" {spoken(fails)} {'is' if len(fails) == 1 else 'are'} not compared." if fails and compared.first else ""
     return shown.model_copy(
         update={
-            "question": f"Which of {spoken(list(found.plans))}, for {_target(found)}?",
-            "answer": (*([f"{_compared(found)}{last}"] if found.against else []), *named),
-            "options": tuple(_of(name, option) for name, one in answers.items() for option in one.options),
+            "question": f"Which of {spoken(list(compared.plans))}, for {_target(compared)}?",
+            "answer": (*([f"{_compared(compared)}{last}"] if compared.against else []), *named),
+            "options": tuple(
+                _of(name, option) for name, plan_answer in answers.items() for option in plan_answer.options
+            ),
             "figure": None,
-            "promise": _promise(found),
-            "runs": found.runs,
-            "confidence": found.confidence,
-            "feasible": found.feasible,
-            "first": found.first,
+            "promise": _promise(compared),
+            "runs": compared.runs,
+            "confidence": compared.confidence,
+            "feasible": compared.feasible,
+            "first": compared.first,
             "compared": [
-                {"option": one.name, "indicator": found.indicator, "mean": one.mean, "low": one.low, "high": one.high}
-                for one in found.against
+                {
+                    "option": gap.name,
+                    "indicator": compared.indicator,
+                    "mean": gap.mean,
+                    "low": gap.low,
+                    "high": gap.high,
+                }
+                for gap in compared.against
             ],
-            "plans": {name: one.content()["today"] for name, one in answers.items()},
+            "plans": {name: plan_answer.content()["today"] for name, plan_answer in answers.items()},
         }
     )
 
 
-def _compared(found: ComparedOptions) -> str:
+def _compared(compared: ComparedOptions) -> str:
     """The first option against each of the others: `B is cheaper than A by 2,000 a year (1,200 to 2,900).`."""
-    untold = [one.name for one in found.against if not one.told]
+    untold = [gap.name for gap in compared.against if not gap.told]
     close = f"; too close to tell from {spoken(untold)}" if untold else ""
-    if found.indicator == COST:
-        same = [one.name for one in found.against if one.mean == one.low == one.high == 0]
+    if compared.indicator == COST:
+        same = [gap.name for gap in compared.against if gap.mean == gap.low == gap.high == 0]
         close = close if len(same) < len(untold) else ""
-        than = [f"than {one.name} by {_difference(found, one)}" for one in found.against if one.name not in same]
-        parts = [f"{found.first} is cheaper {spoken(than)}{close}"] if than else []
-        parts += [f"{found.first} costs as much as {spoken(same)}"] if same else []
+        than = [f"than {gap.name} by {_difference(compared, gap)}" for gap in compared.against if gap.name not in same]
+        parts = [f"{compared.first} is cheaper {spoken(than)}{close}"] if than else []
+        parts += [f"{compared.first} costs as much as {spoken(same)}"] if same else []
         return f"{'; '.join(parts)}."
-    by = spoken([f"with that of {one.name} by {_difference(found, one)}" for one in found.against])
-    what = words.in_sentence(found.indicator)
-    return f"{found.first} needs the fewest robots. On the same days {what} differs {by}{close}."
+    by = spoken([f"with that of {gap.name} by {_difference(compared, gap)}" for gap in compared.against])
+    what = words.in_sentence(compared.indicator)
+    return f"{compared.first} needs the fewest robots. On the same days {what} differs {by}{close}."
 
 
-def _difference(found: ComparedOptions, one: Against) -> str:
-    """By how much an option is above the first, with its interval."""
-    model = found.plans[one.name].model
-    priced = found.indicator == COST
-    scale = numbers.Scale(words.money(model)) if priced else words.scale(found.indicator, model, (one.mean,))
-    text = f"{scale.value(one.mean)}{' a year' * priced}"
-    return text if one.low == one.high else f"{text} ({scale.value(one.low)} to {scale.value(one.high)})"
+def _difference(compared: ComparedOptions, gap: Against) -> str:
+    """The difference of an option to the first, with its interval."""
+    model = compared.plans[gap.name].model
+    priced = compared.indicator == COST
+    scale = numbers.Scale(words.money(model)) if priced else words.scale(compared.indicator, model, (gap.mean,))
+    text = f"{scale.value(gap.mean)}{' a year' * priced}"
+    return text if gap.low == gap.high else f"{text} ({scale.value(gap.low)} to {scale.value(gap.high)})"
 
 
 def _of(name: str, option: Option) -> Option:
     return option.model_copy(update={"group": f"option {name}"})
 
 
-def _target(found: ComparedOptions) -> str:
-    return words.target(next(iter(found.plans.values())).target)
+def _target(compared: ComparedOptions) -> str:
+    return words.target(next(iter(compared.plans.values())).target)
 
 
-def _promise(found: ComparedOptions) -> str:
-    first = next(iter(found.plans.values()))
+def _promise(compared: ComparedOptions) -> str:
+    first = next(iter(compared.plans.values()))
     zone = words.amount(first.target.indicator, first.zone, first.target.unit)
-    left = next(filter(None, map(plan_cells.but, found.plans.values())), "")
-    saves = " Costs allow for fewer, where those are not shown to miss it." if found.indicator == COST else ""
+    left = next(filter(None, map(plan_cells.but, compared.plans.values())), "")
+    saves = " Costs allow for fewer, where those are not shown to miss it." if compared.indicator == COST else ""
     return (
-        f"With {100 * found.confidence:g} % confidence all of this holds at once: each fleet reaches {_target(found)}, "
-        f"and no smaller one{left} is better than that by {zone} or more.{saves} This takes it that more never does "
-        "worse."
+        f"With {100 * compared.confidence:g} % confidence all of this holds at once: each fleet reaches "
+        f"{_target(compared)}, and no smaller one{left} is better than that by {zone} or more.{saves} This takes it "
+        "that more never does worse."
     )

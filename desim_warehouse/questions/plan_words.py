@@ -16,7 +16,7 @@ from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT, find
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.questions import departures, judged, plan_cells
+from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
 from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized, Strategy
@@ -30,9 +30,9 @@ _LISTED = 4
 """Fleets that are named one by one."""
 
 
-def answer(plan: FleetSizes) -> Answer:
-    """Put the sizes of a fleet into words."""
-    return _Planned(plan).answer()
+def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
+    """Put the sizes of a fleet into words; `guesses`: keys of the model that are some, None: unknown."""
+    return _Planned(plan, guesses).answer()
 
 
 def more_orders(growth: float) -> str:
@@ -44,7 +44,8 @@ def more_orders(growth: float) -> str:
 class _Planned:
     """A plan, with the last demand that has an answer: of that alone a page shows anything."""
 
-    def __init__(self, plan: FleetSizes) -> None:
+    def __init__(self, plan: FleetSizes, guesses: Sequence[str] | None) -> None:
+        self.guesses = guesses
         self.plan, self.model, self.goal = plan, plan.model, plan.target
         self.packers = plan.designs.packers
         self.key = plan.designs if isinstance(plan.designs, OneKey) else None
@@ -68,8 +69,9 @@ class _Planned:
             tiles=tuple(self._tiles()),
             options=options,
             figure=self._grid() if self.key is None else self._intervals(options),
+            nearest=() if self.key is not None else plan_sheet.nearest(options, self.goal),
             about=self._about(),
-            tables=(*self._years(), *self._hours()),
+            tables=(*self._years(), *self._hours(), *self._sheet()),
             promise=self._promise(),
             notes=tuple(self._beside(options)),
             runs=plan.runs,
@@ -349,7 +351,9 @@ class _Planned:
             value = self.key.value(best.counts)
             what = f"robot{'s' * (value != 1)}" if self.key.is_fleet else words.in_words(self.key.of)
             return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best)]
-        found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}", note=self._when(sized))]
+        if len(self.demands) > 1:
+            return [self._tile(one, one.best) for one in self.demands if one.best is not None and not one.open]
+        found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}")]
         if best.chargers:
             found.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
         if self.packers is not None:
@@ -357,6 +361,12 @@ class _Planned:
             found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
         found += self._reached(sized, best)
         return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+
+    def _tile(self, sized: Sized, best: Shown) -> BigNumber:
+        """The fleet for one of several demands, with what it reaches and costs."""
+        reached = words.reached(self.goal.indicator, self._text(sized, best))
+        cost = "" if best.cost is None else f"; {self._money(best.cost)} a year"
+        return BigNumber(value=self._fleet(best.counts), what=self._when(sized), note=f"{reached}{cost}")
 
     def _reached(self, sized: Sized, best: Shown) -> list[BigNumber]:
         first = judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator))
@@ -453,7 +463,9 @@ class _Planned:
             return None
         made = self.model.replace({**sized.overrides, **sized.best.overrides})
         when = "" if self.key is not None else f", {self._when(sized)}"
-        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed)
+        days = sized.best.days
+        known = None if days is None else (days, self.goal)
+        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed, known)
 
     def _facts(self, sized: Sized) -> dict[str, Any]:
         best = sized.best
@@ -467,6 +479,18 @@ class _Planned:
             "busy": {load.group.name: load.mean for load in sized.loads},
             **({"most": asdict(sized.most)} if sized.most else {}),
         }
+
+    def _sheet(self) -> tuple[Folded, ...]:
+        """What stands on the one sheet beside the answer; nothing where one key is sized."""
+        if self.key is not None:
+            return ()
+        grown = [(capital(self._when(sized)), self._in_short(sized)) for sized in self.demands[1:]]
+        return plan_sheet.tables(self.plan, grown, self.guesses)
+
+    def _in_short(self, sized: Sized) -> str:
+        if sized.open or sized.undecided:
+            return "not decided"
+        return f"no {self.noun} is enough" if sized.best is None else self._fleet(sized.best.counts)
 
     # Packers, hours and years
 

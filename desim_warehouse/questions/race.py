@@ -1,4 +1,4 @@
-"""Which design of a study is best: a race between all of them, and its answer, the best and those as good."""
+"""Which design of a study is best: a race between all of them, and its answer, the best and the designs as good."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from desim_warehouse.study.statistics.selection import Selection
 
 @dataclass(frozen=True, repr=False)
 class Best(Answered, Raced):
-    """The best design of a study and those as good: what `best` found.
+    """The best design of a study and the designs as good: the result of `best`.
 
     Attributes:
         answer: in words; printing prints it.
@@ -39,7 +39,7 @@ class Best(Answered, Raced):
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """What makes the model into the best design."""
+        """The changes that make the model into the best design."""
         return dict(self.point.overrides)
 
     @property
@@ -87,58 +87,60 @@ def worded(raced: Raced, search: Search = USUAL) -> Best:
     return Best(**vars(raced), answer=answer(raced).keep(search.out, search.command))
 
 
-def answer(found: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:
+def answer(raced: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:
     """Put a race into words; `besides`: further sentences."""
-    selection, study = found.selection, found.study
-    model, title = study.plan.base, words.in_sentence(found.indicator)
-    zone = words.scale(found.indicator, model, selection.means).value(selection.delta)
-    sense = "largest" if found.maximise else "smallest"
-    options = tuple(_options(found))
-    said = [sentence(line) for line in wrong(study.results, lasting=True)]
-    [best] = [one for one in options if one.standing == "first"]
+    selection, study = raced.selection, raced.study
+    model, title = study.plan.base, words.in_sentence(raced.indicator)
+    zone = words.scale(raced.indicator, model, selection.means).value(selection.delta)
+    sense = "largest" if raced.maximise else "smallest"
+    options = tuple(_options(raced))
+    problems = [sentence(line) for line in wrong(study.results, lasting=True)]
+    [best] = [option for option in options if option.standing == "first"]
     first = f"{capital(title)} is {sense}, {best.text}, with {best.name}."
     return Answer(
         kind=kind,
         name=model.name,
         description=model.description,
         question=f"With which option is {title} {sense}?",
-        answer=(first, *_as_good(found, zone), *besides, *said),
+        answer=(first, *_as_good(raced, zone), *besides, *problems),
         tiles=(judged.tile(best.text, title),),
-        measures={found.indicator: title},
+        measures={raced.indicator: title},
         options=options,
-        figure=Rows(title=capital(title), rows=tuple(judged.bar(one.name, one.numbers[0], "part") for one in options)),
-        about=judged.about(best.name, model.replace(found.point.overrides), study.plan.seed),
+        figure=Rows(
+            title=capital(title), rows=tuple(judged.bar(option.name, option.numbers[0], "part") for option in options)
+        ),
+        about=judged.about(best.name, model.replace(raced.point.overrides), study.plan.seed),
         promise=_promise(selection, zone),
         runs=sum(selection.samples),
         confidence=selection.confidence,
         made={"seed": str(study.plan.seed), "model": model.digest()},
-        indicator=found.indicator,
+        indicator=raced.indicator,
         delta=selection.delta,
     )
 
 
-def _as_good(found: Raced, zone: str) -> list[str]:
-    """Those shown to be less than the indifference zone worse."""
-    equal = found.selection.equal
-    same = [words.design_spoken(point.labels) for point in found.within if point.number in equal]
-    names = [words.design_spoken(point.labels) for point in found.within if point.number not in equal]
-    runs = number_of(found.selection.samples[found.selection.best], "run")
-    said = [f"The same in all {runs}, so take any: {spoken(same)}."] if same else []
-    return [*said, *([f"Less than {zone} from it, so take any: {spoken(names)}."] if names else [])]
+def _as_good(raced: Raced, zone: str) -> list[str]:
+    """Name the designs shown to be worse by less than the indifference zone."""
+    equal = raced.selection.equal
+    same = [words.design_spoken(point.labels) for point in raced.within if point.number in equal]
+    names = [words.design_spoken(point.labels) for point in raced.within if point.number not in equal]
+    runs = number_of(raced.selection.samples[raced.selection.best], "run")
+    parts = [f"The same in all {runs}, so take any: {spoken(same)}."] if same else []
+    return [*parts, *([f"Less than {zone} from it, so take any: {spoken(names)}."] if names else [])]
 
 
-def _options(found: Raced) -> list[Option]:
-    means = found.selection.means
-    scale = words.scale(found.indicator, found.study.plan.base, means)
+def _options(raced: Raced) -> list[Option]:
+    means = raced.selection.means
+    scale = words.scale(raced.indicator, raced.study.plan.base, means)
     return [
         Option(
             name=words.design_spoken(point.labels),
-            standing=_standing(found.selection, point.number),
-            number=judged.within(found.indicator, scale, (means[point.number], None, None)),
-            runs=found.selection.samples[point.number],
+            standing=_standing(raced.selection, point.number),
+            number=judged.within(raced.indicator, scale, (means[point.number], None, None)),
+            runs=raced.selection.samples[point.number],
             set=dict(point.overrides),
         )
-        for point in found.study.points
+        for point in raced.study.points
     ]
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from desim_warehouse.answer.answer import Answer, Answering
 from desim_warehouse.answer.frame import number_columns
-from desim_warehouse.answer.text import printed_table
+from desim_warehouse.answer.text import printed_rows
 from desim_warehouse.errors import number_of
 from desim_warehouse.questions.run import Run, as_run
 from desim_warehouse.study.results import ResultsData
@@ -107,7 +107,7 @@ class MainEffects(screening.Effects):
             for level, effect in one.effects.items()
         ]
         title = f"{self.indicator}: {self.grand_mean:.4g} on average, and what levels add to it"
-        return printed_table(title, ("factor", "level", "effect", "runs"), rows)
+        return printed_rows(title, ("factor", "level", "effect", "runs"), rows)
 
     def __repr__(self) -> str:
         swings = ", ".join(f"{one.factor} {one.swing:.3g}" for one in self.factors)

@@ -1,8 +1,7 @@
-"""What a study asks and answers: which of its options meet the target, or which is best."""
+"""The question and the answer of a study: which of its options meet the target, or which is best."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -22,7 +21,7 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.judge import MOST_TO_TELL
 from desim_warehouse.study.statistics.screening import main_effects
-from desim_warehouse.study.target import days_of
+from desim_warehouse.study.target import Days, days_of
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""
@@ -37,14 +36,14 @@ _UNNAMED = ("what-if", "size", "best", "study", "why")
 
 
 def answer(study: ResultsData, indicators: Sequence[str] = ()) -> Answer:
-    """The answer of a study; `indicators`: those to show, instead of the usual ones."""
+    """The answer of a study; `indicators`: the indicators to show, instead of the usual ones."""
     if all(row.outcome.error is not None for row in study.rows):
         return _nothing(study)
     return _Studied(study, indicators).answer()
 
 
 def _nothing(study: ResultsData) -> Answer:
-    """The answer of a study none of whose runs finished."""
+    """The answer of a study without a finished run."""
     errors = [row.outcome.error for row in study.rows]
     return Answer(
         kind="study",
@@ -57,7 +56,7 @@ def _nothing(study: ResultsData) -> Answer:
 
 
 class _Studied:
-    """The designs that have runs, those whose runs are equal once, with the indicators that are shown of them."""
+    """The designs that have runs, designs with equal runs once, with the indicators that are shown of them."""
 
     def __init__(self, study: ResultsData, indicators: Sequence[str]) -> None:
         self.study, self.goal, self.base = study, study.target, study.base
@@ -74,14 +73,14 @@ class _Studied:
 
     def answer(self) -> Answer:
         study, plan = self.study, self.study.plan
-        said, named = self._best() if self.goal is None else self._on_target()
-        said += self._did_not_run()
+        lines, named = self._best() if self.goal is None else self._on_target()
+        lines += self._did_not_run()
         return Answer(
             kind="study",
             name=self.base.name if plan.name in _UNNAMED else plan.name,
             description=plan.description or self.base.description,
             question=self._question(),
-            answer=tuple(said),
+            answer=tuple(lines),
             tiles=() if named is None else self._tiles(named),
             measures={name: words.in_sentence(name) for name in self.shown},
             options=tuple(self.options.values()),
@@ -105,28 +104,28 @@ class _Studied:
 
     def _option(self, design: str) -> Option:
         study, model = self.study, self.study.models.get(design)
-        found = study.verdicts.get(design, ())
-        lasting = lasts_not(found)
+        verdicts = study.verdicts.get(design, ())
+        lasting = lasts_not(verdicts)
         done = study.estimate(study.runs(design), "throughput_per_hour")
-        said = ""
+        note = ""
         if lasting and model is not None:
-            said = instead(found, None if done is None else done.mean, model)
-        known = [one for name in self.shown if (one := self.number(design, name)) is not None]
-        kind: Standing = lasting or ("known" if known else "fails")
+            note = instead(verdicts, None if done is None else done.mean, model)
+        values = [value for name in self.shown if (value := self.number(design, name)) is not None]
+        kind: Standing = lasting or ("known" if values else "fails")
         if self.goal is not None and not lasting:
             kind = standing(study.judged[design]) if design in study.judged else "fails"
         year = study.estimate(study.runs(design), "annual_cost")
-        copies = [apart_from(study, other, design) for other, one in study.same.items() if one == design]
-        point = next(one for one in study.points if str(one) == design)
+        copies = [apart_from(study, other, design) for other, original in study.same.items() if original == design]
+        point = next(point for point in study.points if str(point) == design)
         name, group = option_of(study, design)
         return Option(
             name=name,
             group=group,
             standing=kind,
-            number=known[0] if known and not said else None,
-            also=tuple(known[not said :]),
-            days="" if said else self._days(design),
-            said=said,
+            number=values[0] if values and not note else None,
+            also=tuple(values[not note :]),
+            days="" if note else self._days(design),
+            said=note,
             runs=len(study.runs(design)),
             cost=None if year is None else year.mean,
             set=dict(point.overrides),
@@ -135,34 +134,36 @@ class _Studied:
 
     def _days(self, design: str) -> str:
         """The worst of the days of an option, and how many of them miss the target."""
-        if self.goal is None:
-            return ""
-        values = self.study.values(design, self.goal.indicator).tolist()
-        return judged.in_row(days_of([*filter(math.isfinite, values)], self.goal), self.goal, self.base)
+        return "" if self.goal is None else judged.in_row(self._all_days(design), self.goal, self.base)
+
+    def _all_days(self, design: str) -> Days | None:
+        return None if self.goal is None else days_of(self.study.values(design, self.goal.indicator), self.goal)
 
     def number(self, design: str, indicator: str) -> SaidNumber | None:
-        """An indicator with its one interval; None where it has no value, or none that says something."""
-        found = self.study.verdicts.get(design, ())
-        of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, found)
-        one = self.study.shown(design, indicator)
-        if one is None or (of_time and lasts_not(found)):
+        """An indicator with its one interval; None where it has no value, or none that means something."""
+        verdicts = self.study.verdicts.get(design, ())
+        of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, verdicts)
+        estimate = self.study.shown(design, indicator)
+        if estimate is None or (of_time and lasts_not(verdicts)):
             return None
         aim = self.goal.value if self.goal is not None and indicator == self._aim() else None
-        return judged.within(indicator, self.scales[indicator], (one.mean, *(one.interval or (None, None))), aim)
+        return judged.within(
+            indicator, self.scales[indicator], (estimate.mean, *(estimate.interval or (None, None))), aim
+        )
 
     def _aim(self) -> str | None:
         """The indicator of the target."""
         return None if self.goal is None else self.goal.indicator
 
     def _found(self, design: str, indicator: str) -> str:
-        """A value of an option in a sentence, or what is said instead."""
-        one = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
-        return self.options[design].said or "no value" if one is None else one.text
+        """A value of an option in a sentence, or the text that replaces it."""
+        value = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
+        return self.options[design].said or "no value" if value is None else value.text
 
     def _did_not_run(self) -> list[str]:
-        """The designs none of whose runs finished, with the first error."""
-        errors = {one: [row.outcome.error for row in self.study.runs(one)] for one in self.tried}
-        dead = {one: said[0] for one, said in errors.items() if None not in said}
+        """The designs without a finished run, with the first error."""
+        errors = {design: [row.outcome.error for row in self.study.runs(design)] for design in self.tried}
+        dead = {design: design_errors[0] for design, design_errors in errors.items() if None not in design_errors}
         return (
             [sentence(f"{capital(self._names(list(dead)))} did not run: {next(iter(dead.values()))}")] if dead else []
         )
@@ -170,16 +171,16 @@ class _Studied:
     # Sentences with a target
 
     def _on_target(self) -> tuple[list[str], str | None]:
-        """For each demand the first option that meets the target, the cheapest where there are prices; the last."""
+        """Sentences on the first option for each demand that meets the target, the cheapest where there are prices."""
         judged_ones = [design for design in self.tried if design in self.study.judged]
         if not judged_ones:
             return [f"No run has a value that {self.study.plan.target} could be judged by."], None
         groups: dict[str, list[str]] = {}
-        for design in sorted(judged_ones, key=lambda one: self.options[one].cost or 0.0):
+        for design in sorted(judged_ones, key=lambda name: self.options[name].cost or 0.0):
             groups.setdefault(self.options[design].group, []).append(design)
-        found = [self._met_first(group, designs) for group, designs in groups.items()]
-        lines = [line for line, _ in found]
-        named = [design for _, design in found if design is not None]
+        named_lines = [self._met_first(group, designs) for group, designs in groups.items()]
+        lines = [line for line, _ in named_lines]
+        named = [design for _, design in named_lines if design is not None]
         return [*lines, *self._count(judged_ones)], named[-1] if named else None
 
     def _met_first(self, group: str, designs: list[str]) -> tuple[str, str | None]:
@@ -189,25 +190,27 @@ class _Studied:
         enough = [design for design in designs if self.options[design].standing == "met"]
         if enough:
             option = self.options[enough[0]]
-            are = "are" if option.name[:1].isdigit() and not option.name.startswith("1 ") else "is"
+            several = option.name[:1].isdigit() and not option.name.startswith("1 ") and ", " not in option.name
+            are = "are" if several else "is"
             which = "only" if len(enough) == 1 else "cheapest" if option.cost is not None else "first"
             year = f", {self._year(enough[0])} a year" if option.cost is not None else ""
-            said = f"{when}{option.name} {are} the {which} option shown to give {aim}: "
-            return capital(f"{said}{self._found(enough[0], goal.indicator)}{year}."), enough[0]
+            comma = "," * (", " in option.name)
+            text = f"{when}{option.name}{comma} {are} the {which} option shown to give {aim}: "
+            return capital(f"{text}{self._found(enough[0], goal.indicator)}{year}."), enough[0]
         lasting = [design for design in designs if self.options[design].number is not None]
-        near = max(lasting or designs, key=lambda one: goal.sign * self.study.judged[one].mean)
+        near = max(lasting or designs, key=lambda design: goal.sign * self.study.judged[design].mean)
         best = f"{self.options[near].name}, {self._found(near, goal.indicator)}"
         return capital(f"{when}no option is shown to give {aim}. Best so far: {best}."), None
 
     def _count(self, designs: list[str]) -> list[str]:
-        """How many options are of which kind, and how many runs would tell of those that need more."""
+        """How many options have which verdict, and how many runs would probably decide on the open ones."""
         if len(designs) == 1 and self.options[designs[0]].standing != "open":
             return []
         met = Counter(self.options[design].standing for design in designs)
-        said = {"met": "{} meet{} the target", "not met": "{} miss{} it", "open": "{} need{} more runs"}
+        forms = {"met": "{} meet{} the target", "not met": "{} miss{} it", "open": "{} need{} more runs"}
         parts = []
         for kind, many in ((kind, met[kind]) for kind in WORDS if met[kind]):
-            form = said.get(kind, f"{{}} {WORDS[kind]}")
+            form = forms.get(kind, f"{{}} {WORDS[kind]}")
             end = "" if many > 1 else "es" if kind == "not met" else "s"
             parts.append(form.format(many, end))
         if len(parts) == 1:
@@ -218,24 +221,24 @@ class _Studied:
 
     def _runs_to_tell(self) -> str:
         needed = list(self.study.runs_to_tell.values())
-        known = [runs for runs in needed if runs is not None]
+        counts = [runs for runs in needed if runs is not None]
         each = "it" if len(needed) == 1 else "each"
         if not needed:
             return ""
-        if not known:
+        if not counts:
             return f" Even {numbers.number(MOST_TO_TELL)} runs of {each} might not tell."
-        beyond = len(needed) - len(known)
+        beyond = len(needed) - len(counts)
         close = f"; {beyond} may need more than {numbers.number(MOST_TO_TELL)}" if beyond else ""
-        return f" About {numbers.number(max(known))} runs of {each} would probably tell{close}."
+        return f" About {numbers.number(max(counts))} runs of {each} would probably tell{close}."
 
     # Sentences without a target
 
     def _best(self) -> tuple[list[str], str | None]:
-        """The option with the best mean of the first indicator of which less or more is better, and those as good."""
+        """Name the option with the best mean of the first indicator with a better side, and the options as good."""
         study = self.study
         if len(self.tried) == 1:
             return self._alone(self.tried[0]), self.tried[0]
-        better = {name: known.better for name in study.moving if (known := look_up(name)) and known.better}
+        better = {name: measure.better for name in study.moving if (measure := look_up(name)) and measure.better}
         if not better:
             same = spoken([words.in_sentence(name) for name in study.main])
             failed = any(row.outcome.error for row in study.rows)
@@ -243,11 +246,13 @@ class _Studied:
             return [f"{nothing} {same}."] if same else [], None
         indicator, sense = next((name, better[name]) for name in better)
         lasting = [design for design in self.tried if not self.options[design].said] or self.tried
-        means = {one: found.mean for one in lasting if (found := study.shown(one, indicator)) is not None}
+        means = {
+            design: estimate.mean for design in lasting if (estimate := study.shown(design, indicator)) is not None
+        }
         best = (max if sense == "more" else min)(means, key=lambda design: means[design])
         comparison = study.compare_finished(indicator, best)
         rows = comparison.differences if comparison else ()
-        alike = [str(one.design) for one in rows if str(one.design) in means and not one.differs]
+        alike = [str(row.design) for row in rows if str(row.design) in means and not row.differs]
         extreme = "largest" if sense == "more" else "smallest"
         name = words.in_sentence(indicator)
         if len(means) > 1 and len(alike) == len(means) - 1:
@@ -257,9 +262,9 @@ class _Studied:
         return [*lines, *knee_of_throughput(study), *self._wrong(lasting=True)], best
 
     def _alone(self, design: str) -> list[str]:
-        lines = [sentence(one.text) for one in self.study.verdicts.get(design, ())]
-        shown = [one for name in self.shown[:_TILES] if (one := self.number(design, name)) is not None]
-        return lines + [f"{words.indicator_name(one.of)}: {one.text}." for one in shown] + self._costs(design)
+        lines = [sentence(verdict.text) for verdict in self.study.verdicts.get(design, ())]
+        shown = [value for name in self.shown[:_TILES] if (value := self.number(design, name)) is not None]
+        return lines + [f"{words.indicator_name(value.of)}: {value.text}." for value in shown] + self._costs(design)
 
     def _costs(self, design: str) -> list[str]:
         if self.options[design].cost is None or "annual_cost" in self.shown:
@@ -267,19 +272,19 @@ class _Studied:
         return [f"A year with {self.options[design].name} costs {self._year(design)}."]
 
     def _year(self, design: str) -> str:
-        """What a year costs; without an interval where no run can change it."""
-        found = self.study.estimate(self.study.runs(design), "annual_cost")
-        assert found is not None
+        """The cost of a year; without an interval where no run can change it."""
+        estimate = self.study.estimate(self.study.runs(design), "annual_cost")
+        assert estimate is not None
         scale = words.scale("annual_cost", self.base)
-        return scale.value(found.mean) if is_fixed(self.base.prices) else scale.estimate(found)
+        return scale.value(estimate.mean) if is_fixed(self.base.prices) else scale.estimate(estimate)
 
     def _names(self, designs: list[str]) -> str:
-        """Names, of many the first."""
+        """The names of options, of many the first."""
         names = [self.options[design].name for design in designs if design in self.options]
         return spoken(names if len(names) <= _LISTED + 1 else [*names[:_LISTED], f"{len(names) - _LISTED} more"])
 
     def _question(self) -> str:
-        """What was varied, and what for."""
+        """The question: what was varied, and what for."""
         study = self.study
         keys = [key for key in study.varied or study.factors if self.goal is None or not study.is_demand(key)]
         robots = [self._robots() for key in keys if key == "fleet.size" and len(study.levels(key)) > 1]
@@ -297,34 +302,40 @@ class _Studied:
         return f"Which {others} give{'s' * (len(keys) == 1)} {aim}?" if others else f"Does the model give {aim}?"
 
     def _robots(self) -> str:
-        found = self.study.levels("fleet.size")
-        return f"{words.level(found[0])} to {words.level(found[-1])} robots"
+        sizes = self.study.levels("fleet.size")
+        return f"{words.level(sizes[0])} to {words.level(sizes[-1])} robots"
 
     # Numbers and tables
 
     def _tiles(self, design: str) -> tuple[BigNumber, ...]:
-        shown = [one for name in self.shown[:_TILES] if (one := self.number(design, name)) is not None]
-        tiles = [judged.tile(one.text, words.in_sentence(one.of)) for one in shown]
+        shown = [value for name in self.shown[:_TILES] if (value := self.number(design, name)) is not None]
+        tiles = [judged.tile(value.text, words.in_sentence(value.of)) for value in shown]
         year = [judged.tile(self._year(design), "a year")] if self.options[design].cost is not None else []
         return (*tiles, *year) if not self.options[design].said else ()
 
     def _about(self, design: str) -> Subject | None:
         model = self.study.models.get(design)
-        return None if model is None else judged.about(name_of(self.study, design), model, self.study.plan.seed)
+        if model is None:
+            return None
+        name, seed, days = name_of(self.study, design), self.study.plan.seed, self._all_days(design)
+        return judged.about(name, model, seed, None if self.goal is None or days is None else (days, self.goal))
 
     def _figure(self) -> Rows | None:
         """The indicator of the target, or the first that differs, of the options that have it."""
-        of = self.goal.indicator if self.goal is not None else next(iter(self.study.moving), None)
-        shown = [(one, number) for one in self.options.values() for number in one.numbers if number.of == of]
-        if of is None or len(shown) < 2 or len(shown) > _DRAWN:  # noqa: PLR2004 - one row compares nothing
+        indicator = self.goal.indicator if self.goal is not None else next(iter(self.study.moving), None)
+        shown = [
+            (option, number) for option in self.options.values() for number in option.numbers if number.of == indicator
+        ]
+        if indicator is None or len(shown) < 2 or len(shown) > _DRAWN:  # noqa: PLR2004 - one row compares nothing
             return None
         bars = [
-            judged.bar(", ".join(filter(None, (one.group, one.name))), number, one.standing) for one, number in shown
+            judged.bar(", ".join(filter(None, (option.group, option.name))), number, option.standing)
+            for option, number in shown
         ]
         goal = self.goal
-        at = goal.value if goal else None
+        line = goal.value if goal else None
         aim = judged.aim(goal) if goal else ""
-        return Rows(title=capital(words.in_sentence(of)), at=at, at_words=aim, rows=tuple(bars))
+        return Rows(title=capital(words.in_sentence(indicator)), at=line, at_words=aim, rows=tuple(bars))
 
     def _tables(self) -> Iterator[Folded]:
         effects = self._effects()
@@ -335,7 +346,7 @@ class _Studied:
         rows = [(name_of(study, str(row.point)), str(row.replication), str(row.outcome.error)) for row in failed]
         if rows:
             yield Folded(title="Runs that failed", head=("option", "run", "error"), rows=tuple(rows[:_DRAWN]))
-        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs", _replications(study.plan))]
+        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs of each", _replications(study.plan))]
         facts += [("warm-up", _warm_up(study))]
         facts += [(words.factor_name(key), ", ".join(map(words.level, study.levels(key)))) for key in study.factors]
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
@@ -347,9 +358,9 @@ class _Studied:
             return None  # one factor, or factors varied together: their effects cannot be told apart
         rows: list[tuple[str, ...]] = []
         for indicator in study.moving:
-            scale, name = words.scale(indicator, study.base), words.indicator_name(indicator)
-            effects = main_effects(study.table, varied, indicator).factors
-            rows += [(name, words.factor_name(one.factor), scale.bare(one.swing)) for one in effects]
+            name, effects = words.indicator_name(indicator), main_effects(study.table, varied, indicator).factors
+            scale = words.scale(indicator, study.base, [effect.swing for effect in effects])
+            rows += [(name, words.factor_name(effect.factor), scale.value(effect.swing)) for effect in effects]
         head = ("indicator", "factor", "largest − smallest mean")
         return Folded(title="Which factor matters", head=head, rows=tuple(rows))
 
@@ -371,8 +382,10 @@ class _Studied:
         lines = self._wrong() if self.goal is not None else []
         if study.warm_ups:
             unit = self.base.units.time
-            found = [f"{words.in_unit(at, unit)} with {name_of(study, one)}" for one, at in study.warm_ups.items()]
-            lines.append(f"Counted from {'; '.join(found[:_LISTED])}.")
+            starts = [
+                f"{words.in_unit(time, unit)} with {name_of(study, design)}" for design, time in study.warm_ups.items()
+            ]
+            lines.append(f"Counted from {'; '.join(starts[:_LISTED])}.")
         lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
         made = simulated_with(study.version)
         return [*lines, *map(sentence, study.rare[:_RARE]), *([f"{capital(made)}."] if made else [])]
@@ -393,9 +406,9 @@ def _replications(plan: StudyPlan) -> str:
 
 
 def _warm_up(study: ResultsData) -> str:
-    """What is not counted: one time for all designs, or found for each."""
-    found, unit = study.warm_ups.values(), study.base.units.time
-    if not found:
+    """The warm-up that is left out: one time for all designs, or found for each."""
+    times, unit = study.warm_ups.values(), study.base.units.time
+    if not times:
         return f"{numbers.duration(study.base.run.warm_up, unit)}, not counted"
-    shortest, longest = (numbers.duration(time, unit) for time in (min(found), max(found)))
+    shortest, longest = (numbers.duration(time, unit) for time in (min(times), max(times)))
     return f"{shortest} to {longest}, found for each option, not counted"

@@ -1,4 +1,4 @@
-"""Up to which value of each uncertain input a fleet is enough, in words."""
+"""Tipping points: up to which value of each uncertain input a fleet is enough, in words."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, number, plural
+from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source
 from desim_warehouse.questions import judged
+from desim_warehouse.questions.plan_sheet import CHANGES, GUESSES, OTHER_GUESSES
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.thresholds import InputThreshold, Thresholds, thresholds
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class TippingPoints(Answered, Thresholds):
-    """Up to which value of each input a fleet is enough: what `tipping_points` found.
+    """The tipping point of each input, up to which a fleet is enough: the result of `tipping_points`.
 
     Attributes:
         answer: in words; printing prints it.
@@ -43,20 +45,23 @@ class TippingPoints(Answered, Thresholds):
 
         return pd.DataFrame(
             {
-                "input": one.key,
-                "lowest": one.low,
-                "highest": one.high,
-                "enough_at_lowest": one.enough[0],
-                "enough_at_highest": one.enough[1],
-                **number_columns("threshold", one.at, *(one.within or (None, None))),
-                "confirmed": one.confirmed,
+                "input": threshold.key,
+                "lowest": threshold.low,
+                "highest": threshold.high,
+                "enough_at_lowest": threshold.enough[0],
+                "enough_at_highest": threshold.enough[1],
+                **number_columns("threshold", threshold.at, *(threshold.within or (None, None))),
+                "confirmed": threshold.confirmed,
             }
-            for one in self.inputs
+            for threshold in self.inputs
         )
 
     def in_short(self) -> str:
         """Name the inputs with their thresholds."""
-        return ", ".join(f"{one.key} {'no threshold' if one.at is None else f'{one.at:g}'}" for one in self.inputs)
+        return ", ".join(
+            f"{threshold.key} {'no threshold' if threshold.at is None else f'{threshold.at:g}'}"
+            for threshold in self.inputs
+        )
 
 
 def tipping_points(
@@ -83,21 +88,32 @@ def tipping_points(
 def with_thresholds(answer: Answer, points: TippingPoints) -> Answer:
     """Add the thresholds of its fleet to the answer of a plan."""
     facts = {"answer": list(points.answer.answer), **_facts(points), "runs": points.runs}
-    lines = (*answer.answer, *points.answer.answer)
-    return Answer(**{**dict(answer), "answer": lines, "runs": answer.runs + points.runs, "uncertain": facts})
+    lines, runs = (*answer.answer, *points.answer.answer), answer.runs + points.runs
+    tables = tuple(_beside(table, points) if table.title == CHANGES else table for table in answer.tables)
+    return Answer(**{**dict(answer), "answer": lines, "tables": tables, "runs": runs, "uncertain": facts})
+
+
+def _beside(changes: Folded, points: TippingPoints) -> Folded:
+    """Add to what would change the answer of a plan up to where its fleet is enough."""
+    units = points.model.units
+    tried = [
+        (_from_to(one, unit := words.factor_unit(one.key, units)), _known(points, one, unit)) for one in points.inputs
+    ]
+    rest = [(OTHER_GUESSES, said) if what == GUESSES else (what, said) for what, said in changes.rows]
+    return changes.model_copy(update={"rows": (*tried, *rest)})
 
 
 def _answer(searched: Thresholds) -> Answer:
     """A sentence for each input."""
     model, size = searched.model, searched.model.fleet.size
     fleet = words.fleet(size, 0)
-    keys = spoken([words.in_words(one.key) for one in searched.inputs])
+    keys = spoken([words.in_words(threshold.key) for threshold in searched.inputs])
     return Answer(
         kind="tipping",
         name=model.name,
         description=model.description,
         question=f"For which {keys} {_is(size)} {fleet} enough: {words.target(searched.target)}?",
-        answer=tuple(_input(searched, one) for one in searched.inputs),
+        answer=tuple(_input(searched, threshold) for threshold in searched.inputs),
         about=judged.about(fleet, model, searched.seed),
         promise="Each interval holds with 95 % confidence, all else as in the model.",
         runs=searched.runs,
@@ -108,39 +124,45 @@ def _answer(searched: Thresholds) -> Answer:
 
 
 def _facts(searched: Thresholds) -> dict[str, Any]:
-    """What JSON has of the thresholds only."""
+    """The facts on thresholds that JSON has."""
     return {
         "robots": searched.model.fleet.size,
         "inputs": {
-            one.key: {
-                "low": one.low,
-                "high": one.high,
-                "enough": list(one.enough),
-                "at": one.at,
-                "interval": None if one.within is None else list(one.within),
-                "confirmed": one.confirmed,
+            threshold.key: {
+                "low": threshold.low,
+                "high": threshold.high,
+                "enough": list(threshold.enough),
+                "at": threshold.at,
+                "interval": None if threshold.within is None else list(threshold.within),
+                "confirmed": threshold.confirmed,
             }
-            for one in searched.inputs
+            for threshold in searched.inputs
         },
     }
 
 
-def _input(searched: Thresholds, one: InputThreshold) -> str:
+def _input(searched: Thresholds, threshold: InputThreshold) -> str:
     """A line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
-    unit = words.factor_unit(one.key, searched.model.units)
-    span = f"{_value(one.low)} to {_value(one.high, unit)}"
-    perhaps = "" if one.confirmed else "perhaps "
-    return f"{capital(words.in_words(one.key))}, {span}: {perhaps}{_enough(searched, one, unit)}."
+    unit = words.factor_unit(threshold.key, searched.model.units)
+    return f"{_from_to(threshold, unit)}: {_known(searched, threshold, unit)}."
 
 
-def _enough(searched: Thresholds, one: InputThreshold, unit: str) -> str:
+def _from_to(threshold: InputThreshold, unit: str) -> str:
+    return f"{capital(words.in_words(threshold.key))}, {_value(threshold.low)} to {_value(threshold.high, unit)}"
+
+
+def _known(searched: Thresholds, threshold: InputThreshold, unit: str) -> str:
+    return f"{'' if threshold.confirmed else 'perhaps '}{_enough(searched, threshold, unit)}"
+
+
+def _enough(searched: Thresholds, threshold: InputThreshold, unit: str) -> str:
     size = searched.model.fleet.size
     robots = f"{words.fleet(size, 0)} {_is(size)}"
-    if one.at is None or one.within is None:
-        return f"{robots} {'enough' if all(one.enough) else 'too few'} at both ends"
-    side = "up to" if one.enough[0] else "from"
-    low, high = one.within
-    return f"{robots} enough {side} {_value(one.at, unit)} ({_value(low)} to {_value(high)})"
+    if threshold.at is None or threshold.within is None:
+        return f"{robots} {'enough' if all(threshold.enough) else 'too few'} at both ends"
+    side = "up to" if threshold.enough[0] else "from"
+    low, high = threshold.within
+    return f"{robots} enough {side} {_value(threshold.at, unit)} ({_value(low)} to {_value(high)})"
 
 
 def _is(robots: int) -> str:

@@ -1,4 +1,4 @@
-"""What holds a warehouse up: `why`, and its answer, about the warehouse as it is, whatever any change gains."""
+"""Why a warehouse does no better: `why`, and its answer, about the warehouse as it is, whatever any change gains."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _PER = "per 10 % more"
 
 @dataclass(frozen=True, repr=False)
 class Why(Answered, HeldUp):
-    """What holds a warehouse up, and what it costs: what `why` found.
+    """The bottleneck of a warehouse and its cost: the result of `why`.
 
     Attributes:
         answer: in words; printing prints it.
@@ -51,14 +51,14 @@ class Why(Answered, HeldUp):
 
     @property
     def bottleneck(self) -> str | None:
-        """What holds it up most; None where nothing does, or runs do not tell yet."""
+        """The suspect that costs most; None where nothing does, or runs do not decide yet."""
         if not (self.is_held_up and self.is_clear):
             return None
         return next(suspect.name for suspect, gain in self.found if gain.competes)
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each change that was tried, those that compete first.
+        """A row for each change that was tried, competing changes first.
 
         Columns: suspect, change, gain with `_low` and `_high` (of the whole change; in the model's units, more is
         better), gain_of_10_percent likewise (nan where the change is no dose), runs.
@@ -81,7 +81,7 @@ class Why(Answered, HeldUp):
         return pd.DataFrame(rows).astype({name: float for name in rows[0] if "gain" in name} if rows else {})
 
     def in_short(self) -> str:
-        """Name what holds it up."""
+        """Name the bottleneck."""
         if 0 in self.failures:
             return fails(self.failures[0])
         if not self.is_held_up:
@@ -116,118 +116,118 @@ def why(
 
 
 def worded(costs: HeldUp, search: Search = USUAL) -> Why:
-    """Add the answer to what the suspects cost, and write it to the folder of the search."""
+    """Add the answer to the costs of the suspects, and write it to the folder of the search."""
     return Why(**vars(costs), answer=answer(costs).keep(search.out, search.command))
 
 
 def answer(costs: HeldUp) -> Answer:
-    """Put into words what relieving the suspects gains."""
+    """Put into words the gains of relieving the suspects."""
     return _Held(costs).answer()
 
 
 def fails(failure: Failure) -> str:
-    """How often runs could not go on."""
-    verb = next((said for kind, said in _FAILS.items() if failure.text.startswith(kind)), "fails")
+    """Say how often runs could not go on."""
+    verb = next((word for kind, word in _FAILS.items() if failure.text.startswith(kind)), "fails")
     return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
 
 
 class _Held:
-    """What holds a warehouse up, with the scale on which gains are written."""
+    """The costs of all suspects, with the scale on which gains are written."""
 
-    def __init__(self, found: HeldUp) -> None:
-        self.found, self.model = found, found.model
-        known = [gain.mean for _, gain in found.found if math.isfinite(gain.mean)]
-        scale = words.scale(found.indicator, self.model, known)
+    def __init__(self, costs: HeldUp) -> None:
+        self.costs, self.model = costs, costs.model
+        means = [gain.mean for _, gain in costs.found if math.isfinite(gain.mean)]
+        scale = words.scale(costs.indicator, self.model, means)
         self.scale = numbers.Scale("points", 100.0) if scale.is_share else scale
-        self.competing = [(suspect, gain) for suspect, gain in found.found if gain.competes]
-        self.of = words.in_sentence(found.indicator) if found.indicator else ""
+        self.competing = [(suspect, gain) for suspect, gain in costs.found if gain.competes]
+        self.of = words.in_sentence(costs.indicator) if costs.indicator else ""
 
     def answer(self) -> Answer:
-        found, model = self.found, self.model
-        said = [self._said(), *(sentence(one.text) for one in found.verdicts), was(found.loads)]
-        said += [self._lost(), self._batched()]
-        broken = 0 in found.failures
+        costs, model = self.costs, self.model
+        lines = [self._said(), *(sentence(verdict.text) for verdict in costs.verdicts), was(costs.loads)]
+        lines += [self._lost(), self._batched()]
+        broken = 0 in costs.failures
         return Answer(
             kind="why",
             name=model.name,
             description=model.description,
             question="What holds it up?",
-            measures={found.indicator: "gain, per 10 %"},
-            answer=tuple(filter(None, said)),
+            measures={costs.indicator: "gain, per 10 %"},
+            answer=tuple(filter(None, lines)),
             tiles=() if broken else (*self._as_it_is(), *self._health()),
             options=tuple(self._options()),
             figure=self._figure(),
-            about=None if broken else judged.about("the warehouse as it is", model, found.seed),
+            about=None if broken else judged.about("the warehouse as it is", model, costs.seed),
             tables=tuple(self._changes()),
-            promise=judged.promise("intervals", found.gains.confidence, exact=found.gains.exact),
-            notes=tuple(f"Not tried: {line}." for line in found.left_out),
-            runs=found.gains.runs,
-            confidence=found.gains.confidence,
-            made={"seed": str(found.seed), "model": model.digest()},
-            indicator=found.indicator,
-            clear=found.is_clear,
-            base=_finite(found.gains.base),
-            held_up=found.is_held_up,
-            lost_time=[{"root": one.cause, "at": one.at, "share": share} for one, share in found.lost.items()],
-            waiting_for_batch=found.batched,
-            busy={load.group.name: load.mean for load in found.loads},
-            failed=found.gains.failed,
-            left_out=list(found.left_out),
-            verdicts=[verdict.content() for verdict in found.verdicts],
-            reliefs=[_facts(suspect, gain) for suspect, gain in found.found],
+            promise=judged.promise("intervals", costs.gains.confidence, exact=costs.gains.exact),
+            notes=tuple(f"Not tried: {line}." for line in costs.left_out),
+            runs=costs.gains.runs,
+            confidence=costs.gains.confidence,
+            made={"seed": str(costs.seed), "model": model.digest()},
+            indicator=costs.indicator,
+            clear=costs.is_clear,
+            base=_finite(costs.gains.base),
+            held_up=costs.is_held_up,
+            lost_time=[{"root": loss.cause, "at": loss.at, "share": share} for loss, share in costs.lost.items()],
+            waiting_for_batch=costs.batched,
+            busy={load.group.name: load.mean for load in costs.loads},
+            failed=costs.gains.failed,
+            left_out=list(costs.left_out),
+            verdicts=[verdict.content() for verdict in costs.verdicts],
+            reliefs=[_facts(suspect, gain) for suspect, gain in costs.found],
         )
 
     # Sentences
 
     def _said(self) -> str:
-        """What holds the warehouse up and what that costs, or that nothing does."""
-        found, failure = self.found, self.found.failures.get(0)
+        """Name the bottleneck and its cost, or say that there is none."""
+        costs, failure = self.costs, self.costs.failures.get(0)
         if failure is not None:
             return f"As it is, it {fails(failure)}. {sentence(failure.text.partition(': ')[2] or failure.text)}"
-        if not found.is_held_up and found.state is not None:
-            known = found.gains.none or found.is_clear
-            return f"Nothing holds it up: {_state(found.state)}.{f' {self._gains()}' if known else ''}"
+        if not costs.is_held_up and costs.state is not None:
+            is_known = costs.gains.none or costs.is_clear
+            return f"Nothing holds it up: {_state(costs.state)}.{f' {self._gains()}' if is_known else ''}"
         return self._gains()
 
     def _gains(self) -> str:
-        """What gains most for an equal dose, and what everything else gains at most."""
-        found = self.found
+        """Name the change that gains most for an equal dose, and the most that any other change gains."""
+        costs = self.costs
         if not self.competing:
-            return f"No change tried made any difference in {number_of(found.gains.runs, 'run')}."
-        if found.gains.none:
-            return f"No change tried improves {self.of} by {self.scale.value(found.gains.delta)} or more."
-        if found.is_clear:
+            return f"No change tried made any difference in {number_of(costs.gains.runs, 'run')}."
+        if costs.gains.none:
+            return f"No change tried improves {self.of} by {self.scale.value(costs.gains.delta)} or more."
+        if costs.is_clear:
             return self._best(*self.competing[0])
-        near = [(one, gain) for one, gain in self.competing if not gain.beaten and gain.high > 0][:_NAMED]
-        listed = spoken([f"{one.relief} {self._number(gain.each).text}" for one, gain in near])
-        per = f", {_PER}" if any(one.dose is not None for one, _ in near) else ""
+        near = [(suspect, gain) for suspect, gain in self.competing if not gain.beaten and gain.high > 0][:_NAMED]
+        listed = spoken([f"{suspect.relief} {self._number(gain.each).text}" for suspect, gain in near])
+        per = f", {_PER}" if any(suspect.dose is not None for suspect, _ in near) else ""
         runs = number_of(self.competing[0][1].n, "run")
         unclear = f"{runs} cannot yet say what helps most. Gain in {self.of}{per}: {listed}."
-        return unclear + self._largest([one for one, _ in near])
+        return unclear + self._largest([suspect for suspect, _ in near])
 
     def _best(self, suspect: Suspect, most: Gain) -> str:
-        """What the winner gains, and what everything else gains at most."""
-        found = self.found
-        falls = "falls" if find(found.indicator).better == "less" else "rises"
+        """The gain of the best change, and the most that any other change gains."""
+        costs = self.costs
+        falls = "falls" if find(costs.indicator).better == "less" else "rises"
         per = "" if suspect.dose is None else " per 10 %"
         line = f"{capital(suspect.relief)}: {self.of} {falls} by {self._number(most.each).text}{per}"
-        if found.is_held_up:
+        if costs.is_held_up:
             line = f"{capital(suspect.name)} {_holds(suspect.name)} it up most. {line}"
-        rest = max((gain.each.high for one, gain in self.competing if one.name != suspect.name), default=None)
+        rest = max((gain.each.high for other, gain in self.competing if other.name != suspect.name), default=None)
         if rest is not None and rest >= most.each.low:
             line += "; every other change gains less on the same days"
         elif rest is not None:
-            doses = any(one.dose is not None for one, _ in self.competing)
+            doses = any(other.dose is not None for other, _ in self.competing)
             line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
-        elif len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
+        elif len(costs.found) > 1 and all(gain.same for _, gain in costs.found[1:]):
             line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
         whole = f" As a whole it gains {self._number(most).text}." if suspect.dose is not None else ""
         return f"{line}.{whole}{self._largest([suspect])}"
 
     def _largest(self, named: list[Suspect]) -> str:
-        """What is sure to gain most as a whole, however large a change it takes, unless that is named first."""
+        """Name the change sure to gain most as a whole, however large it is, unless it was named before."""
         suspect, most = max(self.competing, key=lambda item: item[1].mean)
-        others = [gain for one, gain in self.competing if one in named and one is not suspect]
+        others = [gain for other, gain in self.competing if other in named and other is not suspect]
         if suspect is named[0] or any(gain.high >= most.low for gain in others):
             return ""
         return f" As a whole {suspect.relief} gains most: {self._number(most).text}."
@@ -240,74 +240,74 @@ class _Held:
         return f"{shown} {self.scale.unit}".rstrip()
 
     def _lost(self) -> str:
-        """How long robots waited in the run that was looked at, and for what most of it; empty where nobody waited."""
-        lost = self.found.lost
+        """How long robots waited in the run that was looked at, and for what mostly; empty where nobody waited."""
+        lost = self.costs.lost
         if not lost:
             return ""
-        most = [f"{numbers.PERCENT.value(part)} {root(one, self.model)}" for one, part in list(lost.items())[:_ROOTS]]
+        most = [f"{numbers.PERCENT.value(part)} {root(loss, self.model)}" for loss, part in list(lost.items())[:_ROOTS]]
         whole = numbers.PERCENT.value(math.fsum(lost.values()))
         return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
 
     def _batched(self) -> str:
         """How long tasks waited for others to go with them; empty where none did."""
-        if not self.found.batched:
+        if not self.costs.batched:
             return ""
-        share = numbers.PERCENT.value(self.found.batched)
+        share = numbers.PERCENT.value(self.costs.batched)
         return f"{share} of a task's time was waiting for a batch in the run looked at."
 
     # Numbers
 
     def _number(self, gain: Gain) -> SaidNumber:
-        return judged.within(self.found.indicator, self.scale, (gain.mean, gain.low, gain.high), 0.0)
+        return judged.within(self.costs.indicator, self.scale, (gain.mean, gain.low, gain.high), 0.0)
 
     def _as_it_is(self) -> list[BigNumber]:
-        base = self.found.as_it_is
+        base = self.costs.as_it_is
         if base is None:
             return []
-        scale = words.scale(self.found.indicator, self.model, (base.mean,))
-        shown = judged.within(self.found.indicator, scale, (base.mean, *(base.interval or (None, None))))
+        scale = words.scale(self.costs.indicator, self.model, (base.mean,))
+        shown = judged.within(self.costs.indicator, scale, (base.mean, *(base.interval or (None, None))))
         return [judged.tile(shown.text, f"{self.of}, as it is")]
 
     def _health(self) -> list[BigNumber]:
         """How the warehouse does, where no sentence says it."""
-        state = self.found.state
-        if state is None or not self.found.is_held_up:
+        state = self.costs.state
+        if state is None or not self.costs.is_held_up:
             return []
         due = [] if state.on_time is None else [BigNumber(value=numbers.PERCENT.value(state.on_time), what="on time")]
         return [*due, BigNumber(value=numbers.PERCENT.value(state.idle), what="of robots' time idle")]
 
     def _standing(self, suspect: Suspect, gain: Gain) -> Standing:
-        found = self.found
-        if gain.change in found.failures or gain.failed:
+        costs = self.costs
+        if gain.change in costs.failures or gain.failed:
             return "fails"
         if gain.same:
             return "same"
         if gain.scale is None:
             return "apart"
-        if suspect is self.competing[0][0] and found.is_clear:
+        if suspect is self.competing[0][0] and costs.is_clear:
             return "best"
         return "less" if gain.beaten or gain.high <= 0 else "perhaps"
 
     def _options(self) -> list[Option]:
-        """A row for each change, those in the contest by what 10 % gain; all that changed nothing are one."""
-        same = [suspect.relief for suspect, gain in self.found.found if gain.same]
+        """A row for each change, competing changes by the gain of 10 %; changes without an effect share one row."""
+        same = [suspect.relief for suspect, gain in self.costs.found if gain.same]
         rows = []
-        for suspect, gain in self.found.found:
+        for suspect, gain in self.costs.found:
             if gain.same and suspect.relief != same[0]:
                 continue
-            standing, said = self._standing(suspect, gain), ""
-            if gain.change in self.found.failures:
-                said = fails(self.found.failures[gain.change])
+            standing, text = self._standing(suspect, gain), ""
+            if gain.change in self.costs.failures:
+                text = fails(self.costs.failures[gain.change])
             elif gain.failed:
-                said = f"no value in {gain.failed} of {number_of(gain.n, 'run')}"
+                text = f"no value in {gain.failed} of {number_of(gain.n, 'run')}"
             elif gain.same:
-                said = f"no difference in {number_of(gain.n, 'run')}"
+                text = f"no difference in {number_of(gain.n, 'run')}"
             rows.append(
                 Option(
                     name=suspect.relief,
                     standing=standing,
-                    number=None if said else self._number(gain.each if gain.competes else gain),
-                    said=said,
+                    number=None if text else self._number(gain.each if gain.competes else gain),
+                    said=text,
                     runs=gain.n,
                     set=dict(suspect.overrides),
                     same=tuple(same[1:]) if gain.same else (),
@@ -332,7 +332,7 @@ class _Held:
                 "" if suspect.waited is None else numbers.PERCENT.value(suspect.waited),
                 "" if math.isnan(gain.mean) else self._number(gain).text,
             )
-            for suspect, gain in self.found.found
+            for suspect, gain in self.costs.found
         )
         note = "Waited: the part of the robots' time, in one run. Gains as a whole, however large the change."
         head = ("change", "how much more", "waited", "gain as a whole")
@@ -340,7 +340,7 @@ class _Held:
 
 
 def dose(suspect: Suspect) -> str:
-    """A change as a part of what is there."""
+    """A change as a share of the model's value."""
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose

@@ -66,13 +66,15 @@ def page_of_answer(answer: Answer, replay: Path | None = None) -> str:
     Answers that are about no design, and those of which the run fails, have the page without a run. The run is written
     to the file `replay` where there is one, and the page links to it.
     """
-    run = None
-    if answer.about is not None:
+    about, run, worst = answer.about, None, None
+    if about is not None:
         try:
-            run = run_page.in_full(load_model(answer.about.model), answer.about.seed)
+            model = load_model(about.model)
+            run = run_page.in_full(model, about.seed)
+            worst = run_page.in_full(model, about.worst.seed) if run is not None and about.worst is not None else None
         except WarehouseError:  # such as with a user's own policy, which no report may run
             return page(answer)
-    return page(answer) if run is None else run_page.page_with(answer, run, _replayed(run, replay))
+    return page(answer) if run is None else run_page.page_with(answer, run, worst, _replayed(run, replay))
 
 
 def _replayed(run: RunData, replay: Path | None) -> str:
@@ -126,7 +128,7 @@ def template() -> Path:
 def _filled_in(folder: Path) -> str:
     """The notebook with the folder in the cell that sets the parameters."""
     notebook = json.loads(template().read_text(encoding="utf-8"))
-    lines = notebook["cells"][0]["source"]
+    lines = next(cell for cell in notebook["cells"] if cell["cell_type"] == "code")["source"]
     lines[0] = f"folder = {str(folder)!r}\n"
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
 

@@ -1,4 +1,4 @@
-"""One simulation run and what came out of it."""
+"""The data of one simulation run: how it is simulated, and its tables."""
 
 from __future__ import annotations
 
@@ -103,16 +103,16 @@ class RunData:
 
     @property
     def C(self) -> int:  # noqa: N802 - the paper's name
-        """Charge cycles after which a robot went out again."""
+        """Charging stops after which a robot went out again."""
         return int(self._of_the_paper("C"))
 
     def _of_the_paper(self, name: str) -> float:
-        """One indicator; none of the others is worked out for it."""
+        """Compute one indicator alone, unless all are known."""
         return self.kpis[name] if "kpis" in vars(self) else indicators.INDICATORS[name].compute(self.history)
 
     @cached_property
     def verdicts(self) -> list[Verdict]:
-        """What the run shows to be wrong, in words: it cannot keep up, drains its batteries, or is jammed."""
+        """The verdicts on the run, in words: it cannot keep up, drains its batteries, or is jammed."""
         return verdicts.judge_run(self.kpis, self.history)
 
     @cached_property
@@ -129,7 +129,7 @@ class RunData:
 
     @cached_property
     def robots(self) -> pd.DataFrame:
-        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charge cycles."""
+        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charges."""
         import pandas as pd
 
         return pd.DataFrame(self.record.robots).rename_axis("robot")
@@ -150,7 +150,7 @@ class RunData:
 
     @cached_property
     def waits(self) -> pd.DataFrame:
-        """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`.
+        """Waits of robots for others: robot, other, start, end, and the node or edge; needs `log: all`.
 
         `root`, `root_at`: what the chain of those who wait for one another ends at for most of the wait, and at which
         node or edge: a state of a robot there (`loading`), a queue, a closure, a person, or `crossing`, `lane`,
@@ -168,16 +168,16 @@ class RunData:
             "node": pd.Series([wait.node for wait in waits], dtype=text),
             "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
         }
-        found = chains.roots(self.history) if waits else []
-        columns["root"] = pd.Series([root.cause for root in found], dtype=text)
-        columns["root_at"] = pd.Series([root.at for root in found], dtype=text)
+        roots = chains.roots(self.history) if waits else []
+        columns["root"] = pd.Series([root.cause for root in roots], dtype=text)
+        columns["root_at"] = pd.Series([root.at for root in roots], dtype=text)
         if self.model.waits_apart:
             columns["cause"] = pd.Series([wait.cause for wait in waits], dtype=text)
         return pd.DataFrame(columns)
 
     @cached_property
     def lost_time(self) -> pd.DataFrame:
-        """What robots waited for in the end, most first: root, root_at, time, share, robots; needs `log: all`.
+        """The time lost to each root of waits, most first: root, root_at, time, share, robots; needs `log: all`.
 
         A row for each root (see `waits`). `time`: that all robots together waited for it in the counted time, in
         traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all
@@ -185,9 +185,9 @@ class RunData:
         """
         import pandas as pd
 
-        found = chains.lost_to(self.history)
+        lost = chains.lost_to(self.history)
         whole = self.history.counted * len(self.record.robots)
-        rows = [(*root, time, time / whole, robots) for root, (time, robots) in found.items()]
+        rows = [(*root, time, time / whole, robots) for root, (time, robots) in lost.items()]
         return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
@@ -240,19 +240,19 @@ class RunData:
         import numpy as np
         import pandas as pd
 
-        found, asked = self._positions, np.fromiter(times, dtype=float)
-        robots = len(found.legs.first) - 1
+        tracks, asked = self._positions, np.fromiter(times, dtype=float)
+        robots = len(tracks.legs.first) - 1
         edge, along = np.empty((len(asked), robots), np.int64), np.empty((len(asked), robots))
         for robot in range(robots):
-            edge[:, robot], along[:, robot] = found.of(robot, asked)
-        points = found.edges.points(edge.ravel(), along.ravel())
+            edge[:, robot], along[:, robot] = tracks.of(robot, asked)
+        points = tracks.edges.points(edge.ravel(), along.ravel())
         columns: dict[str, Any] = {
             "time": np.repeat(asked, robots),
             "robot": np.tile(np.arange(robots), len(asked)),
             "x": points[:, 0],
             "y": points[:, 1],
-            "heading": found.edges.headings(edge.ravel()),
-            "node": found.last_nodes(edge.ravel(), along.ravel()),
+            "heading": tracks.edges.headings(edge.ravel()),
+            "node": tracks.last_nodes(edge.ravel(), along.ravel()),
         }
         return pd.DataFrame(columns)
 
@@ -281,13 +281,13 @@ class RunData:
         return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
     def floor(self, seconds: float = 600.0) -> dict[str, Any]:
-        """The first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
+        """Return the first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
         from desim_warehouse.replay import part
 
         return part(self.history, seconds)
 
     def __repr__(self) -> str:
-        """The three numbers of the paper."""
+        """Return the three numbers of the paper."""
         return f"{type(self).__name__}({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
 
 

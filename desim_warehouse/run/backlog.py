@@ -1,4 +1,4 @@
-"""The work of a probe: tasks of the model's own mix, so many of them always known, on the side of no random numbers.
+"""The work of a probe: tasks of the model's own mix, so many of them always known, and evenly spread, not by chance.
 
 Places and flows are a stratified sample in random order: each stands in it as often as in the demand, as far as whole
 numbers let it, and no pattern of the floor does.
@@ -34,7 +34,7 @@ BLOCK = 50
 
 
 class Backlog:
-    """At most about `count` tasks of the goods or `flows`, `waiting` of which are known at any time.
+    """A source of at most about `count` tasks of the goods or `flows`, with `waiting` of them known at any time.
 
     `enough`: asked before each task, with how many were given out; none follow where it says so.
 
@@ -71,7 +71,7 @@ class Backlog:
         self._fill()
 
     def taken(self, task: Task) -> None:
-        """Others follow."""
+        """Release the tasks that follow a task that is taken."""
         self._open -= len(task.tasks)
         if self._pause:
             Timeout(self._env, self._pause).callbacks.append(lambda _: self._fill())
@@ -79,11 +79,11 @@ class Backlog:
             self._fill()
 
     def returned(self, task: Task) -> None:
-        """It is open again."""
+        """Count a task as open again."""
         self._open += len(task.tasks)
 
     def to_come(self, _: Task, __: bool) -> bool:
-        """Whether others will follow."""
+        """Whether more tasks will follow."""
         return self._given < self._most
 
     def _fill(self) -> None:
@@ -97,20 +97,20 @@ class Backlog:
             self._release(replace(task, release=self._env.now, due=None))
 
     def _of_goods(self, count: int) -> Iterator[Task]:
-        """Goods as they are in demand; those of a list in its order, again and again."""
+        """Iterate over goods in the mix of the demand; goods of a list come in its order, again and again."""
         model, storage, nodes = self._model, self._layout.storage, self._model.tasks.unload_at
         goods, own = listed(model), own_destinations(model, self._layout)
         drawn = [] if goods else self._sample(demand(model, self._layout), count, BLOCK)
         turns = self._sample([1.0] * len(nodes), count, BLOCK) if self._in_turn and len(nodes) > 1 else []
         for number in range(count):
             place = storage[goods[number % len(goods)] if goods else drawn[number]]
-            to = own[number % len(own)] if own else ()
-            if turns and not to:
-                to = (nodes[turns[number]],)
-            yield Task(number, place.number, place.edge, place.offset, to=to)
+            targets = own[number % len(own)] if own else ()
+            if turns and not targets:
+                targets = (nodes[turns[number]],)
+            yield Task(number, place.number, place.edge, place.offset, to=targets)
 
     def _of_flows(self, streams: Streams, names: Sequence[str], count: int) -> Iterator[Task]:
-        """Tasks of some flows, by their rates; orders of several lines come whole."""
+        """Iterate over tasks of some flows, by their rates; orders of several lines come whole."""
         model, rates = self._model, self._rates
         made = Flows(self._env, model, self._layout, streams).flows
         drawn = self._sample([rates[name] / model.tasks.flows[name].mean_lines for name in names], count)
@@ -139,16 +139,16 @@ class Backlog:
             yield from self._sample(weights, count)
 
     def _rows(self, flow: Any, count: int) -> Iterator[Any]:
-        """A sample of the rows of a file of orders, else none for each task."""
+        """Iterate over a sample of the rows of a file of orders, else over None for each task."""
         if not isinstance(flow.when, OrdersArrivals):
             return iter([None] * count)
         every = [line for _, line in flow.asked_for()]
         return iter([every[number] for number in self._sample([1.0] * len(every), count)])
 
     def _sample(self, weights: Sequence[float], count: int, block: int | None = None) -> list[int]:
-        """Numbers by weight, a random one of each of `count` equal parts of it, in random order.
+        """Draw a stratified sample of numbers by weight, in random order: one from each of `count` equal parts.
 
-        They come in blocks, each of them spread over the whole; without a number of these they are one.
+        They come in blocks, each spread over the whole; without `block` they are one block.
         """
         import numpy as np
 
@@ -157,12 +157,12 @@ class Backlog:
         places = self._random.permuted(np.arange(blocks * block).reshape(block, blocks), axis=1)
         parts = self._random.permuted(places, axis=0).T.ravel()
         cut = np.cumsum(np.asarray(weights, dtype=float))
-        at = (parts + self._random.random(len(parts))) / len(parts) * cut[-1]
-        return np.minimum(np.searchsorted(cut, at, side="right"), len(cut) - 1)[:count].tolist()  # type: ignore[no-any-return]
+        points = (parts + self._random.random(len(parts))) / len(parts) * cut[-1]
+        return np.minimum(np.searchsorted(cut, points, side="right"), len(cut) - 1)[:count].tolist()  # type: ignore[no-any-return]
 
 
 def flows_of(model: Model, kind: str) -> dict[str, FlowSpec]:
-    """The flows whose tasks robots of a kind do."""
+    """Return the flows whose tasks robots of a kind do."""
     fleet = model.fleet
     carries = fleet.robots()[fleet.kinds_of_robots().index(kind)].carries
     return {

@@ -1,4 +1,4 @@
-"""Everything that is found wrong with a model before it runs: mistakes, what the estimate shows, the night."""
+"""Examination of a model before it runs: mistakes, what the estimate shows, and the night."""
 
 from __future__ import annotations
 

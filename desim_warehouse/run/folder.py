@@ -1,4 +1,4 @@
-"""A run on disk: what `Run.save` writes and `load_run` reads back.
+"""A run on disk: how it is written, for `Run.save`, and read back, for `load_run`.
 
 run.json holds seed, version, the model's content and the tallies. log.parquet holds the rows. kpis.json and the tables
 robots.csv, edges.csv and nodes.csv are there for people and other programs.
@@ -122,7 +122,7 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
 
 
 def _edges(layout: Layout) -> list[tuple[str, str]]:
-    """The edges that rows may name: those of the layout, and of storage places on nodes."""
+    """Return the edges that rows may name: the edges of the layout, and of storage places on nodes."""
     on_nodes = (place.edge for place in layout.storage if place.edge[0] == place.edge[1])
     return [*layout.graph.edges, *dict.fromkeys(on_nodes)]
 
@@ -137,13 +137,13 @@ def _content(path: Path) -> dict[str, Any]:
 
 
 def _kpis(folder: Path) -> dict[str, float]:
-    """The indicators that were saved with a run."""
+    """Read the indicators that were saved with a run."""
     kept: dict[str, float | None] = json.loads((folder / KPIS).read_text(encoding="utf-8"))
     return {name: math.nan if value is None else float(value) for name, value in kept.items()}
 
 
 def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
-    """The log of a saved run: its rows, and what stands beside them."""
+    """Rebuild the log of a saved run from its rows, and what stands beside them."""
     from desim_warehouse.outcome.log import Log
 
     return Log(
@@ -167,7 +167,7 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
 
 
 def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
-    """The table of the log, as it was written; raises ValueError for another. 0.3.0 did not say what it wrote."""
+    """Read the table of the log, as it was written; raises ValueError for another. 0.3.0 did not say what it wrote."""
     import pandas as pd
 
     written = content.get("sha256", {}).get(LOG)
@@ -177,7 +177,7 @@ def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
 
 
 def _rows(table: pd.DataFrame, layout: Layout, *, ours: bool) -> list[Any]:
-    """The rows of a log, with the edges of the layout; raises ValueError where they name another.
+    """Return the rows of a log, with the edges of the layout; raises ValueError where they name another.
 
     `ours`: this version wrote it, and all columns that it knows.
     """
@@ -212,8 +212,8 @@ def _check(log: Log, model: Model, layout: Layout) -> None:
         raise ValueError(f"{len(log.robots)} robots, expected the {size} of its model")
     if not (log.level in get_args(Detail) and 0 <= log.begin <= log.end < math.inf):
         raise ValueError(f"level {log.level}, from {log.begin} to {log.end}, expected those of a run")
-    lanes, crossed = [one["edge"] for one in log.edges], [one["node"] for one in log.nodes]
-    stations = [one["station"] for one in log.stations or ()]
+    lanes, crossed = [tally["edge"] for tally in log.edges], [tally["node"] for tally in log.nodes]
+    stations = [tally["station"] for tally in log.stations or ()]
     if len(log.energy) not in {0, size} or not (lanes and crossed) or not set(stations) <= set(layout.graph):
         raise ValueError("its tallies are not those of a run")
     nodes, robots = {None, *layout.graph}, frozenset(range(NONE, size))

@@ -36,7 +36,7 @@ class _LongEnoughError(Exception):
 
 @dataclass(frozen=True)
 class Flat:
-    """The robot that runs flat first, and after how many hours of those `tried`."""
+    """The robot that runs flat first, after how many hours, and how many hours were `tried`."""
 
     robot: int
     hours: float
@@ -44,9 +44,9 @@ class Flat:
 
 
 def night(model: Model) -> Flat | None:
-    """Who runs flat without orders, from the energy at the start; None if nobody does.
+    """Simulate a night without orders from the energy at the start: who runs flat, or None if nobody does.
 
-    For a day, or for the longest time in which the model is closed; of a fleet that moves a lot for less.
+    It lasts a day, or the longest time in which the model is closed; less with a fleet that moves a lot.
     """
     hour = model.units.hour
     tried = max(DAY, longest_rest(model) / hour)
@@ -57,7 +57,7 @@ def night(model: Model) -> Flat | None:
         world.run()
     except BatteryError:
         now = world.env.now
-        return Flat(min(world.robots, key=lambda one: one.charge_left()).number, now / hour, tried)
+        return Flat(min(world.robots, key=lambda robot: robot.charge_left()).number, now / hour, tried)
     except _LongEnoughError:
         pass
     return None
@@ -75,7 +75,7 @@ def _watch(world: World, hour: float) -> None:
 
 
 def findings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What a planner should know of the model's nights: of runs with a length, in models with chargers.
+    """Warn of what goes wrong in the model's nights: for runs with a length, in models with chargers.
 
     Policies of the user's own are not tried: a check runs nobody's code.
     """

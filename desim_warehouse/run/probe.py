@@ -1,4 +1,4 @@
-"""What a task costs, measured: one robot of a kind on the model's own floor, with its own work and without traffic.
+"""The cost of a task, measured: one robot of a kind on the model's own floor, with its own work and without traffic.
 
 Everything that costs time or energy is told by the world alone, and read here from the log. What robots share
 (stations, chargers, lanes), and what keeps them from work for a share of the time, is worked out from it.
@@ -54,7 +54,7 @@ PATIENCE = 24
 
 @dataclass(frozen=True)
 class Probe:
-    """What one robot did for a task on average, with a next one always known.
+    """The measures of one robot for its mean task, with a next one always known.
 
     Attributes:
         time: of a task, without charging; `phases` by the part of a robot's round.
@@ -110,21 +110,21 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
 
 @lru_cache(maxsize=64)
 def _probe(
-    one: Model,
+    model: Model,
     kind: str,
     waiting: int,
     in_turn: bool,
     rates: FrozenMap[str, float],
     draws: Consumption | None = None,
 ) -> Probe:
-    """The probe of a model with one robot; `draws`: of one whose battery is never empty."""
-    log = _run(one, kind, waiting, in_turn, rates)
+    """Probe a model with one robot; `draws`: the consumption of a robot whose battery is never empty."""
+    log = _run(model, kind, waiting, in_turn, rates)
     begin, end, _ = _counted(log, waiting, log.end)
-    return _measured(log, one.floor, begin, end, draws)
+    return _measured(log, model.floor, begin, end, draws)
 
 
 def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
-    """The begin and the end of what counts by now, and how many rounds from charger to charger that is.
+    """Return begin and end of the time that counts by now, and its number of rounds from charger to charger.
 
     Tasks that were chosen from fewer than `waiting` do not count. Where the robot is not charged, all but the first do.
     """
@@ -138,7 +138,7 @@ def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
 
 
 def _without_the_first(log: Log, end: float) -> tuple[float, float]:
-    """The begin and the end of tasks that were taken up to a time, without the first of them."""
+    """Return the begin and the end of tasks that were taken up to a time, without the first of them."""
     begun = sorted({row.time for row in log.of("assigned") if row.time <= end})
     if not begun[1:]:
         raise SimulationError("a robot by itself does no second task")
@@ -146,13 +146,13 @@ def _without_the_first(log: Log, end: float) -> tuple[float, float]:
 
 
 def _well_known(log: Log, waiting: int, now: float) -> bool:
-    """Whether the mean time of a task, without charging, is known: by its standard error, and of whole rounds."""
+    """Whether the mean time of a task, without charging, is precise enough: by its standard error, of whole rounds."""
     begin, end, rounds = _counted(log, waiting, now)
-    clock, at, done, charging = 0.0, begin, [], False
+    clock, before, done, charging = 0.0, begin, [], False
     for row in sorted(log.of("delivered", *STATES)):
         if begin < row.time <= end:
-            clock += 0.0 if charging else row.time - at
-            at = row.time
+            clock += 0.0 if charging else row.time - before
+            before = row.time
             done += [clock] if row.kind == "delivered" else []
         if row.kind in STATES:
             charging = row.kind in CHARGING
@@ -162,7 +162,7 @@ def _well_known(log: Log, waiting: int, now: float) -> bool:
 
 
 def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, float]:
-    """The time and the energy of a task for a robot that is back in a bay, and at rest, before the next is known.
+    """Measure time and energy of a task for a robot that is back in a bay, and at rest, before the next is known.
 
     Its battery is never empty. `pause`: from when a task is taken until the next is known, more than it takes.
     """
@@ -181,7 +181,7 @@ def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, fl
 
 @lru_cache(maxsize=64)
 def _calm(
-    one: Model,
+    model: Model,
     kind: str,
     waiting: int,
     in_turn: bool,
@@ -189,9 +189,9 @@ def _calm(
     draws: Consumption,
     pause: float,
 ) -> tuple[float, float]:
-    log = _run(one, kind, waiting, in_turn, rates, pause)
-    found = _measured(log, one.floor, *_without_the_first(log, math.inf), draws, at_rest=False)
-    return found.time, found.energy
+    log = _run(model, kind, waiting, in_turn, rates, pause)
+    sample = _measured(log, model.floor, *_without_the_first(log, math.inf), draws, at_rest=False)
+    return sample.time, sample.energy
 
 
 @contextmanager
@@ -205,23 +205,23 @@ def _swept() -> Iterator[None]:
         gc.unfreeze()
 
 
-def _run(one: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0) -> Log:
-    """The log of a robot that does some tasks, as far as it comes."""
+def _run(model: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0) -> Log:
+    """Simulate a robot that does some tasks and return the log, as far as it comes."""
 
-    def enough(given: int, log: Log, now: float) -> bool:
-        known = given in LOOKS and given >= 4 * waiting and not one.tasks.flows
-        return known and _well_known(log, waiting, now)
+    def enough(handed_out: int, log: Log, now: float) -> bool:
+        is_time = handed_out in LOOKS and handed_out >= 4 * waiting and not model.tasks.flows
+        return is_time and _well_known(log, waiting, now)
 
     demand = partial(
         Backlog,
-        flows=tuple(flows_of(one, kind)),
+        flows=tuple(flows_of(model, kind)),
         count=CALM if pause else MOST,
         waiting=waiting,
         in_turn=in_turn,
         rates=rates,
         pause=pause,
     )
-    return log_of(one, demand, enough, pause)
+    return log_of(model, demand, enough, pause)
 
 
 @_swept()
@@ -231,14 +231,14 @@ def log_of(
     enough: Callable[[int, Log, float], bool] | None = None,
     pause: float = 0.0,
 ) -> Log:
-    """The log of a world with the work of a probe, as far as it comes.
+    """Simulate a world with the work of a probe and return the log, as far as it comes.
 
     `enough`: asked before each task, with how many were given out, the log and the time; no more follow where it says
     so. `pause`: between two tasks, in which nothing is delivered.
     """
 
-    def is_over(given: int) -> bool:
-        return enough is not None and enough(given, world.log, world.env.now)
+    def is_over(handed_out: int) -> bool:
+        return enough is not None and enough(handed_out, world.log, world.env.now)
 
     world = World(model, SEED, demand=partial(demand, enough=is_over))
     patience, done = PATIENCE * model.units.hour + pause, 0
@@ -261,13 +261,13 @@ def log_of(
 
 
 def always_there(model: Model) -> Model:
-    """The model with all robots and stations always on duty, never broken, without batteries; its work comes apart."""
+    """Return the model with robots and stations always on duty, never broken, no batteries; its work comes apart."""
     kinds = {name: kind.model_copy(update={"battery": None}) for name, kind in model.fleet.kinds.items()}
     return _undisturbed(model, kinds, {"start_energy": 1.0}).model_copy(update={"battery": None})
 
 
 def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
-    """The model with one robot of a kind: always on duty, never broken; `endless`: its battery is never empty."""
+    """Return the model with one robot of a kind, always on duty, never broken; `endless`: its battery never empties."""
     own = by_kind(model)[kind]
     fleet, traffic = own.fleet, own.traffic.model_copy(update={"most_out": None})
     number = fleet.kinds_of_robots().index(kind)
@@ -284,7 +284,7 @@ def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
 
 
 def _undisturbed(model: Model, kinds: Mapping[str, Kind], changed: Mapping[str, Any]) -> Model:
-    """The model of a probe, with some `kinds` and with changes of its fleet; nothing breaks, closes or is off duty."""
+    """Return the model of a probe, with `kinds` and changes of its fleet; nothing breaks, closes or is off duty."""
     fleet, always = model.fleet.model_copy(update=changed), {"breakdowns": None, "hours": None}
     new: dict[str, Any] = {
         "robot": fleet.robot.model_copy(update={"breakdowns": None}),
@@ -303,7 +303,7 @@ def _undisturbed(model: Model, kinds: Mapping[str, Kind], changed: Mapping[str, 
 
 
 def _of_a_probe(model: Model) -> dict[str, Any]:
-    """What is alike in all probes, and for every rate."""
+    """Return the overrides that are alike in all probes, and for every rate."""
     tasks: dict[str, Any] = {"demand": 1.0}
     if isinstance(model.tasks.goods, PoissonGoods | SaturatedGoods):
         tasks["goods"] = SaturatedGoods(saturated=1)
@@ -318,7 +318,7 @@ def _of_a_probe(model: Model) -> dict[str, Any]:
 
 
 def _built_in(model: Model) -> dict[str, PolicySpec]:
-    """The first policy of its kind for each of the user's own: a check runs nobody's code."""
+    """Return the first policy of its kind for each of the user's own: a check runs nobody's code."""
     own = [kind for kind, spec in model.policies.specs().items() if spec.own]
     return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
 
@@ -326,7 +326,7 @@ def _built_in(model: Model) -> dict[str, PolicySpec]:
 def _measured(
     log: Log, layout: Layout, begin: float, end: float, draws: Consumption | None, *, at_rest: bool = True
 ) -> Probe:
-    """What a log says of a task between two times; `at_rest`: time at rest counts."""
+    """Measure the mean task between two times from a log; `at_rest`: time at rest counts."""
     rides = {">".join(ride) for ride in layout.rides}
     done = [row for row in log.of("delivered") if begin < row.time <= end]
     tasks = len(done)
@@ -366,6 +366,6 @@ def _measured(
 
 
 def _drawn(log: Log, begin: float, end: float) -> float:
-    """What was drawn from the battery between two times: what each row has less than the one before it."""
+    """Return the energy drawn from the battery between two times: by how much the level falls from row to row."""
     levels = [row.value for row in log.of("delivered", *STATES) if begin <= row.time <= end and row.value is not None]
     return math.fsum(max(a - b, 0.0) for a, b in pairwise(levels) if math.isfinite(a))

@@ -1,4 +1,4 @@
-"""The quick estimate: what a fleet can do, worked out from what one robot of each kind does by itself."""
+"""The quick estimate: what a fleet can do, worked out from a probe of one robot of each kind."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ PARTS = {
 
 
 def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
-    """The quick estimate of a model without errors; with pods a task is a line.
+    """Estimate what a fleet can do, from a model without errors; with pods a task is a line.
 
     `waiting`: tasks that an allocation may choose from; None: just as many that the next is always known.
 
@@ -65,8 +65,8 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         paces = together(model, _known(model))
         pile = pile_on(model, *((1.0, 1.0) if paces is None else (paces.few.lines, paces.many.lines)))
         return by_line(estimate(driven(model, pile.many), waiting), pile, model)
-    layout, count, found = model.floor, _robots_by_kind(model), _probes(model, waiting)
-    of_kinds = {kind: _task(model, kind, one) for kind, one in found.items()}
+    layout, count, probes = model.floor, _robots_by_kind(model), _probes(model, waiting)
+    of_kinds = {kind: _task(model, kind, probed) for kind, probed in probes.items()}
     cycle = mixed(of_kinds, count)
     rate, peak, busy = arrival_rate(model), peak_rate(model), min(_at_work(model, layout), sum(count.values()))
     balance = power(model, layout, cycle, of_kinds, rate, busy)
@@ -83,55 +83,55 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         model.fleet.size,
         busy,
         cycle,
-        sum(one.tasks for one in found.values()),
+        sum(probed.tasks for probed in probes.values()),
         rate,
         charging,
         busy * duty / total if total else math.inf,
-        _stations(model, layout, found, count, rate),
-        *_crossing(model, found),
+        _stations(model, layout, probes, count, rate),
+        *_crossing(model, probes),
         balance,
         model.traffic.most_out,
         None if peak is None else peak / model.units.hour,
         duty,
         unbroken=unbroken,
-        lifts=_lifts(model, layout, found, count),
+        lifts=_lifts(model, layout, probes, count),
     )
 
 
 def measured(model: Model) -> QuickEstimate:
-    """The quick estimate of a model with what its robots do together where work always waits, measured.
+    """Estimate a model from what its robots do together where work always waits, measured.
 
     Charging is worked out: at the least robots queue for chargers as if they came at random, at the most not at all.
 
     Raises:
         SimulationError: a robot by itself does none of the work.
     """
-    found = estimate(model)
+    quick = estimate(model)
     paces = together(model, _known(model))
-    if paces is None or model.fleet.size > MOST_ROBOTS or not 0 < found.most < math.inf:
-        return found
-    bound, charging = found.fleet_capacity * found.round / found.cycle.time, found.charging or 0.0
-    free = replace(found, charging=None, power=None, fleet_capacity=bound)
-    slow = found.throughput_of_queues / free.throughput_of_queues
+    if paces is None or model.fleet.size > MOST_ROBOTS or not 0 < quick.most < math.inf:
+        return quick
+    bound, charging = quick.fleet_capacity * quick.round / quick.cycle.time, quick.charging or 0.0
+    free = replace(quick, charging=None, power=None, fleet_capacity=bound)
+    slow = quick.throughput_of_queues / free.throughput_of_queues
     slowest = [pace.rate * (1 - (1 - slow) * (1 - pace.free)) for pace in (paces.few, paces.many)]
     fastest = [min(pace.rate, model.fleet.size / (pace.work + charging)) for pace in (paces.few, paces.many)]
     below, above = (BELOW, ABOVE) if model.fleet.size > 1 else (0.0, 0.0)  # nobody is in the way of one
-    limits = [limit for name, limit in found.limits.items() if name != THE_ROBOTS]
-    most = min([max(fastest) * found.on_duty * (1 + above), *limits])
-    least = min(max(min(slowest) * found.on_duty * (1 - below), 0.0 if model.pods else most / WIDEST), most)
-    likely = max(min((slowest[-1] + fastest[-1]) / 2 * found.on_duty, most), least)
-    capacity = max(found.fleet_capacity, most if model.pods else 0.0)  # pods that are near save drives
-    return replace(found, fleet_capacity=capacity, measured=(least, likely, most), looked_at=TASKS)
+    limits = [limit for name, limit in quick.limits.items() if name != THE_ROBOTS]
+    most = min([max(fastest) * quick.on_duty * (1 + above), *limits])
+    least = min(max(min(slowest) * quick.on_duty * (1 - below), 0.0 if model.pods else most / WIDEST), most)
+    likely = max(min((slowest[-1] + fastest[-1]) / 2 * quick.on_duty, most), least)
+    capacity = max(quick.fleet_capacity, most if model.pods else 0.0)  # pods that are near save drives
+    return replace(quick, fleet_capacity=capacity, measured=(least, likely, most), looked_at=TASKS)
 
 
 def time_of_task(model: Model) -> float:
-    """The mean time of a task of a model without pods, its next one always known, without charging."""
-    found = {kind: _driven(one) for kind, one in _probes(model, None).items()}
-    return mixed(found, _robots_by_kind(model)).time
+    """Return the mean time of a task of a model without pods, its next one always known, without charging."""
+    tasks = {kind: _driven(probed) for kind, probed in _probes(model, None).items()}
+    return mixed(tasks, _robots_by_kind(model)).time
 
 
 def _robots_by_kind(model: Model) -> dict[str, int]:
-    """How many robots of each kind there are, of those that do any tasks."""
+    """Count the robots of each kind that do any tasks."""
     kinds = model.fleet.kinds_of_robots()
     return {kind: kinds.count(kind) for kind in kinds if not model.tasks.flows or flows_of(model, kind)}
 
@@ -141,7 +141,7 @@ def _probes(model: Model, waiting: int | None) -> dict[str, Probe]:
 
 
 def _at_work(model: Model, layout: Layout) -> int:
-    """Robots that can be on a task at once: each needs a slot at its station from the beginning."""
+    """Return how many robots can be on a task at once: each needs a slot at its station from the beginning."""
     used = destinations(model, layout)
     if model.tasks.flows or not all(node in layout.stations for node in used):
         return model.fleet.size
@@ -150,7 +150,7 @@ def _at_work(model: Model, layout: Layout) -> int:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a fleet saves whose allocation chooses by distance: with `waiting` tasks a task has `empty` time units."""
+    """The saving of a fleet that chooses tasks by distance: with `waiting` tasks one has `empty` time units."""
 
     policy: str
     waiting: int
@@ -158,7 +158,7 @@ class Choice:
 
 
 def choice(model: Model, now: QuickEstimate) -> Choice | None:
-    """The choice of a fleet between tasks; None where it goes by no distance, or next to nothing is saved.
+    """Estimate what the choice between tasks saves; None where it goes by no distance, or saves next to nothing.
 
     `now`: the estimate of the model, as measured.
     """
@@ -172,34 +172,36 @@ def choice(model: Model, now: QuickEstimate) -> Choice | None:
 
 
 def _known(model: Model) -> int:
-    """Tasks with which a robot always knows the next, or has a whole tour whatever flow they are of."""
+    """Return the number of tasks with which a robot always knows the next, or has a whole tour of any flow."""
     loads = most_loads(model)
     return max(len(model.tasks.flows), 1) * (loads - 1) + loads
 
 
-def _task(model: Model, kind: str, one: Probe) -> MeanTask:
-    """The parts of a task as measured, also of one after which none waits where that is asked for."""
+def _task(model: Model, kind: str, probed: Probe) -> MeanTask:
+    """Return the parts of a task as probed, and of a task that no other follows, where that is asked for."""
     if model.battery is None or arrival_rate(model) is None:
-        return _driven(one)
-    known = _known(model)
-    time, energy = calm(model, kind, known, LEISURE * known * probe(model, kind, known).time)
-    return replace(_driven(one), calm_time=time, calm_energy=energy)
+        return _driven(probed)
+    known_tasks = _known(model)
+    time, energy = calm(model, kind, known_tasks, LEISURE * known_tasks * probe(model, kind, known_tasks).time)
+    return replace(_driven(probed), calm_time=time, calm_energy=energy)
 
 
-def _driven(one: Probe) -> MeanTask:
-    known = {part: one.phases.get(phase, 0.0) for phase, part in PARTS.items()}
-    other = one.time - math.fsum(known.values())
-    return MeanTask(**known, other=other if other > 1e-6 * one.time else 0.0, energy=one.energy, charging=one.charging)
+def _driven(probed: Probe) -> MeanTask:
+    parts = {part: probed.phases.get(phase, 0.0) for phase, part in PARTS.items()}
+    other = probed.time - math.fsum(parts.values())
+    return MeanTask(
+        **parts, other=other if other > 1e-6 * probed.time else 0.0, energy=probed.energy, charging=probed.charging
+    )
 
 
 def _extent(layout: Layout) -> tuple[float, float]:
-    at = list(layout.points.values())
-    x, y = [point.real for point in at], [point.imag for point in at]
+    points = list(layout.points.values())
+    x, y = [point.real for point in points], [point.imag for point in points]
     return max(x) - min(x), max(y) - min(y)
 
 
 def _unbroken(model: Model) -> float:
-    """The part of their time in which robots are not broken."""
+    """Return the part of their time in which robots are not broken."""
     robots = model.fleet.robots()
     fails = [robot.breakdowns for robot in robots]
     left = [1.0 if f is None else mean_of(f.every) / (mean_of(f.every) + mean_of(f.repair)) for f in fails]
@@ -207,31 +209,35 @@ def _unbroken(model: Model) -> float:
 
 
 def _stations(
-    model: Model, layout: Layout, found: Mapping[str, Probe], count: Mapping[str, int], rate: float | None
+    model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int], rate: float | None
 ) -> tuple[StationLoad, ...]:
-    """Each node where loads are handled, by how often and how long the robots of the probes were there.
+    """Estimate each node where loads are handled, by how often and how long the robots of the probes were there.
 
     A node without a station serves one robot at a time, which clears it before the next comes.
     """
-    robots, of, loads = sum(count.values()), specs(model, layout), []
+    robots, stations, loads = sum(count.values()), specs(model, layout), []
 
     def mean(node: str, values: Mapping[str, Mapping[str, float]]) -> float:
-        return math.fsum(count[kind] * one.get(node, 0.0) for kind, one in values.items()) / robots
+        return math.fsum(count[kind] * values_at.get(node, 0.0) for kind, values_at in values.items()) / robots
 
     done = handling(model, layout)
-    shares = {kind: {node: share for node, (share, _) in one.visits.items()} for kind, one in found.items()}
-    times = {kind: {node: share * time for node, (share, time) in one.visits.items()} for kind, one in found.items()}
+    shares = {
+        kind: {node: share for node, (share, _) in values_at.visits.items()} for kind, values_at in probes.items()
+    }
+    times = {
+        kind: {node: share * time for node, (share, time) in probed.visits.items()} for kind, probed in probes.items()
+    }
     for node in destinations(model, layout):
         share = mean(node, shares)
         time = mean(node, times) / share if share else 0.0
-        put = mean(node, {kind: one.put_down for kind, one in found.items()})
+        put = mean(node, {kind: probed.put_down for kind, probed in probes.items()})
         station = layout.stations.get(node)
         if station is None:
             serve = 1 / (time + model.tasks.clear_time) if time + model.tasks.clear_time else math.inf
             busy_at = None if rate is None else rate * share / serve
             loads.append(StationLoad(node, share, 1, serve, busy_at, handling=done.get(node, "unloading")))
             continue
-        spec = of[node]
+        spec = stations[node]
         part = open_share(model, spec)
         serve = part * station.servers / time if time else math.inf
         work = part * worked_capacity(spec) * share / put if put else math.inf
@@ -241,13 +247,13 @@ def _stations(
     return tuple(loads)
 
 
-def _lifts(model: Model, layout: Layout, found: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
+def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
     """The lifts that robots of the probes used, by how often."""
     robots, loads = sum(count.values()), []
     for lift in layout.lifts:
         mine = [ride for ride, of in layout.rides.items() if of is lift]
         rides = {
-            ride: math.fsum(count[kind] * one.rides.get(">".join(ride), 0.0) for kind, one in found.items()) / robots
+            ride: math.fsum(count[kind] * one.rides.get(">".join(ride), 0.0) for kind, one in probes.items()) / robots
             for ride in mine
         }
         if share := math.fsum(rides.values()):
@@ -255,15 +261,15 @@ def _lifts(model: Model, layout: Layout, found: Mapping[str, Probe], count: Mapp
     return tuple(loads)
 
 
-def _crossing(model: Model, found: Mapping[str, Probe]) -> tuple[str | None, float | None]:
-    """The intersection that a task keeps busy longest, and the tasks per time unit that it lets through.
+def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, float | None]:
+    """Return the intersection that a task keeps busy longest, and the tasks per time unit that it lets through.
 
     Robots that follow each other over a node do so at least D / speed + node time apart.
     """
     headway, times = model.fleet.contact / model.fleet.fastest, dict(model.traffic.node_times)
     busy = {
         node: passed * (headway + times.get(node, model.traffic.node_time))
-        for node, passed in next(iter(found.values())).passages.items()
+        for node, passed in next(iter(probes.values())).passages.items()
         if passed and node not in model.traffic.free_nodes
     }
     node = max(busy, key=busy.__getitem__, default=None)
@@ -277,20 +283,20 @@ UNKNOWN = "; estimates do not know of it"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
-    """A line for each thing that keeps robots or chargers from work at times, and for what estimates leave out."""
-    found = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model))]
+    """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
+    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model))]
     if model.fleet.breaks_down:
-        found.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
+        lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
-        found.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
-    found += [
+        lines.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
+    lines += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
     ]
-    return found
+    return lines
 
 
 def nearer(model: Model) -> dict[str, Any]:
-    """The overrides by which classes that lie otherwise lie by distance; none where there is nothing to move."""
+    """Return the overrides that order classes of goods by distance; none where there is nothing to move."""
     if model.pods is not None:
         return {}
     return {
@@ -303,7 +309,7 @@ def nearer(model: Model) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Nearer:
-    """What a task takes less, `saved` of `now` in time units, with the popularity under these `keys` by distance."""
+    """The time that a task takes less, `saved` of `now` in time units, with the popularity under `keys` by distance."""
 
     saved: float
     now: float
@@ -311,7 +317,7 @@ class Nearer:
 
 
 def with_nearer(model: Model) -> Nearer | None:
-    """What a task takes less with fast movers nearer; None where nothing is to be gained."""
+    """Estimate how much less a task takes with fast movers nearer; None where nothing is to be gained."""
     changes = nearer(model)
     try:
         moved = model.replace(changes) if changes else None

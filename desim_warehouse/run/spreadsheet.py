@@ -12,7 +12,7 @@ FORMULA = ("=", "+", "-", "@", "\t")
 
 
 def as_csv(table: pd.DataFrame, *, index: bool = False, **how: Any) -> str:
-    """A table as CSV; text that looks like the beginning of a formula gets a ' before it, numbers stay numbers.
+    """Write a table as CSV; text that looks like a formula gets a ' before it, numbers stay numbers.
 
     `how`: further arguments of `DataFrame.to_csv`.
     """

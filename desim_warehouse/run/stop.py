@@ -24,14 +24,14 @@ class StopSignal:
         self._lock = threading.Lock()
 
     def ask(self) -> None:
-        """The run is to be stopped."""
+        """Ask the run to stop."""
         with self._lock:
             self.asked = True
             if self._clock is not None:
                 self._clock.stop(StoppedError())
 
     def obey(self, clock: Clock) -> None:
-        """This is the clock of the run, which is about to begin.
+        """Take the clock of the run, which is about to begin, so that it can be stopped.
 
         Raises:
             StoppedError: where it is to be stopped already.

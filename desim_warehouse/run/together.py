@@ -1,6 +1,6 @@
-"""What a fleet does together where work always waits, measured: on its own floor, with traffic, queues and choice.
+"""The pace of a whole fleet where work always waits, measured on its own floor, with traffic, queues and choice.
 
-Robots are always on duty, and never broken or empty: what hours, repairs and charging take is worked out from it.
+Robots are always on duty, and never broken or empty: the time for hours, repairs and charging is worked out from it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ ROUNDS = 2
 
 @dataclass(frozen=True)
 class Pace:
-    """What a fleet does with some tasks always waiting.
+    """The pace of a fleet with some tasks always waiting.
 
     `rate`: tasks per time unit. `empty`: time of the empty drives of a task. `work`: time that a task takes a robot,
     without its queues. `free`: the share of their time in which robots have no task. `lines`: picked at a visit of a
@@ -53,7 +53,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Together:
-    """What a fleet does where work piles up, with `many` tasks to choose from.
+    """The pace of a fleet where work piles up, with `many` tasks to choose from.
 
     With pods, where one line waits for another, also with `few` of them, so that each robot just finds its next.
     """
@@ -63,8 +63,8 @@ class Together:
     waiting: int
 
 
-def together(model: Model, known: int) -> Together | None:
-    """Let the robots of a model work together, with the tasks `known` that one of them needs; None where they stand.
+def together(model: Model, known_tasks: int) -> Together | None:
+    """Let the robots of a model work together, with the `known_tasks` that one of them needs; None where they stand.
 
     With pods no more than `MOST_ROBOTS` drive; other fleets of more are not looked at.
     """
@@ -76,16 +76,16 @@ def together(model: Model, known: int) -> Together | None:
         robots = MOST_ROBOTS
         fleet = fleet.model_copy(update={"size": robots, "kinds": {}, "start": fleet.start[:robots]})
     model = model.model_copy(update={"fleet": fleet})
-    few, many = _waiting(model, known)
+    few, many = _waiting(model, known_tasks)
     model = always_there(model)
     rates = shares_of_flows(model)
-    one = _pace(model, few, rates)
-    other = one if many == few else _pace(model, many, rates)
-    return None if one is None or other is None else Together(one, other, many)
+    pace = _pace(model, few, rates)
+    crowded_pace = pace if many == few else _pace(model, many, rates)
+    return None if pace is None or crowded_pace is None else Together(pace, crowded_pace, many)
 
 
-def _waiting(model: Model, known: int) -> tuple[int, int]:
-    """How many lines of pods wait where robots just find their next, and tasks where work piles up."""
+def _waiting(model: Model, known_tasks: int) -> tuple[int, int]:
+    """Return how many lines of pods wait where robots just find their next, and tasks where work piles up."""
     tasks, robots = model.tasks, model.fleet.size
     if isinstance(tasks.goods, SaturatedGoods):
         return (always := tasks.goods.open(robots)), always
@@ -93,13 +93,13 @@ def _waiting(model: Model, known: int) -> tuple[int, int]:
     if tasks.flows and all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
         return always, always
     if model.pods is not None:  # a line waits until it is picked
-        return robots + known, LINES * len(model.floor.stations) + robots
-    return (many := max(CHOICE, known)), many
+        return robots + known_tasks, LINES * len(model.floor.stations) + robots
+    return (many := max(CHOICE, known_tasks)), many
 
 
 @lru_cache(maxsize=64)
 def _pace(model: Model, waiting: int, rates: FrozenMap[str, float]) -> Pace | None:
-    """What the fleet does with so many tasks waiting."""
+    """Measure the pace of the fleet with so many tasks waiting."""
     before = ROUNDS * model.fleet.size
     demand = partial(
         Backlog,
@@ -133,7 +133,7 @@ def _pace(model: Model, waiting: int, rates: FrozenMap[str, float]) -> Pace | No
 
 
 def _spent(log: Log, begin: float, end: float) -> dict[Phase, float]:
-    """The time of all robots in each phase between two times."""
+    """Return the time of all robots in each phase between two times."""
     spent: dict[Phase, float] = defaultdict(float)
     for row, then in pairwise(sorted(log.of(*STATES), key=lambda row: row.robot)):
         phase = STATES[row.kind].phase

@@ -1,1 +1,1 @@
-"""What-if studies: a design of many runs, carried out by one or many processes, kept on disk, judged by statistics."""
+"""Studies of what-if questions: designs of many runs, in one or many processes, kept on disk, judged by statistics."""

@@ -19,7 +19,7 @@ Rule: TypeAlias = Literal["grid", "paired"]
 
 @dataclass(frozen=True)
 class Point:
-    """One design point: what tables show for each factor, and the changes it makes to the model."""
+    """One design point: its labels in tables, and its changes to the model."""
 
     number: int
     labels: Mapping[str, Label]
@@ -41,13 +41,13 @@ def points(factors: Sequence[Factor], rule: Rule) -> list[Point]:
 
 
 def count(factors: Sequence[Factor], rule: Rule) -> int:
-    """How many points there are, without making them."""
+    """The number of points, without making them."""
     lengths = [len(factor.levels) for factor in factors]
     return min(lengths, default=1) if rule == "paired" else math.prod(lengths)
 
 
 def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -> Point:
-    """The point that others are compared with: the first one with these values of factors.
+    """The point that others are compared with: the first point that has these values of factors.
 
     Raises:
         StudyError: where no point has these values.
@@ -55,8 +55,8 @@ def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -
     for point in among:
         if all(point.labels.get(key) == value for key, value in (wanted or {}).items()):
             return point
-    said = ", ".join(f"{key}={readable(value)}" for key, value in (wanted or {}).items())
-    raise StudyError(f"baseline: no design with {said}, expected values of the factors such as {among[0]}")
+    levels = ", ".join(f"{key}={readable(value)}" for key, value in (wanted or {}).items())
+    raise StudyError(f"baseline: no design with {levels}, expected values of the factors such as {among[0]}")
 
 
 def _point(number: int, factors: Sequence[Factor], levels: Sequence[Level]) -> Point:

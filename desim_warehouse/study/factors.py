@@ -1,4 +1,4 @@
-"""Factors: what a study varies, and the values it takes, as users write them and as tables show them."""
+"""Factors: the keys that a study varies, and their values, as users write them and as tables show them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken
 
 @dataclass(frozen=True)
 class Level:
-    """One value of a factor: what tables show, and what it changes in the model."""
+    """A value of a factor: its label in tables, and its changes to the model."""
 
     label: Label
     overrides: Mapping[str, Any]
@@ -44,14 +44,14 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """What is varied: a key of the model (or a name, for `cases`), and its values."""
+    """A factor of a study: a key of the model (or a name, for `cases`), and its values."""
 
     key: str
     levels: tuple[Level, ...]
 
 
 def label(value: Any) -> Label:
-    """What the study table holds for a value: numbers and words as they are, a policy as `name(parameter=1)`."""
+    """A value as the study table holds it: numbers and words as they are, a policy as `name(parameter=1)`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
@@ -89,7 +89,7 @@ Finite = Annotated[int | float, BeforeValidator(_finite)]
 
 @dataclass(frozen=True)
 class Values:
-    """Values in a list, or a single one, each with its keys below those of the factor."""
+    """Values in a list, or a single one, each with its keys below the factor's own."""
 
     values: tuple[tuple[Keys, Any], ...]
 
@@ -98,18 +98,18 @@ class Values:
         return (Level(label(value), {key: value}, ("factors", key, *keys)) for keys, value in self.values)
 
 
-def _values(given: Any) -> Values:
+def _values(content: Any) -> Values:
     """Read a list in which ranges may stand, or a single value or range."""
-    if isinstance(given, str) and not _RANGE.fullmatch(given):
-        dashed = _DASHED.fullmatch(given)
-        write = "{}..{}".format(*dashed.groups()) if dashed else f"[{given}]"
-        raise wrong(f"should be {EXPECTED} (got {got(given)}); write {write}")
-    listed = isinstance(given, list | tuple)
-    if listed and not given:
+    if isinstance(content, str) and not _RANGE.fullmatch(content):
+        dashed = _DASHED.fullmatch(content)
+        write = "{}..{}".format(*dashed.groups()) if dashed else f"[{content}]"
+        raise wrong(f"should be {EXPECTED} (got {got(content)}); write {write}")
+    listed = isinstance(content, list | tuple)
+    if listed and not content:
         raise wrong(f"no values (got []), expected {EXPECTED}")
     values: list[tuple[Keys, Any]] = []
     problems = []
-    for rank, item in enumerate(given if listed else [given]):
+    for rank, item in enumerate(content if listed else [content]):
         keys: Keys = (rank,) if listed else ()
         try:
             spread = _spread(item)
@@ -132,9 +132,9 @@ def repeated(factor: Factor) -> Iterator[Level]:
         before.add(shown)
 
 
-def listed(given: Sequence[Any]) -> list[Any]:
+def listed(items: Sequence[Any]) -> list[Any]:
     """The values of a list in which ranges may stand. Raises ValueError for a bad range."""
-    return [value for item in given for value in _spread(item)]
+    return [value for item in items for value in _spread(item)]
 
 
 def _spread(item: Any) -> Sequence[Any]:
@@ -221,16 +221,16 @@ class Cases(Part):
         )
 
 
-def _form(given: Any) -> str | None:
-    """Which form it is. A section has one key, which names its form."""
-    if not isinstance(given, Mapping):
+def _form(content: Any) -> str | None:
+    """The tag of the form of a factor. A section has one key, which names its form."""
+    if not isinstance(content, Mapping):
         return "\0values"
-    return f"\0{next(iter(given))}" if len(given) == 1 and given.keys() <= set(FORMS) else None
+    return f"\0{next(iter(content))}" if len(content) == 1 and content.keys() <= set(FORMS) else None
 
 
-def _of_a_key(given: tuple[str, Any]) -> Any:
-    """What is given for a key, which models must have unless there are cases."""
-    key, content = given
+def _of_a_key(item: tuple[str, Any]) -> Any:
+    """Check the key of a factor, which models must have unless there are cases, and return its content."""
+    key, content = item
     if key in RESERVED:
         raise wrong("a name that tables use, expected another", "[key]")
     section = isinstance(content, Mapping)
@@ -268,11 +268,11 @@ def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace) -
 
 
 def level_of(model: Model, key: str) -> Any:
-    """What a model says at a dotted key, as a file has it; None: nothing."""
-    found: Any = model.content()
+    """The value of a model at a dotted key, as a file has it; None: nothing."""
+    value: Any = model.content()
     for part in key.split("."):
-        found = found.get(part) if isinstance(found, Mapping) else found[int(part)] if isinstance(found, list) else None
-    return found
+        value = value.get(part) if isinstance(value, Mapping) else value[int(part)] if isinstance(value, list) else None
+    return value
 
 
 def _steps(key: str) -> Keys:
@@ -281,7 +281,7 @@ def _steps(key: str) -> Keys:
 
 
 def hint(key: str, value: Any) -> str:
-    """What was probably meant by a value that the model refuses, or empty."""
+    """The likely meaning of a value that the model refuses, or empty."""
     dashed = _DASHED.fullmatch(value) if isinstance(value, str) else None
     if dashed:
         return f"; write {dashed[1]}..{dashed[2]} for a range"

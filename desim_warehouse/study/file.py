@@ -1,4 +1,4 @@
-"""What a study file can say.
+"""The sections and keys of a study file.
 
 An example, of which only `model` must be there:
 
@@ -87,11 +87,11 @@ def _indicator(name: Any) -> Any:
     raise wrong(f"unknown indicator (got {got(name)}), {hint(str(name), INDICATORS)}")
 
 
-def _auto(given: Any) -> Any:
-    if given in ("auto", None):
-        return given
-    time = f", or a time for all designs as set: {{run.warm_up: {got(given)}}}" if isinstance(given, NUMBER) else ""
-    raise wrong(f"should be auto (got {got(given)}){time}")
+def _auto(value: Any) -> Any:
+    if value in ("auto", None):
+        return value
+    time = f", or a time for all designs as set: {{run.warm_up: {got(value)}}}" if isinstance(value, NUMBER) else ""
+    raise wrong(f"should be auto (got {got(value)}){time}")
 
 
 def _target(text: str) -> str:
@@ -118,7 +118,7 @@ class Until(Part):
     @model_validator(mode="before")
     @classmethod
     def _few_if_capped(cls, data: Any) -> Any:
-        """A cap below the usual minimum is the minimum, where none is given."""
+        """Lower the minimum to a cap below it, where no minimum is given."""
         cap = data.get("cap") if isinstance(data, Mapping) else None
         usual = cls.model_fields["minimum"].default
         return {**data, "minimum": cap} if isinstance(cap, int) and cap < usual and "minimum" not in data else data
@@ -133,7 +133,7 @@ class Until(Part):
 
 
 class StudyFile(Part):
-    """What a study file says, or the arguments of a study."""
+    """The content of a study file, or the arguments of a study."""
 
     name: Text = Field("", description="text")
     description: Text = Field("", description="text")
@@ -175,8 +175,8 @@ class StudyFile(Part):
     # A factor is read together with its key, so that a wrong key and a wrong value are found at once
     @field_validator("factors", mode="before")
     @classmethod
-    def _with_keys(cls, given: Any) -> Any:
-        return {key: (key, value) for key, value in given.items()} if isinstance(given, Mapping) else given
+    def _with_keys(cls, factors: Any) -> Any:
+        return {key: (key, value) for key, value in factors.items()} if isinstance(factors, Mapping) else factors
 
     @field_validator("design")
     @classmethod

@@ -59,7 +59,7 @@ MOST_PROBLEMS = 20
 
 
 class Counted(NamedTuple):
-    """Times, each once, how often they occur, and the ends of the intervals in which they lie (None: exactly known).
+    """Distinct times, how often they occur, and the intervals in which they lie (None: exactly known).
 
     `ends` has two tables, the lower and the upper ends: a row for each time, and a column for each of the intervals
     that are as likely.
@@ -71,13 +71,13 @@ class Counted(NamedTuple):
 
     @classmethod
     def of(cls, times: NDArray[np.float64], step: float) -> Counted:
-        """The times of a sample that a clock has rounded to this step (0: none did)."""
+        """Count the times of a sample that a clock has rounded to this step (0: to none)."""
         each, often = np.unique(times, return_counts=True)
         return cls(each, often, np.stack([each - step / 2, each + step / 2])[:, :, None] if step else None)
 
     @classmethod
     def between(cls, begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Counted:
-        """Times of which begin and end are known to lie between two instants each: a row of two for each time.
+        """Times whose begin and end each lie between two known instants: two arrays with a row of two for each time.
 
         The begin is as likely at any instant between its two, which Gauss and Legendre's points stand for. The end may
         be open: inf, where the time was still running.
@@ -126,8 +126,8 @@ class Family:
     def most_likely(self, times: NDArray[np.float64], step: float) -> Parameters:
         """The parameters with which the times are most likely."""
         if not step and self.scipy.name != "triang":
-            known = {} if self.scipy.name == "uniform" else {"floc": 0.0}
-            return tuple(map(float, self.scipy.fit(times, **known)))
+            fixed = {} if self.scipy.name == "uniform" else {"floc": 0.0}
+            return tuple(map(float, self.scipy.fit(times, **fixed)))
         return self.likeliest(Counted.of(times, step), self.guess(times, step))
 
     def likeliest(self, counted: Counted, guess: list[float]) -> Parameters:
@@ -136,15 +136,15 @@ class Family:
 
         def cost(free: NDArray[np.float64]) -> float:
             with np.errstate(over="ignore", invalid="ignore"):
-                found = self.cost(self.made(free), counted)
-            return found if math.isfinite(found) else IMPOSSIBLE
+                minus_log = self.cost(self.made(free), counted)
+            return minus_log if math.isfinite(minus_log) else IMPOSSIBLE
 
         best = minimize(cost, guess, method="Nelder-Mead", options={"maxiter": 600, "fatol": 1e-4})
         return self.made(best.x)
 
 
 def clock_step(times: NDArray[np.float64]) -> float:
-    """To what times were rounded, if that matters beside their spread; else 0."""
+    """The step to which times were rounded, if that matters beside their spread; else 0."""
     for step in STEPS:
         if np.allclose(times / step, np.round(times / step), rtol=0.0, atol=1e-6):
             return step if step > COARSE * times.std() else 0.0
@@ -288,7 +288,7 @@ def _by_mean(kind: type[Distribution], mean: float, cv: float) -> Distribution:
 
 
 def _short(value: float) -> float:
-    """A parameter as it is written into a model: no more digits than are known."""
+    """A parameter as it is written into a model: only as many digits as are known."""
     return float(f"{value:.{DIGITS}g}")
 
 
@@ -329,7 +329,7 @@ class Fitted:
 
     @property
     def fits(self) -> bool:
-        """Whether nothing speaks against the best one."""
+        """Whether the goodness-of-fit test does not reject the best distribution."""
         return self.p_value >= LEVEL
 
 
@@ -337,11 +337,11 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
     """Fit exponential, gamma, lognormal, Weibull, uniform and triangular distributions to measured times.
 
     Times that a clock has rounded, to whole seconds or tenths, are taken for what they are: somewhere between half a
-    step below and half a step above. Their likelihood is that of these intervals. Where the steps are small beside the
-    spread, that is the same as the density.
+    step below and half a step above. Their likelihood is the probability of these intervals. Where the steps are small
+    beside the spread, it equals the density.
 
     The p-value is Monte Carlo with the parameters fitted anew to every sample, which is rounded as the times were (as
-    Lilliefors has it): that of a test with parameters given beforehand would be far too large.
+    Lilliefors has it): the p-value of a test with parameters given beforehand would be far too large.
 
     Raises:
         StudyError: fewer than 20 times, one that is negative or not finite, or all alike.
@@ -359,20 +359,22 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
     if x.min() == x.max():
         raise StudyError(f"all times are {x[0]:g}: write that number instead of a distribution")
     step = clock_step(x)
-    found = []
+    fitted = []
     for name, family in families().items():
         if x.min() == 0 and not step and name not in {"exponential", "uniform"}:
             continue  # a time of 0 is impossible there
         likely = family.most_likely(x, step)
         aic = 2 * family.free + 2 * family.cost(likely, Counted.of(x, step))
         if math.isfinite(aic):
-            found.append((family, likely, aic))
-    found.sort(key=lambda item: item[2])
-    family, likely, _ = found[0]
+            fitted.append((family, likely, aic))
+    fitted.sort(key=lambda item: item[2])
+    family, likely, _ = fitted[0]
     rng = np.random.default_rng(0)
     some = x if len(x) <= TESTED else rng.choice(x, TESTED, replace=False)
     statistic, p_value = _tested(family, some, step, rng)
-    candidates = tuple(Candidate(family.ours(*one), aic, family.frozen(one).cdf) for family, one, aic in found)
+    candidates = tuple(
+        Candidate(family.ours(*parameters), aic, family.frozen(parameters).cdf) for family, parameters, aic in fitted
+    )
     return Fitted(x, candidates, statistic, p_value, step)
 
 
@@ -387,17 +389,17 @@ def fit_between(begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Distr
     J. Royal Statistical Society B 38(3), 290-295.
     """
     counted = Counted.between(begun, ended)
-    found = []
+    fitted = []
     for name, family in families().items():
         if name in BOUNDED:
             continue  # its ends would lie where the clock put them
         likely = family.likeliest(counted, family.guess(counted.times, 0.0))
-        found.append((family.free + family.cost(likely, counted), name, family.ours(*likely)))
-    return min(found)[2]
+        fitted.append((family.free + family.cost(likely, counted), name, family.ours(*likely)))
+    return min(fitted)[2]
 
 
 def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.random.Generator) -> tuple[float, float]:
-    """Cramér and von Mises' statistic of a family, and the part of its samples that are as far from their best."""
+    """Cramér and von Mises' statistic of a family, and the p-value: the share of its samples that fit no better."""
     likely = family.most_likely(times, step)
     ours = _distance(family, likely, times, step)
     worse = 0

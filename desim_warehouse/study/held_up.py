@@ -1,4 +1,4 @@
-"""Why a warehouse does no better: what each suspect costs, by relieving it in the model and simulating that.
+"""Why a warehouse does no better: the cost of each suspect, by simulating the model with its relief.
 
 Suspects come from the account of time of a run: who waits long is looked at first. A wait at one point need not cost
 anything, as a queue elsewhere might grow instead. So every suspect is relieved in the model's own keys, on the same
@@ -43,7 +43,7 @@ MOST_LATE = 0.02
 
 @dataclass(frozen=True)
 class Failure:
-    """How many of the runs of a design could not go on, and the error of one of them."""
+    """The number of runs of a design that could not go on, and the error of one of them."""
 
     failed: int
     runs: int
@@ -72,7 +72,7 @@ class Health:
 
 @dataclass(frozen=True)
 class HeldUp:
-    """What the suspects cost: each with its gain, those that compete first, by what an equal dose gains.
+    """The cost of each suspect, as the gain of its relief; competing suspects first, by the gain of an equal dose.
 
     `left_out`: reliefs that could not be tried, with the reason. `as_it_is`: the indicator of the warehouse as it is.
     `state`: how that does, where tasks arrive and it keeps up with them. `failures`: by change, 0 the warehouse as it
@@ -111,9 +111,9 @@ class HeldUp:
 
 
 def usual_indicator(run: RunData) -> str:
-    """What the costs are counted in by default: throughput where work always waits, else time.
+    """The indicator that costs are counted in by default: throughput where work always waits, else time.
 
-    Where loads pile up before workers, it is those that are worked on.
+    Where loads pile up before workers, it is the number of loads worked on.
     """
     overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
     tasks = run.model.tasks
@@ -123,7 +123,7 @@ def usual_indicator(run: RunData) -> str:
 
 
 def held_up(source: RunData | Source, indicator: str | None = None, search: Search = USUAL) -> HeldUp:
-    """Relieve each suspect of a run in turn and simulate that, on the same days for all.
+    """Relieve each suspect of a run in turn and simulate the relieved model, on the same days for all.
 
     Args:
         source: a run with `log: all`, or a model or its file, of which a run is made.
@@ -156,26 +156,26 @@ def _held_up(source: RunData | Source, indicator: str | None, search: Search, fl
 
 
 def _relieved(run: RunData, name: str, search: Search) -> HeldUp:
-    """What relieving each suspect of a run gains in an indicator."""
+    """Simulate the relief of each suspect of a run, and rank the gains in an indicator."""
     looked_at = suspects(run)
     gains, study = _contest(run, name, looked_at, search)
     first, cap = search.looks(*RELIEVED)
-    lasts = run.model.tasks.arrive and not any(said.is_lasting for said in run.verdicts)
+    lasts = run.model.tasks.arrive and not any(verdict.is_lasting for verdict in run.verdicts)
     untaken = share_of_tasks(run.history, *UNTAKEN)
     well = lasts and not _state([run.kpis], untaken).is_held_up
-    found = gains(first if well else cap)
+    ranked = gains(first if well else cap)
     as_it_is = [row.indicators for row in study.rows if not row.point.number and row.outcome.error is None]
     state = _state(as_it_is, untaken) if lasts and as_it_is else None
-    if well and (state is None or state.is_held_up):  # on other days it is not as well as on the first
-        found = gains(cap)
+    if well and (state is None or state.is_held_up):  # on other days it does worse than on the first
+        ranked = gains(cap)
     failures = _failures(study)
-    if found.failed and 0 not in failures:
-        raise StudyError(f"indicator {name!r}: {found.failed} runs of the model as it is have no value of it")
+    if ranked.failed and 0 not in failures:
+        raise StudyError(f"indicator {name!r}: {ranked.failed} runs of the model as it is have no value of it")
     return HeldUp(
         run.model,
         name,
-        tuple((looked_at[gain.change - 1], gain) for gain in found.gains),
-        found,
+        tuple((looked_at[gain.change - 1], gain) for gain in ranked.gains),
+        ranked,
         search.seed,
         study.results.estimate(study.results.by_point[0], name),
         tuple(left_out(run)),
@@ -194,7 +194,7 @@ def _contest(
     looked_at: list[Suspect],
     search: Search,
 ) -> tuple[Callable[[int], Gains], StudyEngine]:
-    """The study in which each suspect is relieved, and what finds the gains with at most that many replications."""
+    """The study that relieves each suspect, and a function that finds the gains with at most so many replications."""
     better = find(name).better
     if better is None:
         raise StudyError(f"indicator {name!r}: neither less nor more of it is better, so nothing can cost anything")
@@ -233,10 +233,10 @@ def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:
 
 
 def _failures(study: StudyEngine) -> dict[int, Failure]:
-    """The designs of which runs could not go on, by number."""
-    found = {}
+    """The failures of designs with runs that could not go on, by the number of the design."""
+    failures = {}
     for number, rows in study.results.by_point.items():
         failed = [row for row in rows if could_not_go_on(row)]
         if failed:
-            found[number] = Failure(len(failed), len(rows), failed[0].outcome.error or "")
-    return found
+            failures[number] = Failure(len(failed), len(rows), failed[0].outcome.error or "")
+    return failures

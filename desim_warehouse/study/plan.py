@@ -1,4 +1,4 @@
-"""The plan of a study, checked: what is simulated, how often, and which indicators count."""
+"""The plan of a study, checked: designs, replications, and the indicators that count."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ class StudyPlan:
     name: str = "study"
     description: str = ""
     warm_up: Literal["auto"] | tuple[float, ...] | None = None  # auto: found by pilot runs; then point by point
-    target: str = ""  # that designs should meet; empty: none
+    target: str = ""  # to be met by designs; empty: none
     own: tuple[OwnIndicator, ...] = ()  # indicators of the user's own
-    scouts: bool = False  # its runs only point the way: batteries need not settle before them
+    scouts: bool = False  # runs of scouts: batteries need not settle before them
 
     def points(self) -> list[Point]:
         """The design points, with the warm-up of each where that is known."""
-        found = points(self.factors, self.rule)
+        designs = points(self.factors, self.rule)
         if not isinstance(self.warm_up, tuple):
-            return found
+            return designs
         return [
             replace(
                 point,
                 overrides={**point.overrides, "run.warm_up": time},
                 positions={**point.positions, "run.warm_up": ("warm_up",)},
             )
-            for point, time in zip(found, self.warm_up, strict=True)
+            for point, time in zip(designs, self.warm_up, strict=True)
         ]
 
     def run_name(self, model: Model) -> str:
-        """What the runs of a design are kept under: the digest of its model, and of indicators of the user's own.
+        """The name under which runs of a design are kept: the digest of its model, and of indicators of the user's own.
 
         Where they scout they are kept apart from others.
         """
@@ -61,7 +61,7 @@ class StudyPlan:
         return f"{model.digest()}{f'-own-{sha256(own.encode()).hexdigest()[:12]}' * bool(own)}{'-scout' * apart}"
 
     def unreplicated(self) -> StudyPlan:
-        """The same plan with no runs of its own, for procedures that ask for the runs they need."""
+        """This plan with no runs of its own, for procedures that ask for the runs they need."""
         return replace(self, replications=(0,) * len(self.points()))
 
     @property
@@ -73,7 +73,7 @@ class StudyPlan:
 
 @cache
 def run_seed(seed: int, replication: int) -> int:
-    """The seed of a run: the same for replication r at every point, unlike that of any other study seed.
+    """The seed of a run: equal for replication r at every point, and unlike any seed of another study seed.
 
     48 bits of NumPy's SeedSequence, so that a table of floats holds it exactly.
     """
@@ -98,14 +98,14 @@ def models(
         ModelError: every problem of every point, at the position of the value in the study file.
     """
     made: dict[int, Model] = {}
-    said: dict[str, None] = {}
+    problems: dict[str, None] = {}
     for point in among:
         try:
             made[point.number] = plan.base.replace(point.overrides, run_code=run_code)
         except ModelError as error:
-            said.update(dict.fromkeys(_at_position(text, point, positions) for text in error.problems))
-    if said:
-        raise ModelError(list(said))
+            problems.update(dict.fromkeys(_at_position(text, point, positions) for text in error.problems))
+    if problems:
+        raise ModelError(list(problems))
     return made
 
 

@@ -30,14 +30,14 @@ from desim_warehouse.study.target import check_zone, first_look
 
 FLEET = "fleet.size"
 """The key of which indicators say which way they usually move with it."""
-_AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
+_AHEAD = 4  # replications of each design requested at a time: enough to keep workers busy
 ZONE = 0.01
 """The indifference zone, as a share of the largest of the first means."""
 
 
 @dataclass(frozen=True)
 class Raced:
-    """The best design, those shown to be less than delta worse, and when others were eliminated."""
+    """The best design, the designs shown to be less than delta worse, and when others were eliminated."""
 
     point: Point
     within: tuple[Point, ...]
@@ -48,7 +48,7 @@ class Raced:
 
     @property
     def first(self) -> Point:
-        """The first in the study of the best and those that are less than delta worse."""
+        """The first in the study among the best design and the designs that are less than delta worse."""
         return min((self.point, *self.within), key=lambda point: point.number)
 
 
@@ -61,25 +61,28 @@ def race(
     maximise: bool | None = None,
     search: Search = USUAL,
 ) -> Raced:
-    """Race the designs of a study (KN): those that are clearly worse by the mean of an indicator drop out early.
+    """Race the designs of a study (KN): designs that are clearly worse by the mean of an indicator drop out early.
 
     Args:
         study: its designs are the candidates, at its own confidence. Runs that it already has are used.
-        indicator: what is compared.
+        indicator: what is compared, one of ours or of the study's own.
         delta: indifference zone in the indicator's unit; None: `share` of the largest mean of the first replications.
         share: a part of that mean.
-        maximise: whether more is better (default: as usual for the indicator).
+        maximise: whether more is better (default: as usual for the indicator; of one of its own it must be said).
         search: how runs are done; confidence, seed and time limit are the study's.
 
     Raises:
-        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+        StudyError: unknown indicator, one of its own without `maximise`, fewer than two designs, or a run that failed.
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
-    measure = find(indicator)
+    is_own = any(indicator == one.name for one in study.plan.own)
+    if is_own and maximise is None:
+        raise StudyError(f"indicator {indicator!r}: of one of your own, expected maximise=False or True")
+    measure = None if is_own else find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
-    if delta is not None:
+    if delta is not None and measure is not None:
         check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     designs = len(study.points)
@@ -93,7 +96,7 @@ def race(
         zone = delta
         if zone is None:
             values = yield from request([(design, rank) for design in range(designs) for rank in range(begin)])
-            sums = [abs(sum(values[at : at + begin])) for at in range(0, len(values), begin)]
+            sums = [abs(sum(values[start : start + begin])) for start in range(0, len(values), begin)]
             zone = max(share * max(sums) / begin, LEAST_DELTA)
         return (
             yield from kn_steps(
@@ -107,11 +110,11 @@ def race(
 
 
 def refuse_other(study: StudyEngine, search: Search) -> None:
-    """Refuse a search that says otherwise what the study says itself; raises StudyError."""
+    """Refuse a search whose confidence, seed or timeout differs from the study's own; raises StudyError."""
     for name in ("confidence", "seed", "timeout"):
-        said, own = getattr(search, name), getattr(study.plan, name)
-        if said not in (own, getattr(USUAL, name)):
-            raise StudyError(f"search, {name} {said}: the study has {own}; expected it in the study alone")
+        value, own = getattr(search, name), getattr(study.plan, name)
+        if value not in (own, getattr(USUAL, name)):
+            raise StudyError(f"search, {name} {value}: the study has {own}; expected it in the study alone")
 
 
 def scouted(
@@ -121,16 +124,17 @@ def scouted(
     cost: Callable[[tuple[int, ...]], tuple[float, ...]],
     budget: Budget,
     search: Search,
-    told: str = "",
-    known: Earlier = NOTHING,
+    note: str = "",
+    earlier: Earlier = NOTHING,
     beside: Sequence[Target] = (),
+    name: Callable[[int], str] = str,
 ) -> set[int] | None:
-    """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
+    """The designs of a study that fail on a single day, which is not one of the days that judge them (`scout_steps`).
 
     Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress. `beside`:
-    further targets.
+    None: the runs allowed ended before. `note`: results before, shown with the progress, and `name` what a design is
+    called there. `beside`: further targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
@@ -142,13 +146,54 @@ def scouted(
             return cannot_last(scout, runner, number) is not None or any(missed)
 
         def steps(_: bool) -> Procedure[set[int] | None]:
+            looked = scout_steps(designs, cost, goal, budget, earlier, hopeless)
             try:
-                return (yield from scout_steps(designs, cost, goal, budget, known, hopeless))
+                return (yield from _watched(looked, goal, lambda seen: tell(about(designs, cost, seen, name))))
             except RunsEndedError:
                 return None
 
-        runner.progress.tell(told)
+        def tell(line: str) -> None:
+            runner.progress.tell(f"{note}{line}")
+
+        tell("")
         return scout.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+
+
+def about(
+    designs: Sequence[tuple[int, ...]],
+    cost: Callable[[tuple[int, ...]], tuple[float, ...]],
+    met: Mapping[int, bool],
+    name: Callable[[int], str],
+) -> str:
+    """Say what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + 4 chargers`.
+
+    Args:
+        designs: all counts that could be built.
+        cost: what one costs.
+        met: numbers of the designs looked at, and whether they met the target on their day.
+        name: what a design is called.
+    """
+    enough = [number for number, is_met in met.items() if is_met]
+    if enough:
+        return f"about {name(min(enough, key=lambda number: cost(designs[number])))}"
+    return f"more than {name(max(met, key=lambda number: cost(designs[number])))}" if met else ""
+
+
+def _watched(
+    scouting: Procedure[set[int]], goal: Target, tell: Callable[[Mapping[int, bool]], None]
+) -> Procedure[set[int]]:
+    """Tell after each run of a scout which designs met the target in theirs."""
+    seen: dict[int, bool] = {}
+    try:
+        asked = next(scouting)
+        while True:
+            values = yield asked
+            seen |= {number: goal.met_by(value) for (number, _), value in zip(asked, values, strict=True)}
+            tell(seen)
+            asked = scouting.send(values)
+    except StopIteration as end:
+        doubted: set[int] = end.value
+        return doubted
 
 
 def judge_of(
@@ -162,7 +207,7 @@ def judge_of(
     name: Callable[[int], str] | None = None,
     **how: Any,
 ) -> Judge:
-    """Who judges the designs of a study in a session: those that cannot last fail, whatever their runs say.
+    """The judge of a study's designs in a session: designs that cannot last fail, whatever their runs say.
 
     What is known after each look is shown with the progress of the session.
 
@@ -219,8 +264,8 @@ def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bo
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """
-    found = judge_design(runs, model, 1 / len(looks_of_days()))
-    why = next((verdict.text for verdict in found if verdict.is_lasting), None)
+    verdicts = judge_design(runs, model, 1 / len(looks_of_days()))
+    why = next((verdict.text for verdict in verdicts if verdict.is_lasting), None)
     if not glance or why is None:
         return why
     halved = [{name: value / 2 if name in _DRIFTS else value for name, value in run.items()} for run in runs]

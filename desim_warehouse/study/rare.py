@@ -1,4 +1,4 @@
-"""What comes on few days only, by the model: how often breakdowns, outages and closures fall into a run.
+"""Rare events: how often breakdowns, outages and closures fall into a run of the model, and what few days miss.
 
 So it is known before any run how many days a verdict needs, and of what days a few runs know nothing.
 """
@@ -64,18 +64,18 @@ def days_needed(model: Model, first: int | None = None, cap: int | None = None) 
 
 
 def beyond(model: Model, days: int) -> dict[str, int]:
-    """Failures that so many days do not cover, as they come less often: each with the days that would (0: unknown)."""
+    """Failures too rare for so many days: each with the days that would cover them (0: unknown)."""
     often = chances(model, model.run.length)
     return {what: days_for(chance) if chance > 0 else 0 for what, chance in often.items() if not _covered(chance, days)}
 
 
 def _covered(chance: float, days: int) -> bool:
-    """Whether so many days have among them, with 95 % probability, one with what has this chance in each."""
+    """Whether so many days include, with 95 % probability, an event that has this chance on each."""
     return chance > 0 and (chance >= 1 or days_for(chance) <= days)
 
 
 def closed(model: Model, length: float | None = None) -> list[str]:
-    """The closures that never fall into a run of this length (None: that of the model), in a line each."""
+    """The closures that never fall into a run of this length (None: the model's own), in a line each."""
     end = length or model.run.length or math.inf
     return [
         f"closures of {name} never fall into a run: nothing here says what they cost"
@@ -87,7 +87,7 @@ def closed(model: Model, length: float | None = None) -> list[str]:
 def shows(model: Model, indicator: str) -> bool:
     """Whether a few runs that agree in an indicator show that it is the same in all runs.
 
-    So it is where it is measured, and nothing is rare that may change it.
+    They do where it is measured, and no rare event may change it.
     """
     if indicator == COST and is_fixed(model.prices):
         return True
@@ -95,7 +95,7 @@ def shows(model: Model, indicator: str) -> bool:
 
 
 def unknown(model: Model, runs: int, length: float) -> list[str]:
-    """What so few runs of this length do not know: what never falls into a run, and failures that may be in none."""
+    """Rare events that so few runs of this length miss: closures that never come, failures that none may have."""
     lines = closed(model, length)
     for what, chance in chances(model, length).items():
         if 0 < chance < _OFTEN and runs < min(FEW, days_for(chance)):

@@ -66,8 +66,8 @@ def plan_of(
         ModelError: with every problem of the study, its model and its designs.
     """
     problems: list[Problem] = []
-    given = content.get("set")
-    changes = dict(given) if isinstance(given, Mapping) else {}
+    set_content = content.get("set")
+    changes = dict(set_content) if isinstance(set_content, Mapping) else {}
     gone = {key: changes.pop(key) for key, value in list(changes.items()) if value is UNSET}
     stated = {**content, "set": changes} if gone else content
     data = plain({key: value for key, value in stated.items() if value is not None}, (), problems)
@@ -80,7 +80,7 @@ def plan_of(
 
 
 def _plan(document: Document) -> StudyPlan:
-    """The plan that a study describes, or its problems, then those of its model, or else of its designs."""
+    """The plan that a study describes; raises ModelError for the problems of the study, its model or its designs."""
     problems, positions = document.problems, document.positions
     data = {key: value for key, value in document.data.items() if value is not None}
     file, base = None, None
@@ -140,12 +140,12 @@ def _has_steady_state(model: Model, positions: FilePositions) -> None:
         raise ModelError([f"{positions.line(('warm_up',))[1]}: {error}"]) from None
 
 
-def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
+def _base(source: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
     """The model that the study varies. Studies need no more than indicators, so little is logged."""
     changes = {"log": "tasks", **changes}
-    if isinstance(given, Model):
-        return given.replace(changes, run_code=True)
-    return load(given, changes, named="set", run_code=True)
+    if isinstance(source, Model):
+        return source.replace(changes, run_code=True)
+    return load(source, changes, named="set", run_code=True)
 
 
 def _in_set(text: str, changes: Mapping[str, Any], positions: FilePositions) -> str:

@@ -22,7 +22,7 @@ FORMAT = 1
 
 
 class Record(NamedTuple):
-    """What study.json says: the plan, what the model of each point is known by in the journal, and versions."""
+    """The content of study.json: the plan, the digest of each point's model in the journal, and versions."""
 
     plan: StudyPlan
     keys: Mapping[int, str]
@@ -53,7 +53,7 @@ def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, st
         "timeout": plan.timeout,
         "warm_up": plan.warm_up,
         "base": plan.base.content(),
-        **({"own_indicators": {one.name: one.digest for one in plan.own}} if plan.own else {}),
+        **({"own_indicators": {indicator.name: indicator.digest for indicator in plan.own}} if plan.own else {}),
         "points": [
             {"labels": point.labels, "changes": point.overrides, "model": keys[point.number]} for point in points
         ],
@@ -71,7 +71,7 @@ def _factor(factor: Factor) -> dict[str, Any]:
 
 
 def read_record(folder: Path) -> Record:
-    """What the study.json of a folder says.
+    """Read the study.json of a folder.
 
     Raises:
         StudyError: where there is none, or it is damaged.
@@ -84,8 +84,8 @@ def read_record(folder: Path) -> Record:
         keys = {number: point["model"] for number, point in enumerate(content["points"])}
         return Record(_plan(content), keys, content["versions"])
     except FileNotFoundError:
-        found = "a run, and no study" if (folder / RUN).exists() else "no study"
-        raise StudyError(f"{folder}: {found} there; desim study STUDY --out DIR makes one") from None
+        kind = "a run, and no study" if (folder / RUN).exists() else "no study"
+        raise StudyError(f"{folder}: {kind} there; desim study STUDY --out DIR makes one") from None
     except NotADirectoryError:
         raise StudyError(
             f"{folder}: a file, expected a study folder such as desim study STUDY --out DIR "
@@ -106,7 +106,7 @@ def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
             return None
         settled = replace(plan, warm_up=times)
         keys = {number: settled.run_name(model) for number, model in models(settled, settled.points()).items()}
-    except (StudyError, ModelError, ValueError):  # none there, damaged, or of other designs
+    except (StudyError, ModelError, ValueError):  # no record, a damaged one, or one of other designs
         return None
     return times if keys == record.keys else None
 
@@ -137,9 +137,9 @@ def _replications(value: Any) -> int | Until | tuple[int, ...]:
 
 
 def _factors(content: Mapping[str, Any]) -> tuple[Factor, ...]:
-    """The factors of a study.json; those of designs that 0.3 sampled have a level for each point, as paired lists."""
+    """The factors of a study.json; sampled designs of 0.3 give them a level for each point, as paired lists."""
     levels = {
-        item["key"]: [Level(one["label"], one["changes"], tuple(one["at"])) for one in item.get("levels", ())]
+        item["key"]: [Level(level["label"], level["changes"], tuple(level["at"])) for level in item.get("levels", ())]
         for item in content["factors"]
     }
     if content["design"]["rule"] in get_args(Rule):

@@ -37,7 +37,7 @@ _MOST_MAIN = 6
 
 
 def outcome_of(row: Row) -> tuple[object, ...]:
-    """What came out of a run, with its replication, as something that can be compared."""
+    """The outcome of a run, with its replication, as a value that can be compared."""
     return row.replication, row.outcome.error, *sorted((name, repr(value)) for name, value in row.indicators.items())
 
 
@@ -84,14 +84,14 @@ class ResultsData:
 
     @property
     def version(self) -> str:
-        """The version of desim-warehouse that simulated them."""
+        """The version of desim-warehouse that simulated the runs."""
         return self.versions["desim-warehouse"]
 
     # The table
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """What is varied: keys of the model, or names of cases."""
+        """The factors: keys of the model, or names of cases."""
         return tuple(factor.key for factor in self.plan.factors)
 
     @cached_property
@@ -112,7 +112,7 @@ class ResultsData:
         return tuple(dict.fromkeys(name for row in self.rows for name in row.indicators))
 
     def chosen(self, wanted: Sequence[str] | None = None) -> list[str]:
-        """The indicators to show: those given, else the study's, else all that any run has.
+        """The indicators to show: given ones, else the study's, else all that any run has.
 
         Raises:
             StudyError: for one that no run has.
@@ -120,7 +120,7 @@ class ResultsData:
         return chosen(wanted or self.plan.indicators or self.indicators, self.indicators)
 
     def usual(self, most: int = 5) -> list[str]:
-        """The indicators that such runs are judged by, as far as all runs have them, the first of them."""
+        """The first of the indicators that such runs are judged by, as far as all runs have them."""
         never_ends = any(model.tasks.never_end for model in (self.base, *self.models.values()))
         done = [row for row in self.rows if not row.outcome.error]
         common = [name for name in self.indicators if all(name in row.indicators for row in done)]
@@ -128,7 +128,7 @@ class ResultsData:
 
     @cached_property
     def main(self) -> tuple[str, ...]:
-        """The indicators of a report: those of the study if they are few, without those that have no value."""
+        """The indicators of a report: the study's own if they are few, without those that have no value."""
         chosen = self.plan.indicators if 0 < len(self.plan.indicators) <= _MOST_MAIN else self.usual()
         if self.target is not None:
             chosen = list(dict.fromkeys((self.target.indicator, *chosen)))
@@ -136,7 +136,7 @@ class ResultsData:
 
     @cached_property
     def moving(self) -> tuple[str, ...]:
-        """Those of `main` that are not the same in all runs."""
+        """The indicators of `main` that differ between runs."""
         return tuple(name for name in self.main if len(set(self.table[name].dropna())) > 1)
 
     # Designs
@@ -157,9 +157,9 @@ class ResultsData:
 
     @cached_property
     def warm_ups(self) -> Mapping[str, float]:
-        """With `warm_up: auto`: what was found for every design, in the model's time unit, else empty."""
-        found = self.plan.warm_up
-        return dict(zip(map(str, self.points), found, strict=True)) if isinstance(found, tuple) else {}
+        """With `warm_up: auto`: the warm-up of every design, in the model's time unit, else empty."""
+        times = self.plan.warm_up
+        return dict(zip(map(str, self.points), times, strict=True)) if isinstance(times, tuple) else {}
 
     @cached_property
     def unsettled(self) -> tuple[str, ...]:
@@ -182,16 +182,16 @@ class ResultsData:
         """Every design with the levels of its factors as in the table: a column with any text is all text."""
         columns = [level_column([point.labels[key] for point in self.points]) for key in self.factors]
         levels = zip(*columns, strict=True) if columns else [()] * len(self.points)
-        found: dict[str, tuple[Label, ...]] = {}
+        designs: dict[str, tuple[Label, ...]] = {}
         for point, of_point in zip(self.points, levels, strict=True):
-            found.setdefault(str(point), of_point)
-        return found
+            designs.setdefault(str(point), of_point)
+        return designs
 
     def levels(self, factor: str) -> list[Any]:
         """The values of a factor: numbers ascending, else in the order of the study."""
         place = self.factors.index(factor)
-        found = list(dict.fromkeys(levels[place] for levels in self.designs.values()))
-        return sorted(found) if is_numeric(found) else found
+        values = list(dict.fromkeys(levels[place] for levels in self.designs.values()))
+        return sorted(values) if is_numeric(values) else values
 
     @cached_property
     def varied(self) -> tuple[str, ...]:
@@ -199,14 +199,14 @@ class ResultsData:
         return tuple(key for key in self.factors if len(self.levels(key)) > 1)
 
     def is_demand(self, factor: str) -> bool:
-        """Whether a factor changes the work that is asked for, and nothing that is decided about the warehouse."""
-        [found] = [one for one in self.plan.factors if one.key == factor]
-        changed = {key for level in found.levels for key in level.overrides} or {factor}
+        """Whether a factor changes only the work that is asked for, and no decision about the warehouse."""
+        [declared] = [item for item in self.plan.factors if item.key == factor]
+        changed = {key for level in declared.levels for key in level.overrides} or {factor}
         return all(key.startswith(("tasks.demand", "tasks.goods", "tasks.flows")) for key in changed)
 
     @cached_property
     def verdicts(self) -> Mapping[str, list[Verdict]]:
-        """What is wrong with each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`).
+        """The problems of each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`).
 
         Where a search asked for runs, it asked the same at each of its looks.
         """
@@ -218,29 +218,29 @@ class ResultsData:
 
     @cached_property
     def rare(self) -> tuple[str, ...]:
-        """What the runs so far do not know: rare failures, each for the design that has fewest, and closures."""
-        found: dict[str, None] = {}
+        """Rare events that the runs so far miss: failures, each for the design with the fewest runs, and closures."""
+        remarks: dict[str, None] = {}
         for design, model in self.models.items():
             times = [row.value("T") for row in self.runs(design) if math.isfinite(row.value("T"))]
             if times:
-                found.update(dict.fromkeys(rare.unknown(model, len(times), math.fsum(times) / len(times))))
-        return tuple(found)
+                remarks.update(dict.fromkeys(rare.unknown(model, len(times), math.fsum(times) / len(times))))
+        return tuple(remarks)
 
     @cached_property
     def by_point(self) -> Mapping[int, list[Row]]:
         """The rows of each design point, by its number."""
-        found: dict[int, list[Row]] = {point.number: [] for point in self.points}
+        rows_by_point: dict[int, list[Row]] = {point.number: [] for point in self.points}
         for row in self.rows:
-            found[row.point.number].append(row)
-        return found
+            rows_by_point[row.point.number].append(row)
+        return rows_by_point
 
     @cached_property
     def _by_design(self) -> Mapping[str, Mapping[int, Row]]:
-        """The rows of each design, by replication. Those of equal points are equal."""
-        found: dict[str, dict[int, Row]] = {str(point): {} for point in self.points}
+        """The rows of each design, by replication. Equal points have equal rows."""
+        rows: dict[str, dict[int, Row]] = {str(point): {} for point in self.points}
         for row in self.rows:
-            found[str(row.point)].setdefault(row.replication, row)
-        return found
+            rows[str(row.point)].setdefault(row.replication, row)
+        return rows
 
     def runs(self, design: str) -> list[Row]:
         """The runs of a design, by replication."""
@@ -249,19 +249,19 @@ class ResultsData:
     def values(self, design: str, indicator: str) -> NDArray[np.float64]:
         """An indicator of a design by replication number, nan for runs that failed or are missing."""
         rows = self._by_design[design]
-        found = np.full(max(rows, default=-1) + 1, np.nan)
+        values = np.full(max(rows, default=-1) + 1, np.nan)
         for replication, row in rows.items():
-            found[replication] = row.value(indicator)
-        return found
+            values[replication] = row.value(indicator)
+        return values
 
     # Statistics
 
     def estimates(self, indicator: str) -> dict[int, intervals.Estimate | None]:
         """Mean and interval of an indicator at each point, by its number, None where no run gave a value."""
-        found: dict[int, intervals.Estimate | None] = {}
+        estimates: dict[int, intervals.Estimate | None] = {}
         for number, rows in self.by_point.items():
-            found[number] = self.estimate(rows, indicator)
-        return found
+            estimates[number] = self.estimate(rows, indicator)
+        return estimates
 
     def estimate(self, rows: Sequence[Row], indicator: str) -> intervals.Estimate | None:
         """Mean and interval of an indicator over runs of one design, None where none gave a value."""
@@ -274,24 +274,28 @@ class ResultsData:
         return intervals.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
 
     def shown(self, design: str, indicator: str) -> intervals.Estimate | None:
-        """Mean and interval of an indicator at a design; that of the target has the bounds of the verdict on it."""
-        found, goal = self.estimate(self.runs(design), indicator), self.target
-        if found is None or goal is None or goal.indicator != indicator:
-            return found
-        one = self.judged[design]
-        return found if one.low is None or one.high is None else replace(found, interval=(one.low, one.high))
+        """Mean and interval of an indicator at a design; for the target's indicator, with the bounds of its verdict."""
+        estimate, goal = self.estimate(self.runs(design), indicator), self.target
+        if estimate is None or goal is None or goal.indicator != indicator:
+            return estimate
+        verdict = self.judged[design]
+        return (
+            estimate
+            if verdict.low is None or verdict.high is None
+            else replace(estimate, interval=(verdict.low, verdict.high))
+        )
 
     def quantiles(self, indicator: str, share: float) -> dict[int, intervals.QuantileEstimate | None]:
-        """What a share of all runs stay below, with its interval, at each point by number, or None."""
+        """The quantile of an indicator over all runs, with its interval, at each point by number, or None."""
         self.chosen([indicator])
-        found: dict[int, intervals.QuantileEstimate | None] = {}
+        quantiles: dict[int, intervals.QuantileEstimate | None] = {}
         for number, rows in self.by_point.items():
             values = _known(rows, indicator)
             exact = _deterministic(rows)
-            found[number] = (
+            quantiles[number] = (
                 intervals.quantile(values, share, self.plan.confidence, deterministic=exact) if values else None
             )
-        return found
+        return quantiles
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """A row for each design point and indicator.
@@ -304,9 +308,9 @@ class ResultsData:
         import pandas as pd
 
         lines = [
-            {**point.labels, "indicator": indicator, **_line(found, len(self.by_point[point.number]))}
+            {**point.labels, "indicator": indicator, **_line(estimate, len(self.by_point[point.number]))}
             for indicator in self.chosen(indicators)
-            for point, found in zip(self.points, self.estimates(indicator).values(), strict=True)
+            for point, estimate in zip(self.points, self.estimates(indicator).values(), strict=True)
         ]
         return pd.DataFrame(lines)
 
@@ -333,7 +337,7 @@ class ResultsData:
         return self._compared({design: self.values(design, indicator) for design in self.designs}, against, method)
 
     def _matched(self, wanted: Mapping[str, Label]) -> dict[str, str]:
-        """For each design the one with the wanted levels of factors, and its own levels of all others."""
+        """The baseline of each design: it has the wanted levels, and the design's own levels of the other factors."""
         baseline_point(self.points, wanted)  # refuses levels that no design has
         points = {tuple(point.labels.items()): str(point) for point in self.points}
         against = {}
@@ -341,13 +345,13 @@ class ResultsData:
             levels = {key: wanted.get(key, level) for key, level in point.labels.items()}
             base = points.get(tuple(levels.items()))
             if base is None:
-                said = ", ".join(f"{key}={readable(level)}" for key, level in levels.items())
-                raise StudyError(f"baseline: no design {said}, which {point} would be compared with")
+                text = ", ".join(f"{key}={readable(level)}" for key, level in levels.items())
+                raise StudyError(f"baseline: no design {text}, which {point} would be compared with")
             against[str(point)] = base
         return against
 
     def compare_finished(self, indicator: str, baseline: str | None = None) -> comparison.Differences | None:
-        """The same for the designs that have replications in common with the baseline, None where none has.
+        """Paired differences of designs that have replications in common with the baseline, None where none has.
 
         `baseline`: a design by its text (default: the study's).
         """
@@ -363,28 +367,28 @@ class ResultsData:
 
     @cached_property
     def target(self) -> targets.Target | None:
-        """What designs should meet."""
+        """The target that designs should meet."""
         return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
     def outcomes(self, design: str) -> tuple[object, ...]:
-        """What came out of the runs of a design, each with its replication, as something that can be compared."""
+        """The outcomes of the runs of a design, each with its replication, as values that can be compared."""
         return tuple(map(outcome_of, self.runs(design)))
 
     @cached_property
     def same(self) -> Mapping[str, str]:
-        """Designs that run by run have every indicator as an earlier one has it, and that one: both are one option."""
+        """Designs whose runs equal an earlier design's in every indicator, with that design: both are one option."""
         first: dict[tuple[object, ...], str] = {}
-        found = {}
+        same = {}
         for design in self.designs:
             if any(row.indicators for row in self.runs(design)):
                 other = first.setdefault(self.outcomes(design), design)
                 if other != design:
-                    found[design] = other
-        return found
+                    same[design] = other
+        return same
 
     @cached_property
     def judged(self) -> Mapping[str, judge.DesignVerdict[str]]:
-        """Whether each design that has values meets the target: all of this is right at once, with the confidence.
+        """Verdicts of whether designs with values meet the target: all are right at once, with the study's confidence.
 
         Where a search asked for more runs until it could tell, each time it looked counts. The search spends its error
         in the order of its designs, so it may have told what stays open here, and its answer has its verdicts.
@@ -394,20 +398,20 @@ class ResultsData:
         goal = self.target
         if goal is None:
             return {}
-        known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
-        counts = [len(given) for design, given in known.items() if given and design not in self.same]
+        values_of = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
+        counts = [len(values) for design, values in values_of.items() if values and design not in self.same]
         asked = isinstance(self.plan.replications, tuple) and counts
         looks = len(judge.looks(min(counts), max(counts))) if asked else 1
         level = 1 - (1 - self.plan.confidence) / max(len(counts) * looks, 1)
-        found = {}
-        for design, given in known.items():
-            if given:
-                exact = self._is_exact(design, given)
+        verdicts = {}
+        for design, values in values_of.items():
+            if values:
+                exact = self._is_exact(design, values)
                 least = self._least(design, max(counts)) if asked else 0
-                one = judge.judged(design, given, goal, level, exact, goal.measure.within, least=least)
-                lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
-                found[design] = one if lasts else replace(one, verdict="fails")
-        return found
+                verdict = judge.judged(design, values, goal, level, exact, goal.measure.within, least=least)
+                lasts = not any(problem.is_lasting for problem in self.verdicts.get(design, ()))
+                verdicts[design] = verdict if lasts else replace(verdict, verdict="fails")
+        return verdicts
 
     def _is_exact(self, design: str, values: Sequence[float]) -> bool:
         """Whether the mean of these values of the target's indicator is exact."""
@@ -417,36 +421,38 @@ class ResultsData:
         return fixed or _deterministic(self.runs(design))
 
     def _least(self, design: str, most: int) -> int:
-        """How many runs a search asks of a design before it meets the target, where it asks so many at most."""
+        """The fewest runs of a design that can meet the target in a search that asks for so many at most."""
         model = self.models.get(design)
         return 0 if model is None else rare.days_needed(model, cap=most).least
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:
-        """Of designs that are too close to the target, how many runs in all would probably tell; None: too many."""
+        """For designs too close to the target, how many runs in all would probably decide; None: too many."""
         goal = self.target
         return {
-            design: judge.runs_to_tell(_known(self.runs(design), goal.indicator), goal, one.level, goal.measure.within)
-            for design, one in self.judged.items()
-            if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
+            design: judge.runs_to_tell(
+                _known(self.runs(design), goal.indicator), goal, verdict.level, goal.measure.within
+            )
+            for design, verdict in self.judged.items()
+            if goal is not None and verdict.verdict == "undecided" and verdict.n > 1 and design not in self.same
         }
 
     def _compared(
         self, table: Mapping[str, Any], against: Mapping[str, str], method: comparison.Method
     ) -> comparison.Differences:
-        """The differences of designs to the baseline of each; pairs whose runs are equal count once."""
+        """The differences of designs to the baseline of each; pairs with equal runs count once."""
         every = {design: base for design, base in against.items() if design != base}
         if not every:
             raise StudyError(f"nothing to compare with the baseline {next(iter(against.values()))!r}: the only design")
         once: dict[tuple[str, str], str] = {}
         for design, base in every.items():
-            ours, theirs = (self.same.get(one, one) for one in (design, base))
+            ours, theirs = (self.same.get(name, name) for name in (design, base))
             if ours != theirs:
                 once.setdefault((ours, theirs), design)
         pairs = {design: every[design] for design in once.values()} or every
         exact = [design for design in table if _deterministic(self.runs(design))]
-        found = comparison.compare_pairs(table, pairs, method, self.plan.confidence, deterministic=exact)
-        return replace(found, against=every)
+        differences = comparison.compare_pairs(table, pairs, method, self.plan.confidence, deterministic=exact)
+        return replace(differences, against=every)
 
     def main_effects(self, indicator: str) -> screening.Effects:
         """The main effect of each factor."""
@@ -464,19 +470,19 @@ def _deterministic(rows: Sequence[Row]) -> bool:
     return bool(done) and all(outcome.deterministic for outcome in done)
 
 
-def _line(found: intervals.Estimate | None, runs: int) -> dict[str, Any]:
-    if found is None:
+def _line(estimate: intervals.Estimate | None, runs: int) -> dict[str, Any]:
+    if estimate is None:
         nothing = dict.fromkeys(("mean", "half_width", "low", "high"), math.nan)
         return {"n": 0, "failed": runs, **nothing, "deterministic": False}
-    low, high = found.interval or (math.nan, math.nan)
+    low, high = estimate.interval or (math.nan, math.nan)
     return {
-        "n": found.n,
-        "failed": runs - found.n,
-        "mean": found.mean,
-        "half_width": math.nan if found.half_width is None else found.half_width,
+        "n": estimate.n,
+        "failed": runs - estimate.n,
+        "mean": estimate.mean,
+        "half_width": math.nan if estimate.half_width is None else estimate.half_width,
         "low": low,
         "high": high,
-        "median": found.median,
-        **{f"q{round(100 * share):02d}": value for share, value in found.quantiles.items()},
-        "deterministic": found.deterministic,
+        "median": estimate.median,
+        **{f"q{round(100 * share):02d}": value for share, value in estimate.quantiles.items()},
+        "deterministic": estimate.deterministic,
     }

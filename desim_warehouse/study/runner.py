@@ -46,14 +46,14 @@ def could_not_go_on(row: Row) -> bool:
 
 
 def is_refused(outcome: Outcome) -> bool:
-    """Whether a run ended with what every run of its design would: a model or a policy that cannot work."""
+    """Whether a run ended with an error that every run of its design has: a model or a policy that cannot work."""
     error = outcome.error or ""
     unmade = error.startswith(f"{PolicyError.__name__}: ") and " at time " not in error
     return unmade or error.startswith(_CANNOT_WORK)
 
 
 class _MissingError(Exception):
-    """A run is not there yet."""
+    """A run has not been done yet."""
 
 
 class StudyRunner:
@@ -77,7 +77,7 @@ class StudyRunner:
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
         self.repeats = repeats
-        self.refused: set[str] = set()  # models of which no run can work, by what they are known by
+        self.refused: set[str] = set()  # names of models that no run can simulate
         self.own: dict[int, list[str]] = {}  # policies of the user's own, by point
         self.deterministic = False  # chance plays no part in any design, by what the models say
         if keys is None:
@@ -85,12 +85,12 @@ class StudyRunner:
             keys = {number: plan.run_name(model) for number, model in made.items()}
             self.deterministic = all(model.is_deterministic for model in made.values())
             self.own = {number: model.policies.own() for number, model in made.items()}
-        self.keys = dict(keys)  # what the model of a point is known by in the store
+        self.keys = dict(keys)  # the name of a point's model in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
 
     def add(self, plan: StudyPlan, point: Point) -> None:
-        """Go on with a plan that has one point more, which need not have runs; raises ModelError for no model."""
+        """Go on with a plan that has one point more, which need not have runs; raises ModelError if it has no model."""
         model = models(plan, [point])[point.number]
         self.keys[point.number], self.own[point.number] = plan.run_name(model), model.policies.own()
         self.replications[point.number] = 0
@@ -98,16 +98,17 @@ class StudyRunner:
         self.points.append(point)
 
     def replicate(self) -> Iterator[Row]:
-        """Do all replications of all points: their rows as they end, first those that are there."""
+        """Do all replications of all points, and yield their rows as they end, finished ones first."""
         rule = self.plan.replications
         if isinstance(rule, Until):
+            self.progress.is_search = True
             yield from self._until(rule)
             return
         counts = rule if isinstance(rule, tuple) else (rule,) * len(self.points)
         yield from self.each([(point.number, r) for point in self.points for r in range(counts[point.number])])
 
     def recall(self) -> bool:
-        """Replay the study as far as its runs are there, so that `finished` has them; whether none is missing."""
+        """Replay the study as far as its runs are there, so that `finished` has them; returns whether all are."""
         executor, self.executor = self.executor, None
         try:
             for _ in self.replicate():
@@ -135,6 +136,7 @@ class StudyRunner:
             flat: the value of a run that ended because a robot ran flat, or None for an error like any other.
             failed: the value of a run that could not go on for any reason, or None for an error.
         """
+        self.progress.is_search = True
         exact, drew, first = self.deterministic, False, True
         procedure, values = make(exact), cast("list[float] | None", None)
         while True:
@@ -157,7 +159,7 @@ class StudyRunner:
         return outcome.error is None and not outcome.deterministic
 
     def _value(self, number: int, replication: int, indicator: str, flat: float | None, failed: float | None) -> float:
-        """The indicator of a run, which must not have failed where that has no value of its own."""
+        """The indicator of a run; `flat` or `failed` replaces it where the run could not go on."""
         row = self.row(number, replication)
         if flat is not None and ran_flat(row):
             return flat
@@ -168,13 +170,13 @@ class StudyRunner:
         return row.measured(indicator)
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
-        """Do those of these runs (point, replication) that are missing."""
+        """Do the missing runs of these (point, replication)."""
         for _ in self.each(runs):
             pass
 
     def each(self, runs: Iterable[tuple[int, int]]) -> Iterator[Row]:
-        """Do those of these runs (point, replication) that are missing: all rows, first those that are there."""
-        there: list[tuple[int, int]] = []
+        """Do the missing runs of these (point, replication), and yield all rows, finished runs first."""
+        present: list[tuple[int, int]] = []
         missing: dict[tuple[str, int], list[tuple[int, int]]] = {}  # the same run may be asked for at several points
         for number, replication in runs:
             if self._is_refused(number):
@@ -182,34 +184,39 @@ class StudyRunner:
             self.replications[number] = max(self.replications[number], replication + 1)
             name = self.keys[number], run_seed(self.plan.seed, replication)
             lacks = name in missing or self.store.missing(*name)
-            (missing.setdefault(name, []) if lacks else there).append((number, replication))
+            (missing.setdefault(name, []) if lacks else present).append((number, replication))
         if self.executor is None:
             if missing:
                 raise _MissingError
             return
         if missing:
             self._has_functions()
-        self.progress.want(len(missing), len({(self.keys[n], r) for n, r in there}))
-        LOG.debug("%s: %d runs to do, %d there already", self.plan.name, len(missing), len(there))
-        yield from (self.row(*one) for one in there)
+        looked = sum(asked > 0 for asked in self.replications.values())
+        self.progress.want(len(missing), len({(self.keys[n], r) for n, r in present}), looked)
+        LOG.debug("%s: %d runs to do, %d there already", self.plan.name, len(missing), len(present))
+        yield from (self.row(*run) for run in present)
         names: dict[Handle, tuple[str, int]] = {}
         try:
-            for name, of in missing.items():
+            for name, requests in missing.items():
                 wanted = Wanted(
-                    of[0][0], self.points[of[0][0]].overrides, name[1], scout=self.plan.scouts, own=self.plan.own
+                    requests[0][0],
+                    self.points[requests[0][0]].overrides,
+                    name[1],
+                    scout=self.plan.scouts,
+                    own=self.plan.own,
                 )
                 names[self.executor.submit(self.plan.base, wanted)] = name
             with closing(self.executor.ended(list(names))) as ended:
                 for handle in ended:
                     if handle.outcome is not None:  # else another run of its design was refused
                         self._take(handle, handle.outcome, names)
-                        yield from (self.row(*one) for one in missing[names[handle]])
+                        yield from (self.row(*run) for run in missing[names[handle]])
         finally:
             for handle in names:
                 handle.cancel()
 
     def _has_functions(self) -> None:
-        """Refuse to simulate where indicators of the user's own are known by their values alone; raises StudyError."""
+        """Refuse to simulate where the user's own indicators are known by their values alone; raises StudyError."""
         lost = [indicator.name for indicator in self.plan.own if indicator.function is None]
         if lost:
             cure = f"make the study in Python again, with indicators={{{lost[0]!r}: ...}} and this folder"
@@ -235,14 +242,14 @@ class StudyRunner:
             self.written = monotonic()
 
     def _repeat(self, name: tuple[str, int], done: Handle) -> None:
-        """Have the first run with policies of the user's own done again, and see what became of such runs."""
+        """Repeat the first run that has policies of the user's own, and compare such runs as they end."""
         own = self.own.get(done.wanted.design)
         if self.repeats is not None and own:
             self.repeats.begin(own, name, done)
             self.see_that_runs_repeat()
 
     def see_that_runs_repeat(self, *, wait: bool = False) -> None:
-        """Raise StudyError where a run was not the same again; it is done anew when the study goes on."""
+        """Raise StudyError where a repeated run differed; it is done anew when the study goes on."""
         wrong = None if self.repeats is None else self.repeats.wrong(wait=wait)
         if wrong is not None:
             (model, seed), why = wrong

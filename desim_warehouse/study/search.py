@@ -1,4 +1,4 @@
-"""How a question that chooses its own runs does them, and when it stops."""
+"""Settings of a question that chooses its own runs: how they are done, and when it stops."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Search:
     crew: Crew | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse what no search can do."""
+        """Refuse settings that no search can have."""
         if self.first is not None and self.cap is not None and not 2 <= self.first <= self.cap:  # noqa: PLR2004
             raise StudyError(f"first {self.first}, cap {self.cap}: expected 2 <= first <= cap")
         check_confidence(self.confidence)
@@ -77,18 +77,18 @@ class Search:
             raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def looks(self, first: int, cap: int) -> tuple[int, int]:
-        """Replications at the first look at a design, and the most of them: by default as given."""
+        """Replications at the first look at a design (interim analysis), and the most of them: by default as given."""
         return self.first or first, self.cap or cap
 
     @contextmanager
     def together(self) -> Iterator[Search]:
-        """One crew for all studies of a question: processes start once, and a design settles once."""
+        """Share one crew among all studies of a question: processes start once, and a design settles once."""
         with self.simulating() as crew:
             yield replace(self, crew=crew)
 
     @contextmanager
     def simulating(self) -> Iterator[Crew]:
-        """The crew that simulates, which ends with the block unless others have it."""
+        """Yield the crew that simulates, which ends with the block unless others share it."""
         if self.crew is not None:
             yield self.crew
             return
@@ -98,7 +98,7 @@ class Search:
             yield crew
 
     def under(self, name: str) -> Search:
-        """The same for one of several studies of a question: with `out`, in a folder of its own in that."""
+        """The search of one of several studies of a question: with `out`, in a folder of its own inside that."""
         return self if self.out is None else replace(self, out=Path(self.out) / name.replace(" ", "-"))
 
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LOG = logging.getLogger("desim_warehouse")
-LOG.addHandler(logging.NullHandler())  # whoever wants to read it says so
+LOG.addHandler(logging.NullHandler())  # silent unless a program adds a handler
 
 
 class StudyEngine:
@@ -140,7 +140,7 @@ class StudyEngine:
 
     @staticmethod
     def _as_given(run: RunData) -> Any:
-        """What indicators of the user's own are given: a run."""
+        """A run, as the user's own indicators receive it."""
         return run
 
     def _start(self) -> None:
@@ -203,7 +203,7 @@ class StudyEngine:
         cache: bool = False,
         progress: bool = False,
     ) -> Generator[Row]:
-        """The rows of the study as they end, those first that are there: `run()`, for who shows or judges them at once.
+        """Yield the rows of the study as they end, finished ones first: `run()`, for callers that show or judge each.
 
         Closing the generator ends the study at once: what is not finished is cancelled, what ended is kept.
 
@@ -244,14 +244,14 @@ class StudyEngine:
             return self.carry_out(runner, make, indicator, failed=failed)
 
     def carry_out(self, runner: StudyRunner, make: Callable[[bool], Procedure[T]], indicator: str, **how: Any) -> T:
-        """The same in a session that is open, for procedures that look at what the runner has."""
+        """Carry out a sequential procedure in an open session, for procedures that look at the rows of the runner."""
         runner.recall()
         result = runner.follow(make, indicator, **how)
         self.plan = replace(self.plan, replications=tuple(runner.replications.values()))
         return result
 
     def grow(self, runner: StudyRunner, label: str, overrides: Mapping[str, Any]) -> int:
-        """Give the one factor of this study another level, in a session that is open: the number of its design.
+        """Give the one factor of this study another level, in an open session; returns the number of its design.
 
         Raises:
             ModelError: where that is no model.
@@ -309,7 +309,7 @@ class StudyEngine:
             LOG.info("%s: %s", self.plan.name, shown.summary())
 
     def _settle(self, executor: Executor, shown: Progress) -> None:
-        """Give each design its warm-up: the one that the folder has, or from pilot runs."""
+        """Give each design its warm-up, from the study's folder or from pilot runs."""
         from desim_warehouse.study.record import recorded_warm_up
 
         times = None if self.folder is None else recorded_warm_up(self.plan, self.folder)
@@ -346,7 +346,7 @@ class StudyEngine:
 
     @property
     def results(self) -> ResultsData:
-        """The finished runs, and what follows from them. They do not change when the study runs on.
+        """The finished runs, and the results that follow. They do not change when the study runs on.
 
         Raises:
             StudyError: where the study has not been run.

@@ -1,4 +1,4 @@
-"""What may hold a warehouse up: each suspect with its relief in the model's own keys, and the dose that it is.
+"""Suspects that may hold a warehouse up: each with its relief in the model's own keys, and the dose of it.
 
 What is special at a place is in the way; what is so everywhere is work. So a crossing is relieved of the time by
 which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model
@@ -52,15 +52,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
 DOSE = 0.1
-"""The part of a capacity, or of the work, by which gains are compared."""
+"""The common dose: the share of a capacity, or of the work, by which gains are compared."""
 MOST_UNTAKEN = 0.1
 """Part of their time that tasks may wait to be taken up without robots being scarce."""
 MOST_NODES = 5
-"""Intersections that are looked at: those with the most waiting before them."""
+"""Number of intersections to look at: the ones with the most waiting before them."""
 LEAST_WAITING = 0.002
 """Part of the fleet's time that must be waited before an intersection for it to be looked at."""
 MOST_LANES = 3
-"""Two-way lanes that are looked at one by one: those on which robots spend most time."""
+"""Number of two-way lanes to look at one by one: the lanes on which robots spend most time."""
 ROUNDING = 1e-9
 CLEARED = 120.0
 """Seconds after which a broken robot is off the lanes, as a relief."""
@@ -71,17 +71,17 @@ LEAST_CHARGING = 0.05
 """Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
 HALF = 0.5
 DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
-"""Those by which lines of a visit are many or few; where pods are stored hardly moves them."""
+"""Decisions that move the lines for each visit of a pod; where pods are stored hardly does."""
 
 
 @dataclass(frozen=True)
 class Suspect:
     """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
 
-    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at, None where robots do
-    not wait for it, such as handling. `dose`: the relief as a part of what is there, 1 for one server beside another;
-    None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself, less of
-    which always gains: it stands beside the contest. Of one name there may be several, such as other policies.
+    `waited`: the share of the fleet's time that robots waited there, in the run that was looked at, None where robots
+    do not wait for it, such as handling. `dose`: the relief as a share of the present capacity, 1 for one server beside
+    another; None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself,
+    less of which always gains: it stands beside the contest. Several may have one name, such as other policies.
     """
 
     name: str
@@ -93,12 +93,12 @@ class Suspect:
 
     @property
     def scale(self) -> float:
-        """What makes its gain into that of an equal dose: a tenth of a capacity or of the work, or all of the rest."""
+        """Factor that scales its gain to a common dose: 10 % of a capacity or of the work, or all of the rest."""
         return 1.0 if self.dose is None else DOSE / abs(self.dose)
 
 
 def suspects(run: RunData) -> list[Suspect]:
-    """What may hold a warehouse up, by a run with `log: all`: who is waited for longest first.
+    """The suspects of a run with `log: all`; what robots wait for longest comes first.
 
     Raises:
         ReportError: a run with less in its log.
@@ -120,8 +120,8 @@ def _all(run: RunData) -> list[Suspect]:
     model, nodes = run.model, run.account(by="node")
     whole = run.history.counted * model.fleet.size or 1.0
     stations = _stations(run)
-    queued = {zone: _queued(nodes, SERVER, at) / whole for zone, at in stations.items()}
-    closed = {zone: _queued(nodes, OPENING, at) / whole for zone, at in stations.items()}
+    queued = {zone: _queued(nodes, SERVER, members) / whole for zone, members in stations.items()}
+    closed = {zone: _queued(nodes, OPENING, members) / whole for zone, members in stations.items()}
     others = [
         *_intersections(run, nodes["before_intersection"] / whole, whole),
         *_servers(model, queued),
@@ -141,7 +141,7 @@ def _all(run: RunData) -> list[Suspect]:
 
 
 def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iterator[Suspect]:
-    """Nodes before which robots wait (`before`: the part of the fleet's time), or are longer than at others."""
+    """Nodes before which robots wait (`before`: as a share of the fleet's time), or cross longer than at others."""
     usual, own = run.model.traffic.node_time, dict(run.model.traffic.node_times)
     shafts = {node for lift in run.layout.lifts for node in lift.nodes}
     passages = run.nodes["passages"]
@@ -173,19 +173,19 @@ def _lifts(run: RunData) -> Iterator[Suspect]:
             yield Suspect(f"lift {lift.name}", f"lift {lift.name} twice as fast", faster, spent, -HALF)
 
 
-def _queued(nodes: pd.DataFrame, queue: Queue, at: list[str]) -> float:
+def _queued(nodes: pd.DataFrame, queue: Queue, members: list[str]) -> float:
     """The time for which robots queue for something at some nodes, by the account of time of `nodes`."""
     states = [state.name for state in SHOWN.values() if state.queue == queue and state.name in nodes]
-    return sum(float(nodes[state][at].sum()) for state in states)
+    return sum(float(nodes[state][members].sum()) for state in states)
 
 
 def _stations(run: RunData) -> dict[str, list[str]]:
-    """The nodes of each station that is used and whose name can stand in a dotted key."""
-    found: dict[str, list[str]] = {}
+    """The nodes of each used station whose name can stand in a dotted key."""
+    nodes_of: dict[str, list[str]] = {}
     for node in destinations(run.model, run.layout):
         if node in run.layout.stations:
-            found.setdefault(run.layout.stations[node].zone, []).append(node)
-    return {zone: at for zone, at in found.items() if "." not in zone}
+            nodes_of.setdefault(run.layout.stations[node].zone, []).append(node)
+    return {zone: nodes for zone, nodes in nodes_of.items() if "." not in zone}
 
 
 def _of_station(model: Model, zone: str, kind: Kind) -> str:
@@ -195,7 +195,7 @@ def _of_station(model: Model, zone: str, kind: Kind) -> str:
 
 
 def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
-    """One server more at every node of a station, and one slot more where slots keep robots from working."""
+    """Yield servers of stations, one more at each node, and slots where they keep robots from working."""
     for zone, share in queued.items():
         station = model.layout.stations[zone]
         key = f"layout.stations.{zone}"
@@ -203,8 +203,8 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
         if station.places <= station.servers:
             more[f"{key}.places"] = station.servers + 1
         another = "a second" if station.servers == 1 else "another"
-        said = f"{another} {staff(zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
-        yield Suspect(_of_station(model, zone, "servers"), said, more, share, 1 / station.servers)
+        relief = f"{another} {staff(zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
+        yield Suspect(_of_station(model, zone, "servers"), relief, more, share, 1 / station.servers)
     layout = model.floor
     used = [node for node in destinations(model, layout) if node in layout.stations]
     slots = sum(layout.stations[node].places for node in used)
@@ -222,7 +222,7 @@ def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
 
 
 def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
-    """Those who work on what robots put down, with room for what is in work."""
+    """Yield people who work on what robots put down, one more at each node, with room for what is in work."""
     for zone in zones:
         station, key = model.layout.stations[zone], f"layout.stations.{zone}"
         if station.work_time is not None:
@@ -234,7 +234,7 @@ def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
 
 
 def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
-    """Opening hours of stations, shifts of robots, and breaks in either: each is so much more time."""
+    """Yield opening hours of stations, shifts of robots, and breaks in either; the dose is the time gained."""
     breaks: dict[str | None, float] = {}
     for calendar, more, changes in without_breaks(model):
         breaks[calendar] = more
@@ -254,7 +254,7 @@ def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
 
 
 def _under_way(run: RunData) -> Iterator[Suspect]:
-    """Fewer robots under way, where they wait for each other for much of their time."""
+    """Yield caps on the robots under way, where they wait for each other for much of their time."""
     if waits_much([run.kpis]):
         for most in caps(run.model):
             yield Suspect("robots under way", f"at most {most} robots under way", {KEY: most})
@@ -267,7 +267,7 @@ def _waited(run: RunData, part: str) -> float:
 
 
 def _on_the_way(run: RunData) -> Iterator[Suspect]:
-    """What is closed or slow, and people in the aisles."""
+    """Yield closures, slow zones, rules of zones, speed limits, and people in the aisles."""
     traffic = run.model.traffic
     if traffic.closures:
         yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, _waited(run, CLOSED_LANE))
@@ -284,7 +284,7 @@ def _on_the_way(run: RunData) -> Iterator[Suspect]:
 
 
 def _lanes(run: RunData) -> Iterator[Suspect]:
-    """Two lanes beside each other in place of a two-way lane. Robots wait for it far away, so use says which counts."""
+    """Yield two-way lanes, each relieved by two lanes side by side; ranked by use, as robots wait far from them."""
     spent = run.account(by="edge").sum(axis=1)
     used: dict[frozenset[str], tuple[float, int]] = {}
     for rank, edge in enumerate(run.model.layout.edges):
@@ -294,12 +294,16 @@ def _lanes(run: RunData) -> Iterator[Suspect]:
     edges = run.model.layout.edges
     beside = {
         rank: {
-            **{key: to for key, to in edges[rank].content().items() if to is not False and (key, to) != ("against", 1)},
+            **{
+                key: value
+                for key, value in edges[rank].content().items()
+                if value is not False and (key, value) != ("against", 1)
+            },
             "side_by_side": True,
         }
         for _, rank in used.values()
     }
-    busiest = sorted(((time, rank) for time, rank in used.values() if time), key=lambda one: (-one[0], one[1]))
+    busiest = sorted(((time, rank) for time, rank in used.values() if time), key=lambda item: (-item[0], item[1]))
     for _, rank in busiest[:MOST_LANES]:
         name = f"{edges[rank].source} - {edges[rank].target}"
         yield Suspect(f"two-way lane {name}", f"two lanes for {name}", {f"layout.edges.{rank}": beside[rank]})
@@ -310,7 +314,7 @@ def _lanes(run: RunData) -> Iterator[Suspect]:
 
 
 def _failures(run: RunData) -> Iterator[Suspect]:
-    """Robots and chargers that break down, and robots that lose time at nodes."""
+    """Yield breakdowns of robots, delays at nodes, and outages of chargers."""
     model = run.model
     if model.fleet.breaks_down:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
@@ -334,12 +338,12 @@ def _failures(run: RunData) -> Iterator[Suspect]:
 
 
 def _dotted(model: Model, key: str) -> bool:
-    """Whether a kind whose name cannot stand in a dotted key has it."""
+    """Whether the key belongs to a kind whose name cannot stand in a dotted key."""
     return any("." in name and key.startswith(f"fleet.kinds.{name}.") for name in model.fleet.kinds)
 
 
 def _of_kinds(model: Model, key: str) -> list[str]:
-    """Where kinds of robots have a key of their own."""
+    """Whether kinds of robots have a key of their own."""
     kinds = model.fleet.kinds.items()
     return [f"fleet.kinds.{name}.{key}" for name, kind in kinds if getattr(kind, key) is not None and "." not in name]
 
@@ -389,7 +393,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
 
 
 def decisions(run: RunData) -> Iterator[Suspect]:
-    """Each decision with another in its place."""
+    """Yield each decision with another policy in its place."""
     model = run.model
     if model.policies.batching.name != "single":
         yield Suspect("batching", "every task by itself", {"policies.batching": "single"})
@@ -403,7 +407,7 @@ def decisions(run: RunData) -> Iterator[Suspect]:
 
 
 def _charging(model: Model) -> Iterator[Suspect]:
-    """The other built-in policies as they are by default, and the model's own without its parameters."""
+    """The other built-in charging policies with their defaults, and the model's own without its parameters."""
     own, battery = model.policies.charging, model.battery
     for name in catalogue.OURS["charging"]:
         if name == own.name and not own.params:
@@ -418,7 +422,7 @@ def _charging(model: Model) -> Iterator[Suspect]:
 
 
 def of_pods(model: Model) -> Iterator[Suspect]:
-    """Reliefs of a model with pods, none of another. Robots do not wait for any of them."""
+    """Reliefs of a model with pods, none of a model without. Robots do not wait for any of them."""
     pods = model.pods
     if pods is None:
         return
@@ -456,7 +460,7 @@ def _tenth(count: int) -> int:
 
 
 def _fewer_places(model: Model) -> Iterator[Suspect]:
-    """Fewer pods at a time at the stations, each for more lines, down to one that is picked and one that comes."""
+    """Yield fewer pods at a time at the stations, each for more lines, down to one picked and one on its way."""
     layout = model.floor
     used = [layout.stations[node] for flow in model.tasks.flows.values() for node in stations_of(flow)]
     least = {item.zone: item.places - 1 for item in used if item.places - 1 > item.servers and "." not in item.zone}

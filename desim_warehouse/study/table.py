@@ -34,11 +34,11 @@ class Row(NamedTuple):
 
     @property
     def indicators(self) -> Mapping[str, float]:
-        """Its indicators by name, none where it failed."""
+        """The indicators of the run by name, none where it failed."""
         return self.outcome.values  # noqa: PD011 - not a DataFrame
 
     def value(self, indicator: str) -> float:
-        """An indicator; nan where the run failed or has none. A share of tasks knows of how many."""
+        """An indicator; nan where the run failed or has none. A share of tasks carries its number of tasks."""
         from desim_warehouse.study.statistics.intervals import TaskShare
 
         value = self.indicators.get(indicator, math.nan)
@@ -72,9 +72,9 @@ def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[st
 
 
 def _all(rows: Iterable[Row]) -> list[str]:
-    """Every indicator that any run has: ours in our order, then any others."""
-    found = dict.fromkeys(name for row in rows for name in row.indicators)
-    return [*(name for name in INDICATORS if name in found), *(name for name in found if name not in INDICATORS)]
+    """Every indicator that any run has: built-in ones in their order, then any others."""
+    names = dict.fromkeys(name for row in rows for name in row.indicators)
+    return [*(name for name in INDICATORS if name in names), *(name for name in names if name not in INDICATORS)]
 
 
 def arrow(table: Mapping[str, list[Any]]) -> pa.Table:
@@ -172,9 +172,9 @@ def rows_of(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
 def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
     factors = list(points[0].labels)
     columns = [level_column([point.labels[key] for point in points]) for key in factors]
-    at: dict[tuple[Any, ...], list[Point]] = {}
+    points_at: dict[tuple[Any, ...], list[Point]] = {}
     for point, key in zip(points, zip(*columns, strict=True) if columns else [()] * len(points), strict=True):
-        at.setdefault(tuple(map(plain, key)), []).append(point)
+        points_at.setdefault(tuple(map(plain, key)), []).append(point)
     besides = {*factors, *RESERVED}
     seen: Counter[tuple[Any, ...]] = Counter()
     for line in table.to_dict("records"):
@@ -183,7 +183,7 @@ def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
         values = {str(name): value for name, value in line.items() if name not in besides and plain(value) is not None}
         fixed = bool(line["deterministic"])
         outcome = Outcome(values, line["run_time"], plain(line["error"]), deterministic=fixed)
-        yield Row(at[key][seen[run]], line["replication"], line["seed"], outcome)
+        yield Row(points_at[key][seen[run]], line["replication"], line["seed"], outcome)
         seen[run] += 1
 
 
@@ -216,31 +216,31 @@ def cells(
 
     rows = usable(table, factors, indicator)
     low, high = (scale * end for end in within(indicator))
-    found = []
+    result = []
     for key in order(rows, factors):
         chosen = _where(rows, factors, key)
         values = _by_replication(chosen, indicator) * scale
         fixed = "deterministic" in chosen and bool(chosen["deterministic"].all())
-        given = _shares(chosen, indicator, values) if scale == 1 else values.tolist()  # in other units it is no share
-        found.append(
+        sample = _shares(chosen, indicator, values) if scale == 1 else values.tolist()  # in other units it is no share
+        result.append(
             Cell(
                 key,
-                estimate(given, confidence, deterministic=fixed, within=(low, high)),
+                estimate(sample, confidence, deterministic=fixed, within=(low, high)),
                 {int(r): value for r, value in zip(values.index, values, strict=True)},
             )
         )
-    return found
+    return result
 
 
 def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> list[float]:
-    """The values; shares of tasks of single runs know of how many, as `Row.value` has it."""
+    """The values; a share of tasks of a single run carries its number of tasks, as in `Row.value`."""
     from desim_warehouse.study.statistics.intervals import TaskShare
 
     counts = [name for name in counted_in(indicator, [str(name) for name in rows.columns]) if name in rows.columns]
     if not counts or len(rows) != len(values):
         return values.tolist()
-    known = rows.set_index("replication") if "replication" in rows.columns else rows
-    tasks = known[counts].fillna(0.0).sum(axis=1).reindex(values.index).tolist()
+    by_replication = rows.set_index("replication") if "replication" in rows.columns else rows
+    tasks = by_replication[counts].fillna(0.0).sum(axis=1).reindex(values.index).tolist()
     return [TaskShare(value, count) if count else value for value, count in zip(values.tolist(), tasks, strict=True)]
 
 
@@ -250,9 +250,9 @@ def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:
         return []
     columns = list(table.columns)
     others = [str(name) for name in columns[: columns.index("replication")] if name not in factors]
-    found = {name: [plain(value) for value in table[name]] for name in (*factors, *others)}
-    cell = list(zip(*(found[name] for name in factors), strict=True)) if factors else [()] * len(table)
-    return [name for name in others if len(set(zip(cell, found[name], strict=True))) > len(set(cell))]
+    values = {name: [plain(value) for value in table[name]] for name in (*factors, *others)}
+    cell = list(zip(*(values[name] for name in factors), strict=True)) if factors else [()] * len(table)
+    return [name for name in others if len(set(zip(cell, values[name], strict=True))) > len(set(cell))]
 
 
 def usable(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> pd.DataFrame:
@@ -283,15 +283,17 @@ def is_numeric(values: Sequence[Any]) -> bool:
 
 def levels(rows: pd.DataFrame, factor: str) -> list[Any]:
     """The levels of a factor: numbers ascending, else in order of appearance."""
-    found = [plain(value) for value in dict.fromkeys(rows[factor].tolist())]
-    return sorted(found) if is_numeric(found) else found
+    values = [plain(value) for value in dict.fromkeys(rows[factor].tolist())]
+    return sorted(values) if is_numeric(values) else values
 
 
 def order(rows: pd.DataFrame, factors: Sequence[str]) -> list[tuple[Any, ...]]:
     """The combinations of levels that have runs, in the order of the levels."""
     ranks = [{value: rank for rank, value in enumerate(levels(rows, factor))} for factor in factors]
-    found = dict.fromkeys(zip(*(rows[factor].tolist() for factor in factors), strict=True)) if factors else {(): 0}
-    return sorted(found, key=lambda key: tuple(rank[value] for rank, value in zip(ranks, key, strict=True)))
+    combinations = (
+        dict.fromkeys(zip(*(rows[factor].tolist() for factor in factors), strict=True)) if factors else {(): 0}
+    )
+    return sorted(combinations, key=lambda key: tuple(rank[value] for rank, value in zip(ranks, key, strict=True)))
 
 
 def _where(rows: pd.DataFrame, factors: Sequence[str], key: tuple[Any, ...]) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +36,7 @@ def read_target(text: str, units: UnitNames | None = None) -> Target:
 
 
 def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> tuple[Target, ...]:
-    """One target or several, all of which are to be met.
+    """Read a target, or several that are all to be met.
 
     Args:
         texts: a target, or a sequence of them.
@@ -50,7 +50,7 @@ def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> 
         raise StudyError("target: none, expected words such as 'on_time >= 95 %'")
     goals = tuple(read_target(text, units) for text in listed)
     for place, goal in enumerate(goals):
-        if (goal.indicator, goal.sign) in {(one.indicator, one.sign) for one in goals[:place]}:
+        if (goal.indicator, goal.sign) in {(earlier.indicator, earlier.sign) for earlier in goals[:place]}:
             raise StudyError(
                 f"target {listed[place]!r}: a second bound on {goal.indicator}, expected the stricter one alone"
             )
@@ -72,14 +72,14 @@ def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> Non
     most = MOST_ZONE if share else math.inf if aim is None else MOST_ZONE * abs(aim)
     if zone <= most:
         return
-    said = f"{zone:g} ({zone:.0%})" if share else f"{zone:g}"
+    size = f"{zone:g} ({zone:.0%})" if share else f"{zone:g}"
     least = f"{most:.0%}" if share else f"{most:g}, a fifth of the target"
     meant = f"; did you mean {zone:g} %?" if share and 0 < zone <= 100 * MOST_ZONE else ""
-    raise StudyError(f"indifference zone {said} of {measure.name}: expected at most {least}{meant}")
+    raise StudyError(f"indifference zone {size} of {measure.name}: expected at most {least}{meant}")
 
 
 def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
-    """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half of what is possible.
+    """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half the way to the limit.
 
     Raises:
         StudyError: no amount of the indicator, or one in which nearly all designs lie.
@@ -95,28 +95,43 @@ def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> fl
 
 @dataclass(frozen=True)
 class Days:
-    """The days that a mean is of: how many, the worst value of the target's indicator, and how many miss the target."""
+    """The days that a mean is of: how many, the worst value of the target's indicator, and how many miss the target.
+
+    `median`: the value of the day in the middle, of two of them the worse. `worst_run` and `median_run`: which
+    replications these two are, the first of equal ones.
+    """
 
     days: int
     worst: float
     missed: int
+    median: float
+    worst_run: int
+    median_run: int
 
 
-def days_of(values: Sequence[float], goal: Target) -> Days | None:
-    """The days of a design, by one value each; None for fewer than two, or where they all agree."""
-    if len(values) < 2 or is_constant(np.asarray(values)):  # noqa: PLR2004 - the mean says it all
+def days_of(values: Iterable[float], goal: Target) -> Days | None:
+    """Sum the days of a design up; None for fewer than two, or where they all agree.
+
+    Args:
+        values: one for each replication, by its number; nan where it failed or is missing.
+        goal: the target.
+    """
+    known = {run: float(value) for run, value in enumerate(values) if math.isfinite(value)}
+    if len(known) < 2 or is_constant(np.asarray([*known.values()])):  # noqa: PLR2004 - the mean says it all
         return None
-    worst = min(values, key=lambda value: goal.sign * value)
-    return Days(len(values), worst, sum(not goal.met_by(value) for value in values))
+    order = sorted(known, key=lambda run: (goal.sign * known[run], run))
+    worst, middle = order[0], order[(len(order) - 1) // 2]
+    missed = sum(not goal.met_by(value) for value in known.values())
+    return Days(len(known), known[worst], missed, known[middle], worst, middle)
 
 
 def first_look(goal: Target, cap: int) -> int:
-    """Replications at the first look at a design by default: at what has no upper end more, as it may be skewed."""
+    """Replications at the first look at a design by default; more for an unbounded indicator, which may be skewed."""
     return min(FIRST if goal.measure.is_share else FIRST_OF_MEANS, cap)
 
 
 def too_short(text: str, model: Model) -> str:
-    """What is wrong with a target for cycle times that no task can meet, as its handling takes longer; else nothing.
+    """The problem of a target for cycle times below the shortest handling of a task; empty where there is none.
 
     Raises:
         StudyError: no target, or one of a flow or part of the day that the model has not.
@@ -143,8 +158,8 @@ def _refuse_share(text: str, goal: Target) -> None:
         meant = f"; did you mean {goal.value:g} %?" if bare and 1 < goal.value <= 100 else ""  # noqa: PLR2004
         raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
     if not bare and goal.sign > 0 and 0 < goal.value < 0.01:  # noqa: PLR2004
-        said = f"{100 * goal.value:g} %"
-        raise StudyError(f"target {text!r}: {said} is hardly a target; did you mean {10_000 * goal.value:g} %?")
+        share = f"{100 * goal.value:g} %"
+        raise StudyError(f"target {text!r}: {share} is hardly a target; did you mean {10_000 * goal.value:g} %?")
 
 
 def _right_way_round(text: str, goal: Target) -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DAYS, EXACT_DAYS = 10, 2
-"""Runs at each probe, and those where nothing is random."""
+"""Runs at each probe; and where nothing is random."""
 HALVINGS = 4
 """Probes between the ends of a range at most, so that the last two around a threshold are a sixteenth of it apart."""
 MOST_RUNS = (2 + HALVINGS) * DAYS
@@ -39,7 +39,7 @@ _LEVEL = 0.995
 
 @dataclass(frozen=True)
 class InputThreshold:
-    """Where an input makes a fleet too small within its range, all else as the model has it.
+    """The value at which an input makes a fleet too small within its range, all else as the model has it.
 
     `enough`: whether the fleet is enough at the lowest and at the highest value. `at`: where that turns, with the ends
     of its interval in `within`; both None where it does not. `confirmed`: runs tell on both sides of it; without a
@@ -87,7 +87,7 @@ def thresholds(
     inputs = [_Input(key, *_range(model, key, ends), goal) for key, ends in uncertain.items()]
     if not inputs:
         raise StudyError("uncertain: nothing, expected keys with their lowest and highest value")
-    ends = [(one.key, end) for one in inputs for end in (one.below, one.above)]
+    ends = [(input_.key, end) for input_ in inputs for end in (input_.below, input_.above)]
     cases = {f"{key}={end!r}": {key: end} for key, end in ends}
     study = searched(model, {"design": {"cases": cases}}, search, name="uncertain", target=goal.text)
     numbers = {probe: number for number, probe in enumerate(ends)}
@@ -102,7 +102,7 @@ def thresholds(
             return threshold_steps(inputs, number, EXACT_DAYS if exact else DAYS)
 
         runs = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
-    return Thresholds(goal, tuple(one.threshold() for one in inputs), runs, model, search.seed)
+    return Thresholds(goal, tuple(input_.threshold() for input_ in inputs), runs, model, search.seed)
 
 
 def _range(model: Model, key: str, ends: tuple[float, float]) -> tuple[float, float]:
@@ -116,30 +116,30 @@ def _range(model: Model, key: str, ends: tuple[float, float]) -> tuple[float, fl
 
 
 class _Input:
-    """An input, the probes around its threshold, and what the fleet does at each of them day by day."""
+    """An input, the probes around its threshold, and the target's indicator at each probe day by day."""
 
     def __init__(self, key: str, low: float, high: float, goal: Target) -> None:
         self.key, self.low, self.high, self.goal = key, low, high, goal
         self.below, self.above, self.middle = low, high, (low + high) / 2
         self.days: dict[float, NDArray[np.float64]] = {}
 
-    def is_enough(self, at: float) -> bool:
+    def is_enough(self, probe: float) -> bool:
         """Whether the mean at a probe meets the target."""
-        return self.goal.met_by(float(self.days[at].mean()))
+        return self.goal.met_by(float(self.days[probe].mean()))
 
     @property
     def turns(self) -> bool:
         """Whether the fleet is enough at one end of the range only."""
         return self.is_enough(self.low) != self.is_enough(self.high)
 
-    def is_told(self, at: float) -> bool:
-        """Whether runs tell on which side of the target a probe lies."""
-        days = self.days[at]
+    def is_told(self, probe: float) -> bool:
+        """Whether the runs of a probe decide on which side of the target it lies."""
+        days = self.days[probe]
         error = t_quantile(len(days) - 1, _LEVEL) * float(days.std(ddof=1)) / math.sqrt(len(days))
         return abs(float(days.mean()) - self.goal.value) > error
 
     def narrow(self) -> None:
-        """Put the middle in the place of the end that lies on its side, and take another one."""
+        """Move the end on the middle's side to the middle, and take another middle."""
         if self.is_enough(self.middle) == self.is_enough(self.below):
             self.below = self.middle
         else:
@@ -147,35 +147,37 @@ class _Input:
         self.middle = (self.below + self.above) / 2
 
     def threshold(self) -> InputThreshold:
-        """What the runs say."""
+        """The threshold that follows from the runs."""
         enough = self.is_enough(self.low), self.is_enough(self.high)
         if not self.turns:
-            told = self.is_told(self.low) and self.is_told(self.high)
-            return InputThreshold(self.key, self.low, self.high, enough, None, None, told)
+            are_told = self.is_told(self.low) and self.is_told(self.high)
+            return InputThreshold(self.key, self.low, self.high, enough, None, None, are_told)
         probes = [self.below, self.middle, self.above]
-        turn = crossing(probes, np.array([self.days[one] for one in probes]).T, self.goal.value, _LEVEL)
-        assert turn is not None  # the ends lie on either side
+        turn = crossing(probes, np.array([self.days[probe] for probe in probes]).T, self.goal.value, _LEVEL)
+        assert turn is not None  # the ends lie on different sides of the target
         within = max(turn.low, self.low), min(turn.high, self.high)
         confirmed = math.isfinite(turn.low) and math.isfinite(turn.high)
         return InputThreshold(self.key, self.low, self.high, enough, turn.at, within, confirmed)
 
 
 def threshold_steps(inputs: Sequence[_Input], number: Callable[[str, float], int], days: int) -> Procedure[int]:
-    """Ask for the runs of all inputs at once; `number` has that of the design of a probe. Returns how many runs."""
-    yield from _measured([(one, end) for one in inputs for end in (one.low, one.high)], number, days)
-    halved = [one for one in inputs if one.turns]
+    """Request the runs of all inputs at once; `number` gives the design of a probe. Returns how many runs."""
+    yield from _measured([(input_, end) for input_ in inputs for end in (input_.low, input_.high)], number, days)
+    halved = [input_ for input_ in inputs if input_.turns]
     for left in reversed(range(HALVINGS)):
-        yield from _measured([(one, one.middle) for one in halved], number, days)
-        halved = [one for one in halved if left and one.is_told(one.middle)]
-        for one in halved:
-            one.narrow()
-    return days * sum(len(one.days) for one in inputs)
+        yield from _measured([(input_, input_.middle) for input_ in halved], number, days)
+        halved = [input_ for input_ in halved if left and input_.is_told(input_.middle)]
+        for input_ in halved:
+            input_.narrow()
+    return days * sum(len(input_.days) for input_ in inputs)
 
 
 def _measured(
     probes: Sequence[tuple[_Input, float]], number: Callable[[str, float], int], days: int
 ) -> Procedure[None]:
     """Do the runs of some probes, on the same days."""
-    values = yield from request([(number(one.key, at), day) for one, at in probes for day in range(days)])
-    for (one, at), measured in zip(probes, np.reshape(np.asarray(values, float), (len(probes), days)), strict=True):
-        one.days[at] = measured
+    values = yield from request([(number(input_.key, probe), day) for input_, probe in probes for day in range(days)])
+    for (input_, probe), measured in zip(
+        probes, np.reshape(np.asarray(values, float), (len(probes), days)), strict=True
+    ):
+        input_.days[probe] = measured

@@ -105,10 +105,10 @@ def settle(
 def settle_designs(
     plan: StudyPlan, designs: Sequence[Point], executor: Executor, done: Callable[[Outcome], None]
 ) -> tuple[tuple[float, ...], list[str]]:
-    """The warm-up of each design from five pilot runs of it, and remarks on those of which none is finished.
+    """The warm-up of each design from five pilot runs of it, and remarks on designs without a finished pilot run.
 
-    It is the longer one of those by throughput and by cycle time. A design that has not settled by the middle of its
-    runs is counted from there on, and one of which no pilot run is finished as its model says.
+    It is the longer of the warm-ups by throughput and by cycle time. A design that has not settled by the middle of its
+    runs is counted from there on, and a design without a finished pilot run as its model says.
 
     Args:
         plan: of the study. Run seeds are those of its first replications.
@@ -124,7 +124,7 @@ def settle_designs(
         for point in designs
         for r in range(PILOT)
     ]
-    handles = [executor.submit(plan.base, one) for one in wanted]
+    handles = [executor.submit(plan.base, run) for run in wanted]
     for handle in executor.ended(handles):
         assert handle.outcome is not None  # nobody cancels it
         done(handle.outcome)
@@ -137,9 +137,9 @@ def settle_designs(
             times.append(model.run.warm_up)
             remarks.append(f"{point}: no pilot run was finished ({pilots[0].error}), so run.warm_up is as in the model")
             continue
-        found = [_settling(model, spans, observed) for observed in get_args(Observed)]
-        if all(one.time is not None for one in found):
-            times.append(max(one.time for one in found if one.time is not None))
+        settlings = [_settling(model, spans, observed) for observed in get_args(Observed)]
+        if all(settling.time is not None for settling in settlings):
+            times.append(max(settling.time for settling in settlings if settling.time is not None))
         else:
             times.append(steady_length(model) / 2)
     return tuple(times), remarks
@@ -161,21 +161,21 @@ def steady_length(model: Model) -> float:
 
 
 def _settling(model: Model, spans: Sequence[Spans], observed: Observed) -> Settling:
-    """Where the warm-up ends by what was delivered in equal spans of several runs."""
+    """Find where the warm-up ends, by deliveries in equal spans of several runs."""
     width = steady_length(model) / len(spans[0][0])
     if observed == "throughput":
         hours = width / model.units.hour
         series = [[count / hours for count in counts] for counts, _ in spans]
     else:
         series = [_filled(counts, times) for counts, times in spans]
-    found = mser(series)
+    cut = mser(series)
     unit = "tasks per hour" if observed == "throughput" else model.units.time
-    time = found.truncate * width if found.valid else None
-    return Settling(time, width, observed, unit, model.units.time, found, averaged(series))
+    time = cut.truncate * width if cut.valid else None
+    return Settling(time, width, observed, unit, model.units.time, cut, averaged(series))
 
 
 def _filled(counts: Sequence[int], times: Sequence[float]) -> list[float]:
-    """Mean cycle times. An interval without a delivery takes over the mean of the one before."""
+    """Mean cycle times by interval; an interval without a delivery takes over the mean of the interval before."""
     filled: list[float] = []
     for count, time in zip(counts, times, strict=True):
         filled.append(time / count if count else filled[-1] if filled else 0.0)

@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.values.dates import time_of_day
 from desim_warehouse.values.fields import SECTION, Duration, Forms, Name, Part, Time, Usual, form, known, wrong
 
 Stretch = tuple[float, float]
@@ -29,7 +30,6 @@ MONDAY = "2026-03-02"
 """The day on which a run starts that has only a time of day."""
 
 _CLOCK = re.compile(r"(\d\d?):([0-5]\d)(?::([0-5]\d))?", re.ASCII)
-_HALF = re.compile(r"(0?[1-9]|1[0-2])(:[0-5]\d(?::[0-5]\d)?)? ?([ap])\.?m\.?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Hours:
     since: float = -math.inf
 
     def is_open(self, time: float) -> bool:
-        """Whether a time is in one of them."""
+        """Whether a time is in one of the stretches."""
         begin, _ = self.following(time)
         return begin <= time
 
@@ -63,53 +63,53 @@ class Hours:
         return (begin, end) if end - begin < self.period else (begin, math.inf)
 
     def changes(self, time: float) -> float:
-        """When it opens or closes next, after a time, or inf if never again."""
+        """The next time after a given one at which it opens or closes, or inf."""
         begin, end = self.following(time)
         return end if begin <= time else begin
 
     def open_time(self, time: float) -> float:
-        """How long it has been open from the start of the run to a time."""
-        total, at = 0.0, 0.0
+        """The time for which it has been open from the start of the run to a time."""
+        total, now = 0.0, 0.0
         if math.isfinite(self.period) and time - max(self.since, 0.0) > self.period:
             start = max(self.since, 0.0)
             rounds = math.floor((time - start) / self.period)
             total = rounds * math.fsum(b - a for a, b in self.stretches)
-            at = start + rounds * self.period
-        while at < time:
-            begin, end = self._next(at)
+            now = start + rounds * self.period
+        while now < time:
+            begin, end = self._next(now)
             if begin >= time:
                 break
-            total += min(end, time) - max(begin, at)
-            at = end
+            total += min(end, time) - max(begin, now)
+            now = end
         return total
 
     def when_open(self, amount: float) -> float:
         """The time by which it has been open for that long since the start of the run, or inf."""
-        at = max(self.since, 0.0)
+        now = max(self.since, 0.0)
         a_period = math.fsum(b - a for a, b in self.stretches)
         if math.isfinite(self.period) and amount > a_period:
             rounds = math.ceil(amount / a_period) - 1
             amount -= rounds * a_period
-            at += rounds * self.period
+            now += rounds * self.period
         while True:
-            begin, end = self._next(at)
+            begin, end = self._next(now)
             if math.isinf(begin):
                 return math.inf
-            here = end - max(begin, at)
+            here = end - max(begin, now)
             if amount <= here:
-                return max(begin, at) + amount
+                return max(begin, now) + amount
             amount -= here
-            at = end
+            now = end
 
     def between(self, begin: float, end: float) -> Iterator[Stretch]:
         """The stretches of a part of the run, cut off at its ends."""
-        at = begin
-        while at < end:
-            first, last = self.following(at)
+        now = begin
+        while now < end:
+            first, last = self.following(now)
             if first >= end:
                 return
             yield max(first, begin), min(last, end)
-            at = last
+            now = last
 
     def share(self, begin: float, end: float) -> float:
         """The part of the time between two times in which it is open.
@@ -124,13 +124,13 @@ class Hours:
         return 1.0 if math.isinf(last) else self.share(0.0, last)
 
     def _next(self, time: float) -> Stretch:
-        """As `following`, but stretches that touch are not joined."""
-        at = max(time, self.since)
-        rounds = math.floor((at + self.phase) / self.period) if math.isfinite(self.period) else 0
+        """The stretch that a time is in, or the next one after it, where touching stretches count as two."""
+        now = max(time, self.since)
+        rounds = math.floor((now + self.phase) / self.period) if math.isfinite(self.period) else 0
         for extra in (0, 1):
             base = (rounds + extra) * self.period - self.phase if math.isfinite(self.period) else 0.0
-            for begin, end in self.stretches[max(bisect_right(self.stretches, (at - base, math.inf)) - 1, 0) :]:
-                if base + end > at:
+            for begin, end in self.stretches[max(bisect_right(self.stretches, (now - base, math.inf)) - 1, 0) :]:
+                if base + end > now:
                     return base + begin, base + end
             if math.isinf(self.period):
                 break
@@ -145,8 +145,8 @@ def clock_time(text: str) -> float:
     Raises:
         ValueError: where it is none.
     """
-    found = _CLOCK.fullmatch(text)
-    hours, minutes, seconds = map(int, found.groups("0")) if found else (25, 0, 0)
+    match = _CLOCK.fullmatch(text)
+    hours, minutes, seconds = map(int, match.groups("0")) if match else (25, 0, 0)
     time = hours * 3600.0 + minutes * 60 + seconds
     if time > DAY:
         raise ValueError(text)
@@ -154,11 +154,12 @@ def clock_time(text: str) -> float:
 
 
 def in_24_hours(text: str) -> str:
-    """A time of day with AM or PM, such as `6 am` or `10:30 pm`, as `06:00` or `22:30`; any other text as it is."""
-    found = _HALF.fullmatch(text.strip())
-    if found is None:
+    """A time of day such as `6 am`, `10:30 pm` or `22 Uhr` as `06:00`, `22:30` or `22:00`; any other text as it is."""
+    seconds = None if _CLOCK.fullmatch(text) else time_of_day(text)
+    if seconds is None or seconds % 1:
         return text
-    return f"{int(found[1]) % 12 + 12 * (found[3] in 'pP'):02}{found[2] or ':00'}"
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes // 60:02}:{minutes % 60:02}" + f":{rest:02}" * (rest > 0)
 
 
 def clock_of(start: str) -> float:
@@ -217,7 +218,7 @@ class Shifts(Part):
         return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
 
     def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
-        """It in a few words."""
+        """The shifts in a few words."""
         breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
         days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
         return f"{', '.join(self.open)}{breaks}{days}"
@@ -253,7 +254,7 @@ class Pattern(Part):
         return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
 
     def words(self, unit: str) -> str:
-        """It in a few words."""
+        """The pattern in a few words."""
         first = f", from {self.first:g} on" if self.first else ""
         return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
 
@@ -279,7 +280,7 @@ class Stretches(Part):
         return Hours(merged(self.between))
 
     def words(self, unit: str) -> str:
-        """It in a few words."""
+        """The stretches in a few words."""
         return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
 
 
@@ -289,11 +290,11 @@ def _pick(value: Any) -> str | None:
 
 
 def _named(name: str, info: ValidationInfo) -> str:
-    there = known(info).calendars
-    if there is not None and name not in there:
-        near = nearest(name, there)
+    calendars = known(info).calendars
+    if calendars is not None and name not in calendars:
+        near = nearest(name, calendars)
         hint = f"; did you mean '{near}'?" if near else ""
-        expected = f"one of {spoken(there, 'or')}" if there else "one of calendars, of which there are none"
+        expected = f"one of {spoken(calendars, 'or')}" if calendars else "one of calendars, of which there are none"
         raise wrong(f"no such calendar (got {got(name)}), expected {expected}{hint}")
     return name
 
@@ -307,8 +308,8 @@ def _by_name(value: Any) -> Any:
 class Names:
     """Marks a key that names a part of the model; `of`: the section that has it."""
 
-    def __init__(self, of: str) -> None:
-        self.of = of
+    def __init__(self, section: str) -> None:
+        self.of = section
 
 
 _KINDS: dict[str, type[Part]] = {"open": Shifts, "every": Pattern, "between": Stretches}
@@ -333,34 +334,34 @@ ALWAYS = Hours([(0.0, math.inf)])
 
 
 def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
-    """The same, in order, with those that touch or overlap joined."""
-    found: list[Stretch] = []
+    """Stretches in order, with those that touch or overlap joined."""
+    joined: list[Stretch] = []
     for begin, end in sorted(stretches):
-        if found and begin <= found[-1][1]:
-            found[-1] = found[-1][0], max(found[-1][1], end)
+        if joined and begin <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(joined[-1][1], end)
         else:
-            found.append((begin, end))
-    return found
+            joined.append((begin, end))
+    return joined
 
 
 def wrapped(stretches: Iterable[Stretch], period: float) -> list[Stretch]:
-    """Those of one period that end beyond it go on at its beginning."""
+    """Stretches of one period, with the part beyond its end moved to its beginning."""
     cut = [(begin, min(end, period)) for begin, end in stretches]
     return merged([*cut, *((0.0, end - period) for _, end in stretches if end > period)])
 
 
 def without(stretches: Iterable[Stretch], others: Iterable[Stretch]) -> list[Stretch]:
-    """What is left of stretches when others are taken out."""
-    found = []
+    """The rest of stretches when others are cut out of them."""
+    left = []
     gaps = merged(others)
     for begin, end in stretches:
-        at = begin
+        start = begin
         for first, last in gaps:
-            if last <= at or first >= end:
+            if last <= start or first >= end:
                 continue
-            if first > at:
-                found.append((at, first))
-            at = max(at, last)
-        if at < end:
-            found.append((at, end))
-    return found
+            if first > start:
+                left.append((start, first))
+            start = max(start, last)
+        if start < end:
+            left.append((start, end))
+    return left

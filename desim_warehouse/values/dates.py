@@ -1,32 +1,38 @@
-"""Dates and times as people and programs write them: the one reader of orders, trips and whatever else has some.
+"""Times as people and programs write them: the one reader of orders, logs of fleets and the start of a run.
 
-ISO with `T` or a blank, with AM and PM; German (02.03.2026 14:00), US and British (3/2/2026 2:00 PM), with months in
-digits or in words, in English and German; days since 1900 as Excel counts them. Where two readings remain, a column is
-read as its dates that have one only (12/13/2018), or else not at all: the user is asked.
+Dates are ISO, with `T` or a blank, with AM and PM; German (02.03.2026 14:00); US or British (3/2/2026 2:00 PM); with
+months in English or German words; without marks, as SAP writes them (20260302); days since 1900, as Excel counts them.
+Where two readings remain, a column is read as its dates that have one only (12/13/2018), or else not at all: the user
+is asked. Plain Python, not pandas: 300,000 cells take half a second, and one cell no import.
 """
 
 from __future__ import annotations
 
 import datetime as dt
+import math
 import re
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    import pandas as pd
+from desim_warehouse.errors import got
 
 Slashes = Literal["us", "uk"]
 """Whether 03/02/2026 is March 2, or 3 February."""
-EXCEL = dt.datetime(1899, 12, 30)  # noqa: DTZ001 - wall clock
-"""The day from which Excel counts days, but for those before March 1900."""
+TWOFOLD = "a date that may be meant in two ways"
+_EXCEL = dt.datetime(1899, 12, 30)  # noqa: DTZ001 - wall clock
+"""The day from which Excel counts days, except for days before March 1900."""
 _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 """The years 2000 to 2099 in days of Excel, and the longest stretch of days that is taken for such."""
-_PARTS = re.compile(r"(\d{1,2})([/-])(\d{1,2})\2\d{2}")
-_MONTHS_OF_A_YEAR = 12
-_DAY = 86_400.0
+_MILLISECONDS, _LAST_TIME = 1e11, 4_102_444_800.0
+"""A number above the first is in milliseconds since 1970, below in seconds; the second is the year 2100."""
+_MONTHS_OF_A_YEAR, _HOURS, _DAY = 12, 24, 86_400.0
 
-_AROUND = r"(?i)^(?:mo|di|mi|do|fr|sa|so|mon|tue|wed|thu|fri|sat|sun)[a-zäö]{0,8}\.?,? +(?=\d|[a-zä]{3})|,? uhr$"
-"""What stands around a date: a day of the week before it, *Uhr* after the time."""
+_AROUND = re.compile(
+    r"^(?:mo|di|mi|do|fr|sa|so|mon|tue|wed|thu|fri|sat|sun)[a-zäö]{0,8}\.?,? +(?=\d|[a-zä]{3})", re.IGNORECASE
+)
+"""A day of the week before a date."""
 _MONTH_WORDS = (
     "jan january januar jänner",
     "feb february februar",
@@ -42,73 +48,102 @@ _MONTH_WORDS = (
     "dec december dez dezember",
 )
 _MONTHS = {word: number for number, words in enumerate(_MONTH_WORDS, 1) for word in words.split()}
-_WORD = r"[^\W\d_]{3}"
-_DAY_MONTH = re.compile(
-    r"(?P<day>\d{1,2})(?:st|nd|rd|th)?[. -]{1,2}(?P<month>[^\W\d_]{3,9})\.?[ ,-]{1,2}(?P<year>\d{4}|\d{2})(?=[ ,]|$)"
+_WORDED = re.compile(
+    r"^(?:(?P<day>\d\d?)(?:st|nd|rd|th)?[. -]{1,2}(?P<month>[^\W\d_]{3,9})\.?[ ,-]{1,2}(?P<year>\d{4}|\d\d)|"
+    r"(?P<month2>[^\W\d_]{3,9})\.? (?P<day2>\d\d?)(?:st|nd|rd|th)?,? (?P<year2>\d{4}))(?=[ ,]|$)"
 )
-_MONTH_DAY = re.compile(r"(?P<month>[^\W\d_]{3,9})\.? (?P<day>\d{1,2})(?:st|nd|rd|th)?,? (?P<year>\d{4})(?=[ ,]|$)")
-ISO = r"\d{4}-?\d"
-"""How dates begin that are as the standard has them."""
-_WRITTEN = (
-    r"^(?P<a>\d{1,2})(?P<mark>[./-])(?P<b>\d{1,2})(?P=mark)(?P<year>\d{4}|\d{2})"
-    r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?"
-    r" ?(?:(?P<half>[AaPp])\.?[Mm]\.?)?)?$"
+_TIME = (
+    r"(?P<hour>\d\d?)(?::?(?P<minute>[0-5]\d)(?::?(?P<second>[0-5]\d|60)(?:[.,](?P<part>\d+))?)?)?"
+    r" ?(?:(?P<half>[ap])\.?m\.?|(?P<uhr>uhr))?"
 )
-_YEAR_FIRST = r"^(\d{4})([/.-])(\d{1,2})\2(\d{1,2})(?=$|[ T,])"
-_NEEDS_HANDS = r"(?i)^\d{4}(?:[/.]|.*(?:[ap]\.?m\.?|[T ]24:00(?::00)?)$)"
-"""Dates with the year first whose time, or mark, ISO does not have."""
-ZONE = r"^(\d{4}-?\d\d-?\d\d[T ]\d\d(?::?\d\d){0,2}(?:[.,]\d+)?) ?([Zz]|[+-]\d\d(?::?\d\d)?)$"
-"""A date with a time, and the time zone behind it."""
-SLASHES = re.compile(r"\d{1,2}([/-])\d{1,2}\1\d{2}")
+_CLOCK = re.compile(_TIME, re.ASCII | re.IGNORECASE)
+_DATE = re.compile(
+    r"(?:(?P<y>\d{4})(?P<mark>[-/.]?)(?P<m>\d\d?)(?P=mark)(?P<d>\d\d?)|"
+    r"(?P<a>\d\d?)(?P<sign>[-/.])(?P<b>\d\d?)(?P=sign)(?P<year>\d{4}|\d\d))"
+    rf"(?:(?:,? +|T){_TIME} ?(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?)?)?",
+    re.ASCII | re.IGNORECASE,
+)
+_SLASHES = re.compile(r"(\d\d?)([/-])(\d\d?)\2(?:\d{4}|\d\d)(?!\d)", re.ASCII)
 """Dates with slashes or hyphens, which may be meant in two ways."""
+_ISO = re.compile(r"\d{4}-?\d\d", re.ASCII)
+_UNMARKED = re.compile(r"(?:19|20)\d{6}(?:\d{6})?", re.ASCII)
+_WITH_TIME = re.compile(r":\d\d|\d ?(?:[ap]\.?m|uhr)|^\d+\.\d+$", re.IGNORECASE)
+_FIXED = re.compile(r"\.(\d+)")
 
 
-def read_dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
-    """Dates with times, as people write them: ISO, 02.03.2026 14:00, 2 Mar 2026, and with slashes if it is said how.
+def time_of_day(text: str) -> float | None:
+    """Seconds from midnight to a time of day, such as 06:15, 6:15:30 pm, 6 am or 22 Uhr; None for anything else.
 
-    Time zones are left out; 24:00 is the midnight that ends a day. What is no date is NaT.
+    24:00 ends the day, and 25:10 is 01:10 on the next, as timetables write it.
     """
-    import pandas as pd
-
-    text = text.str.replace(_AROUND, "", regex=True).str.replace(ZONE, r"\1", regex=True)
-    with_words = text.str.contains(_WORD, na=False)
-    if with_words.any():
-        text = text.where(~with_words, text[with_words].map(_month_as_number))
-    by_hand = text.str.contains(_NEEDS_HANDS, na=False, regex=True)
-    if by_hand.any():
-        text = text.where(~by_hand, text.str.replace(_YEAR_FIRST, r"\4.\3.\1", regex=True))
-    found = pd.to_datetime(text.where(text.str.match(ISO)), format="ISO8601", errors="coerce")
-    parts = text.str.extract(_WRITTEN)
-    dotted = parts["mark"] == "."
-    if not (parts["mark"].notna() & (dotted | (slashes is not None))).any():
-        return found
-    month_first = ~dotted & (slashes == "us")
-    day, month = parts["a"].where(~month_first, parts["b"]), parts["b"].where(~month_first, parts["a"])
-    year = parts["year"].where(parts["year"].str.len() != 2, "20" + parts["year"])  # noqa: PLR2004 - of the century
-    hour = pd.to_numeric(parts["hour"]).fillna(0)
-    half = parts["half"].str.lower()
-    hour = hour.where(half.isna(), hour % 12 + 12 * (half == "p"))
-    known = dotted | (parts["mark"].notna() & (slashes is not None))
-    days = pd.to_datetime((year + "-" + month + "-" + day).where(known), format="%Y-%m-%d", errors="coerce")
-    minutes, seconds = pd.to_numeric(parts["minute"]).fillna(0), pd.to_numeric(parts["second"].str.replace(",", "."))
-    midnight = (hour == 24) & (minutes == 0) & ~(seconds > 0)  # noqa: PLR2004 - of the next day
-    late = ((hour > 23) & ~midnight) | (minutes > 59) | (seconds > 60)  # noqa: PLR2004 - of a clock
-    time = pd.to_timedelta(hour * 3600 + minutes * 60 + seconds.fillna(0), unit="s")
-    return found.where(found.notna(), (days + time).where(~late).astype(found.dtype))
+    parts = _CLOCK.fullmatch(text.strip())
+    if parts is None or not (":" in text or parts["half"] or parts["uhr"]):
+        return None
+    return _seconds(parts, 2 * _HOURS)
 
 
-def _month_as_number(text: str) -> str:
-    """`2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; as it is where no month is named."""
-    found = _DAY_MONTH.match(text) or _MONTH_DAY.match(text)
-    month = found and _MONTHS.get(found["month"].casefold())
-    return f"{found['day']}.{month}.{found['year']}{text[found.end() :]}" if found and month else text
+def _seconds(parts: re.Match[str], below: int) -> float | None:
+    """Seconds of a clock, if its hour is below a bound."""
+    hour, half = int(parts["hour"] or 0), parts["half"]
+    if half and not 1 <= hour <= _MONTHS_OF_A_YEAR:
+        return None
+    hour = hour % 12 + 12 * (half in "pP") if half else hour
+    part = float(f"0.{parts['part']}") if parts["part"] else 0.0
+    seconds = hour * 3600.0 + int(parts["minute"] or 0) * 60 + int(parts["second"] or 0) + part
+    return seconds if hour < below else None
+
+
+def read_date(text: str, slashes: Slashes | None = None) -> dt.datetime | None:
+    """Read a date, with its time of day and its offset from UTC where it has some; None for anything else.
+
+    24:00 is the midnight that ends a day. `slashes`: how 03/02/2026 is meant; None: it is not read.
+    """
+    text = text.strip()
+    if _ISO.match(text):
+        try:
+            return dt.datetime.fromisoformat(text)
+        except ValueError:
+            pass
+    parts = _DATE.fullmatch(_in_digits(text))
+    if parts is None or (parts["a"] and parts["sign"] != "." and slashes is None):
+        return None
+    seconds = _seconds(parts, _HOURS + 1)
+    year, month, day = parts["y"] or parts["year"], parts["m"] or parts["b"], parts["d"] or parts["a"]
+    if slashes == "us" and parts["sign"] in {"/", "-"}:
+        month, day = day, month
+    if seconds is None or seconds > _DAY:
+        return None
+    try:
+        date = dt.datetime(int(year) + 2000 * (len(year) < 4), int(month), int(day))  # noqa: DTZ001, PLR2004
+        return (date + dt.timedelta(seconds=seconds)).replace(tzinfo=_offset(parts["zone"]))
+    except (ValueError, OverflowError):
+        return None
+
+
+def _offset(zone: str | None) -> dt.timezone | None:
+    """The offset from UTC that `+01:00`, `-0530` or `Z` names; raises ValueError for one of a day or more."""
+    if zone is None:
+        return None
+    digits = re.sub(r"\D", "", zone) + "0000"
+    size = dt.timedelta(hours=int(digits[:2]), minutes=int(digits[2:4]))
+    return dt.timezone(-size if zone.startswith("-") else size)
+
+
+def _in_digits(text: str) -> str:
+    """`Mo, 2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; any other text as it is."""
+    text = _AROUND.sub("", text)
+    match = _WORDED.match(text)
+    month = match and _MONTHS.get((match["month"] or match["month2"]).casefold())
+    if not match or not month:
+        return text
+    return f"{match['day'] or match['day2']}.{month}.{match['year'] or match['year2']}{text[match.end() :]}"
 
 
 def settled(texts: Iterable[str]) -> Slashes | None:
-    """How dates with slashes or hyphens are meant, if some have one reading only, and none the other; else None."""
+    """The order of day and month in dates with slashes or hyphens, where some have one reading only; else None."""
     readings: set[Slashes] = set()
     for text in texts:
-        if (parts := _PARTS.match(text)) is not None:
+        if (parts := _SLASHES.match(text)) is not None:
             if int(parts[1]) > _MONTHS_OF_A_YEAR:
                 readings.add("uk")
             elif int(parts[3]) > _MONTHS_OF_A_YEAR:
@@ -116,38 +151,156 @@ def settled(texts: Iterable[str]) -> Slashes | None:
     return readings.pop() if len(readings) == 1 else None
 
 
-def are_days_of_excel(numbers: Any, *, whole: bool = False) -> bool:
-    """Whether an array of numbers has days since 1900, all in a month of this century.
+@dataclass
+class Times:
+    """A column of times in its one reading: each cell is a number, a time of day or a date, or else nothing.
+
+    Attributes:
+        numbers: as they stand there; nan for others.
+        clocks: seconds from midnight; nan for others.
+        dates: by the clock on the wall, with offsets from UTC where they are written; None for others.
+        twofold: which cells are dates that may be meant in two ways.
+        notes: how the column is read where that is not plain, to be said behind its title.
+    """
+
+    numbers: list[float]
+    clocks: list[float] = field(default_factory=list)
+    dates: list[dt.datetime | None] = field(default_factory=list)
+    twofold: list[bool] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def since_1970(self) -> list[float]:
+        """Seconds since 1970, nan for what is none; dates without an offset are UTC, times of day of the first day."""
+        return [
+            _instant(date or (number if math.isnan(clock) else clock))
+            for number, clock, date in zip(self.numbers, self.clocks, self.dates, strict=True)
+        ]
+
+
+def read_times(
+    texts: Sequence[str],
+    slashes: Slashes | None = None,
+    *,
+    numbers: Sequence[float] | None = None,
+    whole: bool = False,
+) -> Times:
+    """Read a column of times.
+
+    Args:
+        texts: of its cells; "" where nothing stands.
+        slashes: how 03/02/2026 is meant; None: as those that have one reading only.
+        numbers: the cells that are numbers, nan for others, where they may have decimal commas.
+        whole: numbers without fractions are rather days of Excel than seconds.
+    """
+    read = Times([_number(text) for text in texts] if numbers is None else [*numbers])
+    filled = [(text, number) for text, number in zip(texts, read.numbers, strict=True) if text]
+    excel = are_days_of_excel([number for _, number in filled], whole=whole)
+    unmarked = bool(filled) and all(_UNMARKED.fullmatch(text) and read_date(_parted(text)) for text, _ in filled)
+    if excel or unmarked:
+        read.numbers = [math.nan] * len(texts)
+        read.dates = [None if not text else of_excel(text) if excel else read_date(_parted(text)) for text in texts]
+        read.notes += ["counts days, as Excel does"] * excel
+    else:
+        if slashes is None and (slashes := settled(texts)) is not None:
+            first = "month" if slashes == "us" else "day"
+            read.notes.append(f"has the {first} first, as some of its dates can be read in no other way")
+        for text, number in zip(texts, read.numbers, strict=True):
+            clock = time_of_day(text) if math.isnan(number) else None
+            read.clocks.append(math.nan if clock is None else clock)
+            read.dates.append(read_date(text, slashes) if math.isnan(number) and clock is None else None)
+    read.clocks = read.clocks or [math.nan] * len(texts)
+    pairs = zip(texts, read.dates, strict=True)
+    read.twofold = [slashes is None and date is None and is_twofold(text) for text, date in pairs]
+    return read
+
+
+def across_midnight(clocks: list[float], start: float = 0.0) -> list[int]:
+    """Put times of day of a night shift that come after midnight on the next day; returns their ranks.
+
+    They follow later ones, in rows that rise otherwise; or they are more than 12 h before `start`, when a run begins.
+    """
+    rows = [rank for rank, clock in enumerate(clocks) if not math.isnan(clock)]
+    later = [rank for rank in rows if clocks[rank] < start - _DAY / 2]
+    falls = [(a, b) for a, b in pairwise(rows) if clocks[b] < clocks[a]]
+    if len(falls) == 1 and clocks[rows[-1]] < clocks[rows[0]]:
+        [(before, after)] = falls
+        if clocks[before] - clocks[after] > _DAY / 2:
+            later = [rank for rank in rows if rank >= after]
+    for rank in later:
+        clocks[rank] += _DAY
+    return later
+
+
+def end_across_midnight(begins: Sequence[float], ends: list[float]) -> None:
+    """Put the times of day at which something ends on the next day where they are 12 h before it began."""
+    for rank, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        if begin - end > _DAY / 2:
+            ends[rank] += _DAY
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _parted(text: str) -> str:
+    """The date and the time of day of 20260302061500, apart."""
+    return f"{text[:8]} {text[8:]}".strip()
+
+
+def has_time(text: str) -> bool:
+    """Whether a date has a time of day: as 06:15, 6 am or 22 Uhr, or as a fraction of a day of Excel."""
+    return _WITH_TIME.search(text) is not None
+
+
+def is_twofold(text: str) -> bool:
+    """Whether a text is a date with slashes or hyphens, with the year last."""
+    return _SLASHES.match(_AROUND.sub("", text)) is not None
+
+
+def are_days_of_excel(numbers: Sequence[float], *, whole: bool = False) -> bool:
+    """Whether numbers are days since 1900, all in a month of this century; nan is none.
 
     Some have a time of day, unless it is known that there are dates: `whole`.
     """
-    if not len(numbers):
+    if not numbers or not all(_EXCEL_DAYS[0] <= number <= _EXCEL_DAYS[1] for number in numbers):
         return False
-    low, high = float(numbers.min()), float(numbers.max())
-    return _EXCEL_DAYS[0] <= low <= high <= min(_EXCEL_DAYS[1], low + _MOST_DAYS) and (
-        whole or bool((numbers % 1 > 0).any())
-    )
+    return max(numbers) - min(numbers) <= _MOST_DAYS and (whole or any(number % 1 for number in numbers))
 
 
-def of_excel(text: pd.Series[Any]) -> pd.Series[Any]:
-    """Days since 1900, with decimal points, as dates: to the minute where their digits say no more, else the second."""
-    import numpy as np
-    import pandas as pd
-
-    seconds = pd.to_numeric(text, errors="coerce").astype(float) * _DAY
-    exact = _DAY / 10.0 ** text.str.extract(r"\.(\d+)")[0].str.len().fillna(0).astype(float)
-    minutes = (seconds / 60).round() * 60
-    return pd.Timestamp(EXCEL) + pd.to_timedelta(
-        np.where((minutes - seconds).abs() <= exact, minutes, seconds.round()), unit="s"
-    ).to_series(index=text.index)
+def of_excel(text: str) -> dt.datetime:
+    """A day since 1900 as a date: to the minute where its digits say no more, else to the second."""
+    text = text.replace(",", ".")
+    seconds, digits = float(text) * _DAY, _FIXED.search(text)
+    exact = _DAY / 10.0 ** (len(digits[1]) if digits else 0)
+    minutes = round(seconds / 60) * 60
+    return _EXCEL + dt.timedelta(seconds=minutes if abs(minutes - seconds) <= exact else round(seconds))
 
 
-def hours_between(zone: str, other: str) -> float:
-    """By how many hours clocks of one offset from UTC, such as `+02:00` or `Z`, are ahead of those of another."""
-    return _hours(zone) - _hours(other)
+def instant(stamp: Any, slashes: Slashes | None = None) -> float:
+    """Turn a time stamp, a date or a number, into seconds since 1970; without an offset from UTC it is UTC.
+
+    Raises:
+        ValueError: for anything else, a time before 1970 or after 2099, and a date that may be meant in two ways.
+    """
+    time = _instant(read_date(stamp, slashes) if isinstance(stamp, str) else stamp)
+    if not math.isnan(time):
+        return time
+    if slashes is None and isinstance(stamp, str) and is_twofold(stamp):
+        raise ValueError(f"{TWOFOLD} (got {got(stamp)}), expected --dates us or uk to say")
+    expected = "expected one such as 2026-03-02T06:15:00Z"
+    raise ValueError(f"timestamp: no time from 1970 to 2099 (got {got(stamp)}), {expected}")
 
 
-def _hours(zone: str) -> float:
-    digits = re.sub(r"\D", "", zone)
-    size = int(digits[:2]) + int(digits[2:] or 0) / 60 if digits else 0.0
-    return -size if zone.startswith("-") else size
+def _instant(time: Any) -> float:
+    """A date or a number in seconds since 1970, nan for what is none from 1970 to 2099."""
+    try:
+        if isinstance(time, dt.datetime):
+            seconds = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()
+        else:
+            seconds = time / 1000 if time > _MILLISECONDS else float(time)
+    except (ValueError, TypeError, OverflowError):
+        return math.nan
+    return seconds if 0 <= seconds < _LAST_TIME else math.nan

@@ -53,11 +53,11 @@ class Distribution(Part, ABC):
 
     @abstractmethod
     def draw(self, generator: Generator) -> float:
-        """One time."""
+        """Draw one time."""
 
     @property
     def kind(self) -> str:
-        """Its name, which is its key in a model file."""
+        """The name of the distribution, which is its key in a model file."""
         return next(iter(type(self).model_fields))
 
     @property
@@ -80,7 +80,7 @@ class Distribution(Part, ABC):
         return self.has_spread
 
     def words(self, unit: str) -> str:
-        """What it is, such as `lognormal, mean 8 s, cv 0.4`."""
+        """The distribution in words, such as `lognormal, mean 8 s, cv 0.4`."""
         between = f" {self.range} {unit}" if self.range else ""
         return f"{self.kind}{between}, mean {amount(self.mean)} {unit}, cv {amount(self.cv)}"
 
@@ -411,7 +411,7 @@ Varying = Annotated[
 
 
 def scaled(time: float | Distribution, factor: float) -> float | Distribution:
-    """A time that may vary, every time of it `factor` times as long."""
+    """A time that may vary, made `factor` times as long."""
     if not isinstance(time, Distribution):
         return time * factor
     return type(time).model_validate({time.kind: _times(time.content()[time.kind], factor)})
@@ -429,7 +429,7 @@ def mean_of(time: float | Distribution) -> float:
 
 
 def mean_left(time: float | Distribution) -> float:
-    """Of a time that is seen under way at any instant, but not since when, the mean of what is left: E[S²] / (2 E[S]).
+    """The mean rest of a time that is under way, seen at any instant, with unknown begin: E[S²] / (2 E[S]).
 
     It is the mean residual time of renewal theory.
     """
@@ -438,14 +438,14 @@ def mean_left(time: float | Distribution) -> float:
 
 
 def draws(time: float | Distribution, streams: Streams, purpose: str, entity: int) -> Callable[[], float]:
-    """Draw a time that may vary again and again, from a stream of its own. One that does not vary needs none."""
+    """Draw a time that may vary again and again, from a stream of its own; a constant time needs none."""
     if not isinstance(time, Distribution) or not time.has_spread:
         return lambda: mean_of(time)
     return partial(time.draw, streams.stream(purpose, entity))
 
 
 def drawn(time: float | Distribution, stream: Callable[[], Generator]) -> float:
-    """Draw a time that may vary once; `stream` is not asked for one that does not."""
+    """Draw a time that may vary once; `stream` is not called for a constant time."""
     if not isinstance(time, Distribution) or not time.has_spread:
         return mean_of(time)
     return time.draw(stream())

@@ -1,4 +1,4 @@
-"""What a model says of what goes wrong: breakdowns of robots, outages of chargers, delays at nodes."""
+"""Disturbances in a model: breakdowns of robots, outages of chargers, delays at nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the sections of model and study files are made of: kinds of values, frozen sections, keys of several forms."""
+"""Building blocks of the sections of model and study files: kinds of values, frozen sections, keys of several forms."""
 
 from __future__ import annotations
 
@@ -39,20 +39,22 @@ LIMITS: dict[str, tuple[int, str]] = {
     "stock": (2_000_000, "items on all pods: pods times items on a pod"),
     "events": (10_000_000, "breakdowns, outages, visits of people, or openings, of one key in run.length"),
     "bytes": (10_000_000, "bytes of a model, study or CSV file"),
+    "trips": (500_000, "trips of a log"),
     "columns": (1000, "columns of a table of orders"),
     "texts": (200_000_000, "bytes of texts of a table of orders that are held at once"),
     "sheet": (1_000_000_000, "bytes of a workbook (Excel) when it is unfolded"),
     "json": (100_000_000, "bytes of a layout file (JSON)"),
     "values": (1_000_000, "values in a file, aliases counted at every use"),
+    "elements": (500_000, "elements of a file (XML)"),
     "deep": (30, "lists and sections inside one another"),
 }
 """Upper limits of what a file may hold: far more than a warehouse has, and still read within seconds."""
 SMALLEST = 1e-9
 """The smallest number where one above 0 is expected."""
 TOP = "\0top"
-"""Among the keys of `wrong`: those that follow are counted from the top of the file, not below the value."""
+"""A mark among the keys of `wrong`: keys after it are counted from the top of the file, not below the value."""
 _UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Control characters but tab and line end, and those that turn the direction of text around."""
+"""Control characters except tab and line end, and characters that turn the direction of text around."""
 _EMPTY: tuple[Any, ...] = (None, (), {})
 """Defaults of keys that hold nothing unless the file says so."""
 _EXACT = 2.0**53  # up to here every whole number is a float
@@ -61,13 +63,15 @@ NUMBER = (int, float)
 
 
 def wrong(text: str, *below: str | int) -> PydanticCustomError:
-    """The error that a validator raises: what is wrong, in our words, and the keys below the value it checks."""
+    """The error that a validator raises: its text in our words, and the keys below the value that it checks."""
     return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
 
 
 def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
     """The error that a validator raises where several things are wrong."""
-    return ValidationError.from_exception_data("values", [InitErrorDetails(type=one, input=None) for one in problems])
+    return ValidationError.from_exception_data(
+        "values", [InitErrorDetails(type=problem, input=None) for problem in problems]
+    )
 
 
 def at_most(limit: str, value: float, *below: str) -> None:
@@ -98,7 +102,7 @@ def _none_or_not_tiny(value: float) -> float:
 
 
 def writable(text: str) -> str:
-    """Refuse lone surrogates, which no file can hold, and what a terminal would obey rather than show."""
+    """Refuse lone surrogates, which no file can hold, and characters that a terminal would obey rather than show."""
     if not text.isascii() and re.search("[\ud800-\udfff]", text):
         raise wrong(f"not text (got {got(text)}), expected characters that can be written in UTF-8")
     if not text.isprintable() and _UNSEEN.search(text):
@@ -116,7 +120,7 @@ def _one_each(weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, 
 
 
 class Unit:
-    """Of what kind of unit a number is: time, length, speed, acceleration, rate, share, energy, power or angle."""
+    """The kind of unit of a number: time, length, speed, acceleration, rate, share, energy, power or angle."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -138,7 +142,7 @@ class Quantity(Unit):
         return core_schema.with_info_before_validator_function(convert, handler(source))
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Text with a unit is as good as a number."""
+        """Allow a number, or text with a unit."""
         units = "|".join(re.escape(unit) for unit in TABLE[self.kind]).replace("/", " ?/ ?")
         written = {"type": "string", "pattern": rf"^\s*[+-]?[\d.]+\s*({units})\s*$", "examples": [EXAMPLES[self.kind]]}
         return {"anyOf": [handler(core), written]}
@@ -167,7 +171,7 @@ class Usual:
     cure: str = ""
 
     def between(self, kind: str) -> tuple[float, float]:
-        """Both as numbers, in seconds and metres."""
+        """Both ends as numbers, in seconds and metres."""
         low, high = (
             quantity(value, kind, UnitNames()) if isinstance(value, str) else value for value in (self.low, self.high)
         )
@@ -218,7 +222,7 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def content(self) -> Any:
-        """What it holds as plain JSON values: defaults too, but not keys that are empty (none) by default and here."""
+        """The section as plain JSON values: with defaults, but without keys empty (none) by default and here."""
         return {
             field.alias or name: as_json(value)
             for name, field in type(self).model_fields.items()
@@ -271,7 +275,7 @@ Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity
 
 @dataclass
 class Known:
-    """What has been read of a model so far, for checks of what follows. None means not known, or wrong.
+    """The parts of a model read so far, for checks of the rest. None means not known, or wrong.
 
     It is the context of pydantic's validators. Sections are read in the order of the schema, so that the floor is
     known before the fleet and the work on it.
@@ -290,7 +294,7 @@ class Known:
 
 
 def known(info: ValidationInfo) -> Known:
-    """What is known where a value is checked, or nothing for a section that is read by itself."""
+    """The parts of the model read before the value that is checked; nothing for a section that is read by itself."""
     return info.context if isinstance(info.context, Known) else Known()
 
 
@@ -336,7 +340,7 @@ def _with_chance(section: type[Part]) -> tuple[str, ...]:
 
 
 def _any_random(value: Any, model: Any) -> bool:
-    """Whether a value is random, or one of those in a list or by name."""
+    """Whether a value is random, or any value in a list or by name."""
     if isinstance(value, Part):
         return value.is_random(model)
     if isinstance(value, Mapping | tuple):
@@ -358,14 +362,14 @@ def as_json(value: Any) -> Any:
 
 
 class By:
-    """How the name of a part is said after what a key of it means: chargers *in* parking; `of` where nothing says."""
+    """The preposition between a part's name and the meaning of its key: chargers *in* parking; `of` by default."""
 
     def __init__(self, preposition: str) -> None:
         self.preposition = preposition
 
 
 class Forms:
-    """What a key with several forms expects, in words, for messages and, as `errorMessage`, for editors.
+    """The expected forms of a key, in words, for messages and, as `errorMessage`, for editors.
 
     Args:
         text: the words.

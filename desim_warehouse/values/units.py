@@ -72,11 +72,11 @@ def quantity(text: str, kind: str, units: UnitNames, bare: str = "") -> float:
     Raises:
         ValueError: no such quantity.
     """
-    found = converted(text, kind, units)
-    if found is None and bare:
-        found = converted(f"{text} {bare}", kind, units)
-    if found is not None:
-        return found
+    size = converted(text, kind, units)
+    if size is None and bare:
+        size = converted(f"{text} {bare}", kind, units)
+    if size is not None:
+        return size
     try:
         number = float(text)
     except ValueError:
@@ -105,16 +105,16 @@ def converted(text: str, kind: str, units: UnitNames) -> float | None:
     if written is None:
         return None
     number, unit = Fraction(written[1]), written[2].replace(" ", "")
-    known = TABLE[kind]
-    if unit not in known:
-        near = nearest(unit, known)
+    units_of_kind = TABLE[kind]
+    if unit not in units_of_kind:
+        near = nearest(unit, units_of_kind)
         hint = f"; did you mean '{near}'?" if near else ""
         what = _a(kind)
         expected = f"{what} such as {EXAMPLES[kind]}"
         if kind not in {"speed", "acceleration"}:
-            expected += f", in {spoken(known, 'or')}"
+            expected += f", in {spoken(units_of_kind, 'or')}"
         raise ValueError(f"not {what} (got {got(text)}), expected {expected}{hint}")
-    size = number * known[unit]
+    size = number * units_of_kind[unit]
     length_power, time_power = _POWERS.get(kind, (0, 0))
     if length_power:
         if units.length not in {"mm", "cm", "m"}:

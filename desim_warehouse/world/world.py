@@ -121,26 +121,26 @@ class World:
         self._find_ways(restrictions)
         homes = model.fleet.homes(self.layout.bays)
         self._open_places(homes)
-        # The list of open tasks is shared: the dispatcher keeps it, those that look ahead read it.
+        # The list of open tasks is shared: the dispatcher keeps it, parts that look ahead read it.
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self._look_ahead(open_tasks)
         # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
         self.robots: list[Robot] = []
         self._take_orders(open_tasks, ask=ask, demand=demand or (Flows if model.tasks.flows else Demand))
         self._put_into_bays(homes, start)
-        # Last, when every robot has a slot in its bay, which one that starts on the lanes may leave to another.
+        # Last, when every robot has a slot in its bay: a robot that starts on the lanes may leave its slot to another.
         self._stand_on_lanes()
 
     def _people(self, zones: Sequence[TrafficZone]) -> Sequence[PeopleSource]:
-        """Where people come from; they are drawn as far as needed."""
+        """Return the sources of people; visits are drawn as far as needed."""
         model, layout = self.model, self.layout
-        found = sources(model, layout, edges_inside(layout, model.fleet.contact, zones)) if model.people else ()
-        for source in found:
+        people = sources(model, layout, edges_inside(layout, model.fleet.contact, zones)) if model.people else ()
+        for source in people:
             source.start(self.streams, model.hours(source.spec.hours), model.units.hour)
-        return found
+        return people
 
     def _find_ways(self, restrictions: Restrictions) -> None:
-        """Routes, and free driving times: by what the routing policy looks for, so it is made first."""
+        """Make routes, and free driving times: by what the routing policy looks for, so it is made first."""
         model, layout = self.model, self.layout
         routing = _policy("routing", model.policies.routing)
         self.travel = free_travel(model, layout)
@@ -150,7 +150,7 @@ class World:
         self.routes = Routes(*ways, break_down=break_down)
 
     def _open_places(self, homes: list[str]) -> None:
-        """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""
+        """Make stations, to which tasks go by free driving times; and bays, with a slot for each robot at home."""
         env, model, layout, streams = self.env, self.model, self.layout, self.streams
         self.handling = HandlingTimes(handling_of(model, layout), specs(model, layout), streams)
         self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams, self._worked)
@@ -159,7 +159,7 @@ class World:
         self.bays = _bays(env, layout, homes, kinds, batteries, streams, keep=keep)
 
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
-        """What energy and hours let robots do at these places, and where they go that leave their work."""
+        """Make what says which work energy and hours let robots do, and where robots go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
         handling = self.handling.said.means()
         routes = self.routes
@@ -195,7 +195,7 @@ class World:
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
 
     def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool, demand: Callable[..., Orders]) -> None:
-        """Where tasks come from, and who gives them out; the dispatcher tells the former what is in hand."""
+        """Make the source of tasks, and who gives them out; the dispatcher tells the source what is in hand."""
         env, model, policies = self.env, self.model, self.model.policies
         self.demand = demand(env, model, self.layout, self.streams)
         self.finished = Event(env)
@@ -230,7 +230,7 @@ class World:
             self.batcher = Batcher(env, batching, model.fleet, self.travel, to_come=to_come, dispatcher=self.dispatcher)
 
     def _pods(self) -> Pods | None:
-        """Goods to person: what stands between the orders and the dispatcher, whose tasks are visits of pods then."""
+        """Make what stands, with pods, between the orders and the dispatcher, whose tasks are then visits of pods."""
         model, spec = self.model, self.model.pods
         if spec is None:
             return None
@@ -253,7 +253,7 @@ class World:
         return pods
 
     def _put_into_bays(self, homes: list[str], start: Fleet | None) -> None:
-        """The robots, each in the bay beside its home, but those that charge at the start."""
+        """Make the robots, each in the bay beside its home, or at a charger if it charges at the start."""
         model = self.model
         no = absent(model)
         around = Surroundings(
@@ -287,7 +287,7 @@ class World:
             self.robots.append(robot)
 
     def _stand_on_lanes(self) -> None:
-        """Robots that start there, on a lane those ahead first; each is bound for home until there is a task for it."""
+        """Put robots on the lanes where they start, the one ahead first; each is bound for home until it has a task."""
         starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
         for number, start in sorted(starts, key=lambda item: -item[1].offset):
             robot = self.robots[number]
@@ -325,7 +325,7 @@ class World:
             self.over = self.finished if length is None else self.finished | Timeout(env, length)
 
     def _while_few_are_open(self, release: Callable[[Task], None]) -> Callable[[Task], None]:
-        """Takes no tasks beyond what robots will do soon: a fleet that cannot keep up is as busy without them."""
+        """Take no tasks beyond what robots will do soon: a fleet that cannot keep up is as busy without them."""
         most = FEW * len(self.robots)
 
         def take(task: Task) -> None:
@@ -360,7 +360,7 @@ class World:
             log.forget_moves()
 
     def _hours_change(self, robots: Sequence[int]) -> bool:
-        """The hours of some robots begin or end. False: nothing more can come of it."""
+        """Note that hours of some robots begin or end. False: nothing more can come of it."""
         goes_on = not self.env.only_ticks
         for number in robots:
             self.robots[number].hours_change()
@@ -381,7 +381,7 @@ class World:
         return less(robots, before[0]), less(edges, before[1]), less(nodes, before[2]), less(stations, before[3])
 
     def _worked(self) -> None:
-        """A load unit in a station has been worked on, which may be the last thing that the run waits for."""
+        """Note that a load unit in a station has been worked on, maybe the last thing that the run waits for."""
         self.dispatcher.end_if_done()
 
     def _stalled(self) -> str:
@@ -398,19 +398,19 @@ class World:
         )
 
     def _out_of_stock(self) -> str:
-        """The items that lines wait for and that no pod has now."""
+        """Say which items lines wait for and no pod has now."""
         gone = [] if self.pods is None else self.pods.out_of_stock()
         return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
 
     def _doing(self) -> str:
-        """What there is to say if nothing else explains it: that nothing was asked for, or what robots do."""
+        """Say, if nothing else explains it, that nothing was asked for, or what robots do."""
         if not self.demand.total:
             return "; no task was ever asked for: the goods, schedules and files of this model ask for none"
         doing = Counter(robot.state for robot in self.robots)
         return f"; robots: {', '.join(f'{count} {words}' for words, count in doing.items())}"
 
     def _hours(self) -> str:
-        """Who waits for hours that do not come again, or do not meet."""
+        """Say who waits for hours that do not come again, or do not meet."""
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
@@ -423,18 +423,18 @@ class World:
         return text
 
     def _never_open_together(self) -> str:
-        """The calendars that keep tasks back."""
+        """Name the calendars that keep tasks back."""
         model = self.model
         closures = [name for name, spec in model.traffic.closures.items() if spec.tasks == "hold"]
-        of = [
+        parties = [
             *(["robots"] if model.fleet.has_hours else []),
             *(["stations"] if model.layout.has_hours else []),
             *([f"open ways (traffic.closures: {', '.join(closures)})"] if closures else []),
         ]
-        return f"the hours of {spoken(of)}"
+        return f"the hours of {spoken(parties)}"
 
     def _closed(self) -> str:
-        """Edges that will not open again, before which robots wait."""
+        """Say which edges will not open again, before which robots wait."""
         shut = {}
         for robot in self.robots:
             claim = robot.body.claim
@@ -444,12 +444,12 @@ class World:
         return f"; closed, and never open again: {edges} (traffic.closures)" if edges else ""
 
     def _in_no_batch(self) -> str:
-        """How many tasks the batching policy has put into no batch, if there are some."""
+        """Say how many tasks the batching policy has put into no batch, if there are some."""
         count = 0 if self.batcher is None else sum(map(len, self.batcher.waiting))
         return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
-        """Why no robot takes the first open task, if the battery is the reason."""
+        """Say why no robot takes the first open task, if the battery is the reason."""
         task = next(iter(self.dispatcher.open.values()), None)
         views = [robot.view() for robot in self.robots]
         if task is None or not any(may_do(robot, task) for robot in views):
@@ -462,7 +462,7 @@ class World:
 def _settled(
     model: Model, streams: Streams, fleets: SettledFleets, heed: Callable[[Clock], object] | None
 ) -> Fleet | None:
-    """How the fleet stands at the start if its batteries are settled; None if they are not, or there is no long run."""
+    """Return how the fleet stands at the start if its batteries are settled; None if not, or without a long run."""
     if model.fleet.start_energy != "settled" or not has_long_run(model):
         return None
 
@@ -486,14 +486,14 @@ def _settled(
 
 
 def _policy(kind: str, spec: PolicySpec) -> Any:
-    """The policy that a model names for a kind of decision."""
+    """Make the policy that a model names for a kind of decision."""
     return create(kind, spec.name, spec.params)
 
 
 def _traffic(
     env: Clock, model: Model, layout: Layout, log: Log, zones: Sequence[TrafficZone], restrictions: Restrictions
 ) -> Traffic:
-    """The Highways in use, by what the model says of traffic and of its robots."""
+    """Make the Highways in use, by what the model says of traffic and of its robots."""
     fleet, spec = model.fleet, model.traffic
     speeds = {speed for robot in fleet.distinct() for speed in (robot.speed, robot.loaded_speed)}
     return Traffic(
@@ -515,7 +515,7 @@ def _traffic(
 
 
 def _rule(model: Model, layout: Layout) -> Rule:
-    """What keeps robots from being stuck: traffic.gridlock, or what fits the lanes."""
+    """Return what keeps robots from being stuck: traffic.gridlock, or what fits the lanes."""
     rule = model.traffic.gridlock
     if rule == "auto":
         return "avoid" if layout.two_way else "rotate"
@@ -532,7 +532,7 @@ def _bays(
     *,
     keep: bool,
 ) -> Bays:
-    """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there.
+    """Make the layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there.
 
     Chargers are for robots of all `kinds`, unless the bay names some. `batteries`: spare ones of each kind, shared out
     among the bays with chargers round-robin.

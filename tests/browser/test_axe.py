@@ -8,6 +8,8 @@ import shutil
 from importlib.resources import files
 from pathlib import Path
 
+import nbclient
+import nbformat
 import pytest
 
 import desim_warehouse as dw
@@ -19,7 +21,7 @@ from desim_warehouse.questions.size import size
 from desim_warehouse.questions.why import why
 from desim_warehouse.report import validation_page
 from desim_warehouse.report.example import example
-from desim_warehouse.report.write import report
+from desim_warehouse.report.write import report, template
 from desim_warehouse.study.designs.directions import DirectionGain, SearchedDirections
 from desim_warehouse.study.fit import fit
 from desim_warehouse.study.warm_up import settle
@@ -157,8 +159,11 @@ def a_report(folder):
     return report(people_run(), folder / "page.html")
 
 
-DAILY = (a_study, two_replays, a_report, a_validation, a_kept_plan, a_kept_reason, an_answer_of_before)
+DAILY = (two_replays, a_report, a_validation, a_kept_reason)
 LONG = (
+    a_study,
+    a_kept_plan,
+    an_answer_of_before,
     a_study_of_words,
     a_replay,
     an_answer_of_plan,
@@ -192,3 +197,18 @@ def test_axe_finds_nothing(browser, tmp_path, make):
         ]
         assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     assert found == []
+
+
+@pytest.mark.long
+def test_axe_finds_nothing_on_the_notebook_as_html_and_nothing_is_wider_than_it(browser, tmp_path):
+    """By `nbconvert`, whose own prompts and comments are too pale; the answer's frame is a page of its own."""
+    nbconvert = pytest.importorskip("nbconvert", reason="nbconvert is not installed")
+    book = nbformat.read(template(), as_version=4)
+    nbclient.NotebookClient(book, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    page = tmp_path / "notebook.html"
+    page.write_text(nbconvert.HTMLExporter().from_notebook_node(book)[0], encoding="utf-8")
+    Opened(browser, page).enlarge(1200, 900)
+    assert browser.execute_script("return document.documentElement.scrollWidth") == 1200
+    browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
+    found = browser.execute_async_script(AXE, {**EVERY, "iframes": False})
+    assert [(one["id"], [node["html"][:120] for node in one["nodes"][:3]]) for one in found] == []

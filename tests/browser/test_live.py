@@ -118,6 +118,7 @@ def test_keys_move_sliders_pin_and_stop(page):
     assert "pinned" in " ".join(page.chips())
 
 
+@pytest.mark.long
 def test_a_click_on_a_design_that_was_tried_goes_back(page):
     page.done("3 robots")
     page.slide(0, 3)
@@ -145,6 +146,7 @@ def test_a_design_that_cannot_run_says_why_and_the_last_answer_stays(page):
     assert not page.browser.find_element("id", "note").is_displayed()
 
 
+@pytest.mark.long
 def test_as_many_runs_more_and_stop(page):
     page.slide(0, 4)
     page.done("5 robots")
@@ -167,6 +169,7 @@ def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind
         assert (len(live.desk.listeners), live.desk.of) == (2, {})  # this page, and the design of today
 
 
+@pytest.mark.long
 def test_two_tabs_see_the_same_designs(browser, page, live):
     page.done("3 robots")
     first = browser.current_window_handle
@@ -207,6 +210,7 @@ def test_the_slider_wears_the_verdicts_of_what_was_tried(page):
     page.until(f"{worn}.some((kinds) => kinds.includes('not-met'))")
 
 
+@pytest.mark.long
 def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser, tmp_path):
     hostile = "<img src=x onerror=alert(1)>"
     base = dw.load("models/people.yaml", {"name": hostile, "fleet.size": 1})
@@ -237,7 +241,10 @@ def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(
             assert not page.browser.find_element("id", "note").is_displayed()
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(1400, "light"), (1400, "dark"), (390, "light")])
+@pytest.mark.parametrize(
+    ("width", "scheme"),
+    [(390, "light"), *(pytest.param(1400, scheme, marks=pytest.mark.long) for scheme in ("light", "dark"))],
+)
 def test_axe_finds_nothing_and_nothing_is_wider_than_the_screen(page, width, scheme):
     page.browser.execute_cdp_cmd(
         "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}

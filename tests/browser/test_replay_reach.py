@@ -4,7 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from tests.browser.pages import READY, Page
-from tests.report.replay.floors import busy, paper_run
+from tests.report.replay.floors import busy, paper_run, people_run
 
 SPACE, LEFT, UP, RIGHT, DOWN, TAB, ESCAPE, HOME, END, SHIFT = (
     "\ue00d", "\ue012", "\ue013", "\ue014", "\ue015", "\ue004", "\ue00c", "\ue011", "\ue010", "\ue008",
@@ -13,6 +13,9 @@ FOCUSED = (
     "const here = document.activeElement, style = getComputedStyle(here);"
     "return [here.id, style.outlineStyle, parseFloat(style.outlineWidth)]"
 )
+
+CUT = "return [...document.querySelectorAll('.tile p')].filter((p) => p.scrollWidth > p.clientWidth).length"
+"""How many numbers of tiles are cut."""
 
 
 @pytest.fixture
@@ -171,17 +174,17 @@ def test_it_fits_a_phone(page, width, high):
     assert page.browser.find_element("id", "robot").is_displayed()
     assert max(item["bottom"] for item in boxes(page, "#legend li")) <= high
     covered(page)
-    # no number of a tile is cut, and each step of the scale stands beside its colour
-    cut = "return [...document.querySelectorAll('.tile p')].filter((p) => p.scrollWidth > p.clientWidth).length"
-    assert page.browser.execute_script(cut) == 0
+    assert page.browser.execute_script(CUT) == 0
+    # each step of the scale stands beside its colour
     assert max(item["bottom"] - item["top"] for item in boxes(page, "#scale span")) < 24
 
 
 @pytest.mark.parametrize(("width", "high"), [(1400, 900), (1024, 700), (390, 844)])
 def test_two_runs_fit_any_screen(browser, tmp_path, width, high):
-    page = Page(browser, paper_run(), tmp_path, beside=paper_run())
+    page = Page(browser, people_run(), tmp_path, beside=people_run())
     page.enlarge(width, high, mobile=width < 500)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert page.browser.execute_script(CUT) == 0
     assert max(item["bottom"] for item in boxes(page, "#legend li")) <= high
     assert len(boxes(page, ".stage")) == 2
     covered(page)

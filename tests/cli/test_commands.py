@@ -51,7 +51,7 @@ def test_run_prints_a_table_for_people():
     assert title == "MultiBots: 1 robot, seed 0"
     shown = by_name(lines)
     assert shown["T"] == "Task time 6,378 steps (5.3 min)"
-    assert shown["C"] == "Charge cycles 3"
+    assert shown["C"] == "Charging stops 3"
     assert 6 <= len(shown) - 1 <= 10
     assert max(map(len, lines)) <= 100
     every = by_name(call("run", MODEL, "--set", "fleet.size=1", "--indicator", "all").stdout.splitlines())

@@ -33,13 +33,15 @@ def program(tmp_path_factory):
     ("line", "offered"),
     [
         (["wh"], ["what-if", "why"]),
-        (["run", "--un"], ["--unset"]),
+        pytest.param(["run", "--un"], ["--unset"], marks=pytest.mark.long),
         (["run", "mod"], ["(default)"]),  # bash completes files
         (["run", MODEL, "--set", "fleet.si"], ["(nospace)", "fleet.size="]),
-        (["run", MODEL, "--set", "fl"], ["(nospace)", "fleet."]),
-        (["run", MODEL, "--unset", "tasks.load"], ["(nospace)", "tasks.load_time."]),
+        pytest.param(["run", MODEL, "--set", "fl"], ["(nospace)", "fleet."], marks=pytest.mark.long),
+        pytest.param(
+            ["run", MODEL, "--unset", "tasks.load"], ["(nospace)", "tasks.load_time."], marks=pytest.mark.long
+        ),
         (["run", MODEL, "--set", "layout.bays."], ["(nospace)", "layout.bays.parking."]),  # as its file names it
-        (["run", "no.yaml", "--set", "layout.bays."], []),
+        pytest.param(["run", "no.yaml", "--set", "layout.bays."], [], marks=pytest.mark.long),
         (["plan", MODEL, "--vary", "battery.thr"], ["(nospace)", "battery.threshold="]),
         (["what-if", MODEL, "--indicator", "cycle_time_m"], ["cycle_time_mean", "cycle_time_median"]),
         (["report", MODEL, "--accept", "BAT"], ["BATTERY_TOO_SMALL"]),

@@ -5,7 +5,7 @@ import pytest
 from tests.cli import hostile
 from tests.cli.forks import call_all
 
-SOME = 60
+SOME = 120
 """Every so many of them every day, all in the long run."""
 
 

@@ -25,13 +25,13 @@ HEAVY = {
 }
 
 
-def desim(*arguments, program=None):
-    return subprocess.run([*(program or DESIM), *arguments], capture_output=True, text=True, check=False)
+def program(*arguments, start=DESIM):
+    return subprocess.run([*start, *arguments], capture_output=True, text=True, check=False)
 
 
 def test_the_installed_script_runs():
     script = Path(sys.executable).with_name("desim")
-    done = desim("run", MODEL, "--json", "--set", "fleet.size=2", program=[script])
+    done = program("run", MODEL, "--json", "--set", "fleet.size=2", start=[script])
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["C"] == 2
 
@@ -65,7 +65,7 @@ def test_the_installed_script_runs():
         (["run", MODEL, "--out", "README.md/run"], "README.md/run: the run cannot be written there"),
     ],
 )
-def test_what_is_refused_is_one_clear_message_and_exit_status_2(arguments, said):
+def test_what_is_refused_is_one_clear_message_and_exit_status_2(desim, arguments, said):
     done = desim(*arguments)
     assert said in done.stderr
     assert "Traceback" not in done.stderr
@@ -75,12 +75,12 @@ def test_what_is_refused_is_one_clear_message_and_exit_status_2(arguments, said)
 
 def imported(*arguments):
     """The top-level modules that a command has imported when it ends."""
-    program = (
+    code = (
         "import sys, atexit\n"
         "atexit.register(lambda: print(*sorted({m.split('.')[0] for m in sys.modules}), file=sys.stderr))\n"
         "from desim_warehouse.cli import main\nmain()"
     )
-    done = desim(*arguments, program=[sys.executable, "-c", program])
+    done = program(*arguments, start=[sys.executable, "-c", code])
     assert done.returncode == 0
     return set(done.stderr.split())
 
@@ -100,22 +100,22 @@ def test_a_run_imports_only_what_it_needs():
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc of Linux")
 def test_a_small_run_looks_for_garbage_once_a_probe_and_starts_no_threads():
     """The estimate probes one robot, then the fleet. More, or threads, would take several times as long as the run."""
-    program = (
+    code = (
         "import atexit, gc, os, sys\nfrom desim_warehouse.cli import main\n"
         "begin = sum(one['collections'] for one in gc.get_stats())\n"
         "atexit.register(lambda: print(sum(one['collections'] for one in gc.get_stats()) - begin,"
         " len(os.listdir('/proc/self/task')), file=sys.stderr))\n"
         "main()"
     )
-    done = desim("run", MODEL, "--json", program=[sys.executable, "-c", program])
+    done = program("run", MODEL, "--json", start=[sys.executable, "-c", code])
     collections, threads = map(int, done.stderr.split())
     assert threads == 1
     assert collections <= 2
 
 
 def test_importing_the_package_imports_nothing_heavy():
-    program = "import sys, desim_warehouse; print(*{m.split('.')[0] for m in sys.modules})"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    code = "import sys, desim_warehouse; print(*{m.split('.')[0] for m in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) & HEAVY == set()
 
 
@@ -142,7 +142,12 @@ def test_a_model_from_another_folder_finds_its_own_files(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", ["check models/tutorial.yaml", "run models/tutorial.yaml", "check models/none.yaml"]
+    "arguments",
+    [
+        "check models/tutorial.yaml",
+        pytest.param("run models/tutorial.yaml", marks=pytest.mark.long),
+        "check models/none.yaml",
+    ],
 )
 @pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", ">&- <&-"])
 def test_a_closed_output_is_no_fault(arguments, closed):

@@ -41,7 +41,10 @@ def test_with_no_place_to_queue_robots_add_up():
     assert network.robots_for(7 / 50) == pytest.approx(7)
 
 
-@pytest.mark.parametrize(("robots", "chargers"), [(4, 1), (8, 2), (14, 1)])
+MORE = [pytest.param(*counts, marks=pytest.mark.long) for counts in ((8, 2), (14, 1))]
+
+
+@pytest.mark.parametrize(("robots", "chargers"), [(4, 1), *MORE])
 def test_a_saturated_fleet_does_what_is_said(robots, chargers):
     """Charging takes long, and robots queue for it: without queues up to half more would be told."""
     words = Draft(size=(40, 30), orders=100, robots=robots, chargers=chargers, stations=2)
@@ -66,7 +69,7 @@ def hall(changes):
     return dw.Model.model_validate(read_yaml(draft(HALL), "draft").data).replace({**LONG, **changes})
 
 
-@pytest.mark.parametrize(("lanes", "asked"), [("ring", 280), ("two-way", 200)])
+@pytest.mark.parametrize(("lanes", "asked"), [pytest.param("ring", 280, marks=pytest.mark.long), ("two-way", 200)])
 def test_check_says_between_what_an_overloaded_fleet_does_with_its_traffic(lanes, asked):
     model = hall({"layout.blocks.directions": lanes, "tasks.goods": {"poisson": asked}})
     least, most = check(model).calculation.range

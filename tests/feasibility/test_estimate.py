@@ -8,6 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse.model import load
 from desim_warehouse.questions.check.details import of_estimate
 from desim_warehouse.run.quick import estimate
+from tests.daily import some
 
 # A > B > C > D > A, 20 apart, speed 1. The good is on B > C, 5 from B; unloading at C; a charger at A.
 RING = {
@@ -135,7 +136,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", some(CASES, 2))
 def test_a_robot_alone_takes_the_time_and_the_energy_of_the_estimate(name):
     base, changes = CASES[name]
     model = load(base, {**ALONE, **changes})
@@ -148,7 +149,7 @@ def test_a_robot_alone_takes_the_time_and_the_energy_of_the_estimate(name):
     assert run.kpis["energy"] / run.kpis["tasks"] == pytest.approx(found.power.task, rel=0.02)
 
 
-@pytest.mark.parametrize("robots", [1, 6, 20, *(pytest.param(robots, marks=pytest.mark.long) for robots in (3, 12))])
+@pytest.mark.parametrize("robots", [1, 6, *(pytest.param(robots, marks=pytest.mark.long) for robots in (3, 12, 20))])
 @pytest.mark.parametrize(("base", "length"), [("models/tutorial.yaml", 120_000), ("models/multibots.yaml", 400_000)])
 def test_no_run_does_more_than_the_bounds_allow(base, length, robots):
     """Asymptotic bounds: at most robots / cycle, at most what stations and intersections let through."""

@@ -33,17 +33,15 @@ def errors_and_slips(model):
 
 @pytest.mark.parametrize(
     "file",
-    [
-        pytest.param(file, id=file.stem, marks=[pytest.mark.long] * (file.stem == "large"))
-        for file in sorted((pages.ROOT / "models").rglob("*.yaml"))
-    ],
+    some(sorted((pages.ROOT / "models").rglob("*.yaml"), key=lambda file: file.stat().st_size), 3),
+    ids=lambda file: file.stem,
 )
 def test_nothing_is_said_of_the_shipped_models(file):
     assert errors_and_slips(dw.load(file)) == []
 
 
 @pytest.mark.parametrize(
-    "page", some([page for page in pages.PAGES if "desim " in page.read_text(encoding="utf-8")], 3)
+    "page", some([page for page in pages.PAGES if "desim " in page.read_text(encoding="utf-8")], 6)
 )
 def test_no_warning_of_a_model_of_a_page(page, tmp_path, monkeypatch):
     for name in ("models", "studies"):
@@ -72,7 +70,8 @@ HEAVY = {
     "fleet.robot.speed_loaded": 1,
 }
 VARIANTS = {"poisson": {}, "hours": HOURS, "heavy": HEAVY}
-SIZES = [(30, 20), (60, 40), *(pytest.param(size, marks=pytest.mark.long) for size in ((40, 60), (80, 50), (120, 80)))]
+LARGER = ((60, 40), (40, 60), (80, 50), (120, 80))
+SIZES = [(30, 20), *(pytest.param(size, marks=pytest.mark.long) for size in LARGER)]
 
 
 @pytest.mark.parametrize("load", [0.8, *(pytest.param(load, marks=pytest.mark.long) for load in (0.3, 0.55))])

@@ -7,6 +7,7 @@ from desim_warehouse.findings import CODES
 from desim_warehouse.folders import gallery
 from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
+from tests.daily import some
 
 HALL = gallery()["goods-to-person"]
 MANY = {"fleet.size": 20, "layout.bays.parking.places": 20}
@@ -40,7 +41,7 @@ def test_the_hall_itself_is_sound():
     assert check(dw.load(HALL)).findings == []
 
 
-@pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.parametrize("mistake", some(MISTAKES, 2))
 def test_a_mistake_is_named(mistake):
     changes, code, place = MISTAKES[mistake]
     found = [item for item in check(dw.load(HALL, changes)).findings if item.code == code]

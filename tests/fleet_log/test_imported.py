@@ -54,6 +54,7 @@ def test_storage_at_nodes_is_calibrated(ring, day):
     assert found.model.floor.storage == model.floor.storage
 
 
+@pytest.mark.long
 def test_storage_at_nodes_is_validated(ring, day):
     assert not validate(dw.load(ring, OFTEN_AT_C), [day], runs=39).refuted
 

@@ -28,7 +28,8 @@ def test_a_log_is_the_golden_one(case):
 
 
 def quick_or_slow(name):
-    return pytest.param(name, marks=[pytest.mark.slow] if name == "large" else [])
+    marks = {"large": [pytest.mark.long], "my_own_day": [pytest.mark.slow]}
+    return pytest.param(name, marks=marks.get(name, []))
 
 
 @pytest.mark.parametrize("name", [*map(quick_or_slow, shipped())])

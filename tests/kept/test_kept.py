@@ -126,6 +126,7 @@ def test_a_finished_study_is_shown_on_a_page_and_in_tables_without_simulating(ke
     assert {path.name: path.read_bytes() for path in (kept / "study").iterdir()} == before
 
 
+@pytest.mark.long  # with more replications it does every day
 def test_resuming_a_finished_study_says_that_it_simulates_anew(kept):
     said = called("study", kept / "study", "--out", kept / "study")
     assert f"40 runs are of version 0.3.0 not used again, but kept; {dw.__version__} simulates anew" in said.output

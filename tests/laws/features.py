@@ -47,7 +47,7 @@ POLICIES = {
         {"name": "opportunity", "margin": 0.25, "charger": "own"},
         "threshold",
     ],
-    "parking": ["home", "stay", "nearest", "spread"],
+    "parking": ["home", "stay", "nearest", "spread", "where-it-is"],
 }
 
 
@@ -62,6 +62,23 @@ def capped(mapping, key):
     """At most half of the robots under way."""
     most = random.Random(f"capped {key}").randint(1, max(mapping["fleet"]["size"] // 2, 1))
     return {**mapping, "traffic": {**mapping["traffic"], "most_out": most}}
+
+
+def dwelling(mapping, key):
+    """Robots rest where they put their load down, and work comes now and then, so that they do."""
+    draw = random.Random(f"dwelling {key}")
+    tasks, policies = mapping["tasks"], {**mapping["policies"], "parking": "where-it-is"}
+    goods = tasks.get("goods")
+    # A threshold near a full battery lets none out for a far good while others keep the way busy, wherever they park.
+    tight = mapping.get("battery") and policies["charging"] == "threshold"
+    if isinstance(goods, dict) and "random" in goods and "storage" in mapping["layout"] and not tight:
+        places, pause = len(mapping["layout"]["storage"]), draw.choice((5, 20, 60))
+        goods = [
+            {"good": draw.randrange(places), "release": draw.uniform(0, pause * goods["random"])}
+            for _ in range(goods["random"])
+        ]
+        tasks = {**tasks, "goods": goods}
+    return {**mapping, "tasks": tasks, "policies": policies}
 
 
 def restless(mapping, key):
@@ -91,6 +108,7 @@ FEATURES = {
     "wider": wider,
     "moving": moving,
     "closures": with_closures,
+    "dwelling": dwelling,
     "breakdowns": with_breakdowns,
     "hours": with_hours,
     "kinds": with_kinds,

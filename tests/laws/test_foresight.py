@@ -78,7 +78,7 @@ def looked_ahead(model, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some(sorted({*MOVED, *PLACES} - UNFORESEEN.keys()), 2))
+@pytest.mark.parametrize("name", some(sorted({*MOVED, *PLACES} - UNFORESEEN.keys()), 4))
 def test_what_moves_a_task_moves_what_is_known_ahead(name, monkeypatch):
     of, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
     base = flows() if "tasks" in changes else of()

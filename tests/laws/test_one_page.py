@@ -1,17 +1,24 @@
-"""A number that stands in two places of what is shown of a run is the same in both: terminal, JSON, tiles, story."""
+"""A number that stands in two places of what is shown of a run is the same in both: terminal, JSON, pages, story."""
 
+import html
+import json
 import re
 
 import pytest
+from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.words import load
+from desim_warehouse.cli import desim
 from desim_warehouse.errors import number_of
-from desim_warehouse.questions.run import words
+from desim_warehouse.live.answers import Named, RunsSoFar
+from desim_warehouse.questions.run import page, words
 from desim_warehouse.replay.payload import payload
 from desim_warehouse.replay.tiles import tiles
-from tests.run.test_lasting import RING
+from desim_warehouse.study.execution.work import Outcome
+from tests.daily import some
+from tests.run.halls import RING, loaded_hall
 
 GALLERY = {
     "e-commerce": "10 min",
@@ -58,7 +65,7 @@ def disagreements(run):
     return found
 
 
-LARGE = {"goods-to-person", "sorting"}
+LARGE = {"goods-to-person", "sorting", "hospital", "milk-run"}
 
 
 @pytest.mark.parametrize(
@@ -77,3 +84,27 @@ def test_no_number_of_a_small_hall_has_two_values(number):
     changes = {"tasks.goods": goods, "tasks.unload_time": 40, "fleet.size": size, "run": {"length": 7200}}
     run = dw.simulate(dw.load(RING, {**changes, "run.warm_up": warm_up}), number)
     assert disagreements(run) == []
+
+
+@pytest.mark.parametrize("number", some(range(60), 12))
+def test_a_run_begins_alike_wherever_it_is_read(number, tmp_path):
+    """The first sentence on the terminal, in JSON, on the report, in the replay's totals and on the live page."""
+    model = loaded_hall(number, "4 h")[0]
+    goods = {**model.content()["tasks"]["goods"], "due_within": 600}
+    model = model.replace({"tasks.goods": goods, "log": "all"})
+    run, file = dw.simulate(model, number), tmp_path / "hall.yaml"
+    assert disagreements(run) == []
+    first = words.sentences(run)[0]
+    file.write_text(json.dumps(model.content()), "utf-8")
+    arguments = ["run", str(file), "--seed", str(number)]
+    terminal, data = (CliRunner().invoke(desim, [*arguments, *more]).stdout for more in ([], ["--json"]))
+    assert " ".join(terminal.split()).startswith(first)
+    assert json.loads(data)["answer"] == words.sentences(run)
+    assert first in " ".join(html.unescape(re.sub(r"<[^>]+>", "", page.page(run))).split())
+    live = (
+        RunsSoFar(Named("the hall", {}, model), [Outcome(dict(run.kpis), 1.0)], "on_time", number).said(None).sentence
+    )
+    on_time = re.findall(r"[\d.]+ % on time", first)
+    assert re.findall(r"[\d.]+ % on time", live) == on_time
+    if not on_time:
+        assert live.startswith(("Only ", "Cannot keep up"))

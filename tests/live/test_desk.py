@@ -184,9 +184,10 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         assert found[number]["values"][0] == pytest.approx(run.T / 60)
 
 
-def test_fifty_moves_leave_only_the_last_design_at_work(slow):
+@pytest.mark.parametrize("moves", [12, pytest.param(50, marks=pytest.mark.long)])
+def test_of_many_moves_only_the_last_design_stays_at_work(slow, moves):
     desk = slow.live.desk
-    for move in range(50):
+    for move in range(moves):
         answers = slow.answers(slow.design(robots=1 + move % 7)["id"])
         next(answers)
         answers.close()

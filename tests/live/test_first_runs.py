@@ -6,7 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.target import read_target
-from tests.run.test_lasting import RING
+from tests.run.halls import RING
 
 TARGET = read_target("on_time >= 95 %")
 DUE = {"run.length": "2 h", "tasks.unload_time": 20}

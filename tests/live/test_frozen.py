@@ -11,6 +11,7 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.frozen import MOST, check
 from desim_warehouse.report.example import example
+from tests.lasting import LASTING
 
 MULTIBOTS = "models/multibots.yaml"
 
@@ -22,7 +23,8 @@ def held(page):
 
 @pytest.fixture(scope="module")
 def study():
-    base = example().replace({"prices": {"hours": 4000, "robot": 9000, "currency": "EUR"}})
+    prices = {"hours": 4000, "robot": 9000, "currency": "EUR"}
+    base = example().replace({"prices": prices, **LASTING})
     factors = {"fleet.size": [1, 3, 4], "policies.allocation": ["nearest", "hungarian"]}
     return dw.Study(base, factors, replications=4, target="on_time >= 60 %").run()
 

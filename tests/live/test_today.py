@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.report.example import example
+from tests.lasting import LASTING
 from tests.live.test_frozen import held
 
 
@@ -18,7 +19,7 @@ from tests.live.test_frozen import held
     ],
 )
 def test_today_is_the_value_of_the_model_or_none(factors, today):
-    base = example().replace({"fleet.size": 3, "policies.allocation": "nearest"})
+    base = example().replace({"fleet.size": 3, "policies.allocation": "nearest", **LASTING})
     study = dw.Study(base, factors, replications=1).run()
     knobs = held(dw.what_if_page(study.results).html)["about"]["knobs"]
     assert {one["key"]: None if one["today"] is None else one["values"][one["today"]] for one in knobs} == today

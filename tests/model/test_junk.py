@@ -32,7 +32,7 @@ JUNK = st.recursive(
     ),
     max_leaves=5,
 )
-relaxed = settings(deadline=None, max_examples=300)
+relaxed = settings(deadline=None, max_examples=max(100, settings.default.max_examples))
 
 
 def paths(value, at=()):

@@ -51,7 +51,7 @@ KEYS = {
     "cost.time": AMOUNT,
 }
 OVERRIDES = st.fixed_dictionaries({}, optional=KEYS)
-relaxed = settings(deadline=None, max_examples=60)
+relaxed = settings(deadline=None, max_examples=max(30, settings.default.max_examples))
 
 
 @relaxed

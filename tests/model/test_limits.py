@@ -247,7 +247,7 @@ def test_a_large_file_of_unknown_keys_is_not_read_to_its_end(lines, reader, tmp_
 
 def test_a_large_model_is_read_as_before_whatever_its_names(tmp_path):
     file = tmp_path / "large.yaml"
-    nodes = "".join(f"    place {n}: [{n % 100}, {n // 100}]\n" for n in range(9_000))
+    nodes = "".join(f"    place {n}: [{n % 100}, {n // 100}]\n" for n in range(4_000))
     file.write_text("layout:\n  nodes:\n" + nodes + "fleet: {size: 1}\nfleets: 1\n")
     with pytest.raises(ModelError) as refused:
         load(file)

@@ -2,18 +2,17 @@
 
 import datetime as dt
 
-import pandas as pd
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.fleet_log import read_log
 from desim_warehouse.orders.day import order_day
-from desim_warehouse.values.dates import are_days_of_excel, of_excel, read_dates, settled
+from desim_warehouse.values.dates import are_days_of_excel, of_excel, read_date, settled
 
 
 def one(text, slashes=None):
-    date = read_dates(pd.Series([text], dtype=object), slashes).iloc[0]
-    return None if pd.isna(date) else f"{date:%Y-%m-%d %H:%M:%S}"
+    date = read_date(text, slashes)
+    return None if date is None else f"{date:%Y-%m-%d %H:%M:%S}"
 
 
 @pytest.mark.parametrize(
@@ -36,6 +35,13 @@ def one(text, slashes=None):
         ("3/2/2026 2:00 PM", None, None),
         ("13/2/2026", "us", None),
         ("2026-13-02", None, None),
+        ("2026-03-02 6 am", None, "2026-03-02 06:00:00"),
+        ("02.03.2026 22 Uhr", None, "2026-03-02 22:00:00"),
+        ("March 2, 2026 6:15:30 PM", None, "2026-03-02 18:15:30"),
+        ("20260302 081500", None, "2026-03-02 08:15:00"),
+        ("20260302 81500", None, "2026-03-02 08:15:00"),
+        ("2026-03-02 06:15 UTC", None, "2026-03-02 06:15:00"),
+        ("2026-03-02 13 PM", None, None),
         ("2 Mar 2026 06:15", None, "2026-03-02 06:15:00"),
         ("Mo, 2. März 2026, 06:15 Uhr", None, "2026-03-02 06:15:00"),
         ("", None, None),
@@ -61,10 +67,10 @@ def test_one_date_with_one_reading_settles_a_column(texts, meant):
 
 
 def test_days_of_excel_are_dates_to_the_minute_where_their_digits_say_no_more():
-    days = pd.Series(["46083.3402", "46083.3611", "46083.340278", "46083.341", "46083", "46083.34037"])
-    times = [f"{date:%H:%M:%S}" for date in of_excel(days)]
+    days = ["46083.3402", "46083,3611", "46083.340278", "46083.341", "46083", "46083.34037"]
+    times = [f"{of_excel(day):%H:%M:%S}" for day in days]
     assert times == ["08:10:00", "08:40:00", "08:10:00", "08:11:00", "00:00:00", "08:10:08"]
-    assert f"{of_excel(days)[0]:%Y-%m-%d}" == "2026-03-02"
+    assert f"{of_excel(days[0]):%Y-%m-%d}" == "2026-03-02"
 
 
 @pytest.mark.parametrize(
@@ -78,7 +84,7 @@ def test_days_of_excel_are_dates_to_the_minute_where_their_digits_say_no_more():
     ],
 )
 def test_what_is_taken_for_days_of_excel(numbers, are):
-    assert are_days_of_excel(pd.Series(numbers, dtype=float).to_numpy()) is are
+    assert are_days_of_excel(numbers) is are
 
 
 HALL = {
@@ -114,9 +120,92 @@ def test_orders_of_excel_come_on_their_day(tmp_path, heading):
     assert f"'{heading}' counts days, as Excel does" in day.assumed
 
 
-def test_seconds_beside_whole_numbers_stay_seconds(tmp_path):
+def test_whole_numbers_are_seconds_in_our_words_and_days_in_those_of_others(tmp_path):
     day = orders(tmp_path, ["46083", "46084"])
     assert [line.release for line in day.lines] == [46083, 46084]
+    day = orders(tmp_path, ["46083", "46084"], heading="created")
+    assert clock_of(day) == ["0:00:00", "1 day, 0:00:00"]
+    assert f"{day.midnight:%Y-%m-%d}" == "2026-03-02"
+    assert {"'created' counts days, as Excel does"} < set(day.assumed)
+    assert "dates in 'created' have no time of day: all orders of a day come at 00:00" in day.assumed
+    assert [line.release for line in orders(tmp_path, ["60", "46084"], heading="created").lines] == [60, 46084]
+
+
+@pytest.mark.parametrize(
+    ("releases", "clock"),
+    [
+        (["20260302081500", "20260302091530"], ["8:15:00", "9:15:30"]),
+        (["20260302", "20260303"], ["0:00:00", "1 day, 0:00:00"]),
+        (["8:15 AM", "1:30:30 pm"], ["8:15:00", "13:30:30"]),
+        (["6 am", "22 Uhr"], ["6:00:00", "22:00:00"]),
+        (["23:30", "25:10"], ["23:30:00", "1 day, 1:10:00"]),
+        (["20260302", "20261399"], []),  # no dates, so seconds: beyond ten years they are none
+    ],
+)
+def test_dates_without_marks_and_times_of_day_in_words(tmp_path, releases, clock):
+    day = orders(tmp_path, releases)
+    assert clock_of(day) == clock or not clock
+    assert (day.midnight is None) == (not clock or not releases[0].startswith("2026"))
+
+
+def test_dates_and_times_of_cells_of_excel(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
+    columns = {
+        "dates": [dt.datetime.fromisoformat(f"2026-03-02 0{hour}:30") for hour in (6, 7)],
+        "numbers": [46083.2708333333, 46083.3125],
+        "times": [dt.time(6, 30), dt.time(7, 30)],
+        "hours": [dt.timedelta(hours=6.5), dt.timedelta(hours=7.5)],
+        "texts": ["02.03.2026 06:30", "2 March 2026 7:30 am"],
+    }
+    for name, cells in columns.items():
+        book = openpyxl.Workbook()
+        for row in (["Erstellt"], *([cell] for cell in cells)):
+            book.active.append(row)
+        book.save(tmp_path / f"{name}.xlsx")
+        day = order_day(tmp_path / f"{name}.xlsx", dw.load(HALL))
+        assert (day.problems, clock_of(day)) == ((), ["6:30:00", "7:30:00"]), name
+
+
+@pytest.mark.parametrize(
+    ("start", "meant"),
+    [
+        ("06:00", "06:00"),
+        ("6:00", "6:00"),
+        ("6 am", "06:00"),
+        ("22 Uhr", "22:00"),
+        ("2026-03-02T06:00", "2026-03-02T06:00"),
+        ("2026-03-02 06:00:00", "2026-03-02T06:00"),
+        ("02.03.2026 06:00:30", "2026-03-02T06:00:30"),
+        ("2 March 2026 6 am", "2026-03-02T06:00"),
+        ("3/13/2026 6:00 PM", "2026-03-13T18:00"),
+        ("2026-03-01T24:00", "2026-03-02T00:00"),
+        ("46083.25", "2026-03-02T06:00"),
+        *(
+            (text, None)
+            for text in ("3/2/2026 06:00", "2026-03-02", "2026-03-02T06:00Z", "24:00", "6", "25:10", "46083")
+        ),
+    ],
+)
+def test_the_start_of_a_run_is_read_as_orders_are(start, meant):
+    if meant:
+        assert dw.load(HALL, {"run.start": start}).run.start == meant
+    else:
+        with pytest.raises(dw.ModelError, match="not a time"):
+            dw.load(HALL, {"run.start": start})
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        (["10am"], ("10:00",)),
+        (["10:30 AM", "18 Uhr"], ("10:30", "18:00")),
+        (["9 a.m.", "17:30"], ("09:00", "17:30")),
+        ({"times": ["9am", "5pm"], "cut_off": "30 min"}, ("09:00", "17:00")),
+    ],
+)
+def test_departures_by_the_clock_may_have_am_and_pm(written, meant):
+    due_at = dw.load(HALL, {"tasks.flows.day.due_at": written}).tasks.flows["day"].due_at
+    assert getattr(due_at, "times", due_at) == meant
 
 
 def test_dates_alone_are_said(tmp_path):
@@ -168,6 +257,8 @@ TRIPS = {
     "zone": ["2026-03-02T23:00:00+01:00", "2026-03-02T23:01:28+01:00"],
     "seconds": ["1772488800", "1772488888"],
     "excel": ["46083.916667", "46083.917685"],
+    "am and pm": ["2026-03-02 10:00:00 PM", "2026-03-02 10:01:28 PM"],
+    "no marks": ["20260302220000", "20260302220128"],
 }
 
 
@@ -190,6 +281,19 @@ def test_trips_with_two_readings_are_asked_about(tmp_path):
         read_log(path)
     assert read_log(path, dates="us").begin == 1_772_488_800
     assert read_log(trips(tmp_path, "02/25/2026 10:00 PM", "02/25/2026 10:02 PM")).length == 120
+
+
+def test_trips_with_times_of_day_cross_midnight(tmp_path):
+    path = tmp_path / "trips.csv"
+    path.write_text("robot,pick,drop,start,end\nr0,A,F,22:10,22:20\nr0,F,A,23:55,00:05\nr0,A,F,00:30,12:40 AM\n")
+    assert read_log(path).table["time"].tolist() == [0, 600, 6300, 6900, 8400, 9000]
+
+
+def test_how_times_of_trips_are_read_is_said(tmp_path):
+    said = read_log(trips(tmp_path, *TRIPS["excel"])).notes.lines()
+    assert said == ["times: each column counts days, as Excel does"]
+    said = read_log(trips(tmp_path, "02/25/2026 10:00 PM", "02/25/2026 10:02 PM")).notes.lines()
+    assert said == ["times: each column has the month first, as some of its dates can be read in no other way"]
 
 
 def due_of(folder, rows, start="06:00", **options):
@@ -215,6 +319,12 @@ def test_a_due_date_without_a_time_is_the_end_of_that_day(tmp_path, rows, due):
     times, assumed = due_of(tmp_path, rows)
     assert times == due
     assert "dates in 'due' have no time of day: due at the end of the day" in assumed
+
+
+def test_a_due_date_of_excel_with_a_fraction_has_a_time(tmp_path):
+    times, assumed = due_of(tmp_path, ["46083,3402;46083,75", "46083,3402;46084,5"])
+    assert times == ["18:00:00", "1 day, 12:00:00"]
+    assert not any("end of the day" in text for text in assumed)
 
 
 def test_due_dates_of_which_some_are_at_midnight_are_read_as_they_are(tmp_path):

@@ -107,6 +107,26 @@ def features(to=lambda at: at):
     return {"type": "FeatureCollection", "features": [*lines, *points]}
 
 
+def excel(folder):
+    """The two tables as sheets of a workbook."""
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, text in (("Nodes", NODES), ("Edges", EDGES)):
+        sheet = book.create_sheet(name)
+        for line in text.splitlines():
+            sheet.append([_as_number(cell.replace(",", ".")) for cell in line.split(";")])
+    book.save(folder / "yard.xlsx")
+    return folder / "yard.xlsx"
+
+
+def _as_number(cell):
+    try:
+        return float(cell)
+    except ValueError:
+        return cell or None
+
+
 def node_link(folder):
     """The loop with its spurs as `networkx.node_link_data` writes it, with lengths that are called weight."""
     spots = [*LOOP[:4], SPUR[1], BRANCH[1]]
@@ -206,6 +226,6 @@ def rhcr(folder):
     return grids.written(folder, "round.grid", grids.ROUND)
 
 
-_ALL = (tables, graphml, node_link, geojson, dxf, opentcs, lif, rmf, rmf_site, movingai, kiva, ggo, lorr, rhcr)
+_ALL = (tables, excel, graphml, node_link, geojson, dxf, opentcs, lif, rmf, rmf_site, movingai, kiva, ggo, lorr, rhcr)
 DRAWN = {one.__name__: one for one in _ALL}
 """What writes a small plant into a folder and gives its path, for every format that can be read."""

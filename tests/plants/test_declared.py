@@ -8,6 +8,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, read_plant
+from desim_warehouse.values.fields import LIMITS
 from tests.plants.drawings import node_link
 
 SQUARE = {0: [0, 0], 1: [20, 0], 2: [20, 12], 3: [0, 12]}
@@ -253,19 +254,20 @@ def test_lines_inside_blocks_are_lanes(tmp_path, drawn):
 
 
 @pytest.mark.slow
-def test_blocks_that_hold_thousands_of_others_each_are_refused(tmp_path):
+def test_blocks_that_hold_thousands_of_others_each_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setitem(LIMITS, "nodes", (5_000, *LIMITS["nodes"][1:]))
     ezdxf = pytest.importorskip("ezdxf", reason="ezdxf, the extra dxf, is not installed")
     path = in_a_block(tmp_path)
     document = ezdxf.readfile(path)
     inner = "FLOOR"
-    for number in range(6):
+    for number in range(4):
         outer = document.blocks.new(f"many {number}")
         for _ in range(20):
             outer.add_blockref(inner, (0, 0))
         inner = outer.name
     document.modelspace().add_blockref(inner, (0, 0))
     document.saveas(path)
-    with pytest.raises(dw.ModelError, match="too many entities in blocks, expected 100,000 at most"):
+    with pytest.raises(dw.ModelError, match="too many entities in blocks, expected 5,000 at most"):
         import_layout(path)
 
 
@@ -282,7 +284,7 @@ def test_lengths_of_another_unit_than_coordinates_are_doubtful(tmp_path):
     assert {remark.kind for remark in made.remarks if remark.what == "doubtful"} == {"link"}
 
 
-def test_imports_take_the_fastest_way_where_lanes_differ_in_speed(tmp_path):
+def test_imports_take_the_fastest_way_also_where_lanes_have_no_speed(tmp_path):
     (tmp_path / "nodes.csv").write_text(
         "name,x,y,role,station\nA,0,0,load,\nS,10,2,,\nF,10,-6,,\nB,20,0,unload,packing\nX,10,20,park,\n"
     )
@@ -290,4 +292,4 @@ def test_imports_take_the_fastest_way_where_lanes_differ_in_speed(tmp_path):
     made = import_layout(tmp_path / "nodes.csv")
     assert made.content["policies"]["routing"] == "fastest"
     (tmp_path / "edges.csv").write_text("from,to,speed\nA,F,\nF,B,\nB,X,\nX,A,\n")
-    assert import_layout(tmp_path / "nodes.csv").content["policies"]["routing"] == "shortest"
+    assert import_layout(tmp_path / "nodes.csv").content["policies"]["routing"] == "fastest"

@@ -43,7 +43,7 @@ def test_as_many_tasks_are_open_as_there_are_robots(tmp_path):
         assert f"{robots} tasks always open, without end" in work(run.model)
 
 
-@pytest.mark.parametrize("name", ["opentcs", "rmf", "kiva"])
+@pytest.mark.parametrize("name", ["opentcs", pytest.param("rmf", marks=pytest.mark.long), "kiva"])
 def test_another_fleet_needs_no_other_import(name, tmp_path):
     model = import_layout(DRAWN[name](tmp_path)).model
     for robots in FLEETS:

@@ -12,6 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
 from desim_warehouse.plants.formats import FORMATS
 from desim_warehouse.questions.check import check
+from tests.daily import some
 from tests.plants.damage import SECONDS, damaged, outcome
 from tests.plants.drawings import DRAWN
 
@@ -31,7 +32,7 @@ def test_every_format_has_a_plant_drawn_for_the_tests(tmp_path):
     assert {read_by(draw(tmp_path)) for draw in DRAWN.values()} == {one.title for one in FORMATS}
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", some(DRAWN, 3))
 def test_every_drawn_plant_can_be_checked_and_driven_on(name, tmp_path):
     made = import_layout(DRAWN[name](tmp_path), robots=2)
     for path, text in made.files(tmp_path / "model.yaml").items():
@@ -55,7 +56,8 @@ def test_damaged_files_are_read_or_are_one_message(name, tmp_path):
         hit.write_bytes(damaged(content[hit], draw))
         refused += outcome(path) is not None
         hit.write_bytes(content[hit])
-    assert 0 < refused < DAMAGED
+    assert refused > 0
+    assert refused < DAMAGED or name == "excel"  # an archive, whose parts have checksums
     assert outcome(path) is None
 
 

@@ -7,7 +7,7 @@ import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout
 from tests.plants.damage import one_message
-from tests.plants.drawings import EDGES, GRAPHML, NODES, graphml, tables
+from tests.plants.drawings import EDGES, GRAPHML, NODES, excel, graphml, tables
 
 
 def lanes(model):
@@ -131,6 +131,32 @@ def yard():
         graph.add_node(node, pos=at, **({"role": role} if role else {}))
     nx.add_cycle(graph, "ABC")
     return graph
+
+
+def test_a_workbook_is_read_as_its_two_tables(tmp_path):
+    book, csv = (import_layout(draw(tmp_path)) for draw in (excel, tables))
+    assert book.model.layout == csv.model.layout
+    assert "yard.xlsx (Excel)" in book.content["description"]
+
+
+def test_what_is_wrong_with_a_workbook_is_said_with_sheet_and_row(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
+    path, book = tmp_path / "hall.xlsx", openpyxl.Workbook()
+    book.active.title = "nodes"
+    book.active.append(["name", "x", "y"])
+    book.active.append(["A", 0, "left"])
+    book.save(path)
+    with pytest.raises(
+        dw.ModelError, match=r"hall\.xlsx: no sheet of edges \(got nodes\), expected sheets nodes and edges"
+    ):
+        import_layout(path)
+    book.create_sheet("edges").append(["from", "to"])
+    book.save(path)
+    with pytest.raises(dw.ModelError, match=r"hall\.xlsx, nodes:2: y: "):
+        import_layout(path)
+    path.write_bytes(path.read_bytes()[:900])
+    with pytest.raises(dw.ModelError, match=r"hall\.xlsx: cannot be read \(.*\), expected a workbook of Excel"):
+        import_layout(path)
 
 
 def test_a_graph_of_networkx():

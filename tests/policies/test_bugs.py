@@ -49,7 +49,7 @@ def told(cls, **study):
     "cls", [cls for cls in BUGS if cls.__name__ not in UNREPRODUCIBLE], ids=lambda cls: cls.__name__
 )
 def test_a_bug_is_named_with_the_user_s_line(cls):
-    said = told(cls, timeout=1 if cls is planted.Endless else None)
+    said = told(cls, timeout=0.3 if cls is planted.Endless else None)
     assert re.search(rf"{re.escape(str(FILE))}, line (\d+)", said)[1] == str(line_of(cls)), said
     assert cls.__name__ in said or cls is planted.Endless
     assert len(said) < 500

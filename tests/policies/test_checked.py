@@ -143,6 +143,7 @@ def outcome(content):
     return simulate(load(content)).T
 
 
+@pytest.mark.slow
 def test_a_policy_file_stands_beside_the_model_file_and_works_in_spawned_processes(tmp_path, monkeypatch):
     folder = tmp_path / "models"
     folder.mkdir()

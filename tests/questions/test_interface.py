@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.answer import text as answer_text
 from desim_warehouse.cli import desim
 
 ROOT = Path(__file__).parents[2]
@@ -170,3 +171,24 @@ def test_a_script_of_a_user_passes_a_strict_type_checker_and_a_misspelt_name_doe
     assert checked(script) == "Success: no issues found in 1 source file\n"
     for right, wrong in (("dw.simulate", "dw.simulat"), ("seed=", "sed="), ("plan.robots", "plan.robot")):
         assert "error: " in checked(script.replace(right, wrong)), wrong
+
+
+def test_a_large_study_prints_what_says_most_and_where_the_rest_is(tmp_path):
+    factors = {"fleet.size": range(1, 7), "policies.allocation": ["in-order", "nearest", "regret", "auction"]}
+    study = dw.Study(MODEL, factors, replications=2, indicators=["T", "S"]).run(out=tmp_path / "study")
+    results, compared = study.results, study.compare("T")
+    for thing in (results, compared):
+        assert 1000 < len(str(thing).encode()) <= MOST
+    assert re.search(
+        r"^\d+ options( and tables)? more: all are on the page and in the table \(\.table; --json\)\.$",
+        str(results),
+        re.MULTILINE,
+    )
+    differ = [one.name for one in compared.answer.options if one.standing == "differs"]
+    assert differ
+    assert all(name in str(compared) for name in differ)
+    assert command("compare", study.folder, "--indicator", "T") == str(compared)
+    assert command("study", study.folder, "--quiet") == str(results)
+    many = answer_text.printed_rows("", ("level", "effect"), [(str(level), "+1") for level in range(500)])
+    assert len(many.encode()) <= MOST
+    assert re.search(r"\d+ rows more: all are in the table", many)

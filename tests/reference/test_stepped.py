@@ -126,7 +126,7 @@ def test_the_seventh_robot_comes_out_when_the_first_has_left_the_letter():
     assert warehouse.S == 1
 
 
-@pytest.mark.parametrize("robots", [6, 12, 18])
+@pytest.mark.parametrize("robots", [6, 12, pytest.param(18, marks=pytest.mark.long)])
 @pytest.mark.parametrize("unload_at", LETTERS[12:])
 def test_every_robot_gets_home(robots, unload_at):
     goods = tuple((7 * k + 3) % 80 for k in range(3 * robots))

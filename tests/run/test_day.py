@@ -1,19 +1,21 @@
 """The course of a run by the clock: each curve integrates to the indicator of the run; the worst stretch is named."""
 
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.answer.course import figure, lanes, ticks, worst
+from desim_warehouse.answer.course import figure, lanes, ticks, worst, worst_hour
 from desim_warehouse.outcome.day import DOING, PileUp, day, doing, mean_number, part_length, shares_of_robots
 from desim_warehouse.outcome.halts import Halt
 from desim_warehouse.outcome.rows import waits_by_row
 from desim_warehouse.states import SHOWN
 from tests.report.replay.floors import busy, busy_run, due_run, jammed_run, paper_run, people_run
+from tests.run.halls import RING
 from tests.run.test_halts import LOW_TOGETHER
-from tests.run.test_lasting import RING
 
 RUNS = {"busy": busy_run, "due": due_run, "paper": paper_run, "jammed": jammed_run, "people": people_run}
 
@@ -209,3 +211,26 @@ def test_waits_add_up_by_the_rows_of_a_floor():
     assert list(rows.values()) == sorted(rows.values(), reverse=True)
     assert all(name.split()[0] == next(iter(rows)).split()[0] for name in rows)
     assert waits_by_row(busy_run().history) == {}
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (due_run, "02:20 to 03:20: 40 tasks were open on average, in all hours 17.3."),
+        (busy_run, "01:00 to 02:00: 6 loads were delivered, on average 17.3."),
+    ],
+    ids=["orders come", "work never ends"],
+)
+def test_the_worst_hour_has_most_open_tasks_or_fewest_deliveries(made, said):
+    """Four hours in parts of 20 min, the first hour a warm-up: 30, 60 and 30 from 2:20 to 3:20, else 6."""
+    values = np.full(12, 6.0)
+    values[7:10] = 30.0, 60.0, 30.0
+    run = made()
+    bounds = np.arange(0.0, 14401.0, 1200.0)
+    course = replace(day(run.history), begin=3600.0, bounds=bounds, open=values, delivered=values)
+    assert worst_hour(course, run.model) == f"The worst hour was {said}"
+    assert worst_hour(day(run.history), run.model) == ""  # of a quarter of an hour
+    drawn = str(figure(day(run.history), run.model, 2, named="the worst of 9 days", in_short=True))
+    assert "<figcaption>The worst of 9 days</figcaption>" in drawn
+    below = "Delivered" if made is busy_run else "Open tasks"
+    assert re.findall(r"<b>(\w[\w ]*)</b>", drawn) == ["Robots", below]

@@ -7,7 +7,7 @@ from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import halts
 from desim_warehouse.questions.run import words
 from desim_warehouse.run.examined import examined
-from tests.run.test_lasting import RING
+from tests.run.halls import RING
 
 POISSON = {"tasks.goods": {"poisson": 60}, "tasks.unload_time": 10, "run.length": "4 h"}
 LOW_TOGETHER = {
@@ -23,10 +23,32 @@ OWN_CHARGERS = {**LOW_TOGETHER, "layout.bays": {"plug": {"at": ["D"], "places": 
 STANDS = {
     "batteries": LOW_TOGETHER,
     "batteries, chargers for all": OWN_CHARGERS,
+    "batteries, charged for longer": {
+        **LOW_TOGETHER,
+        "policies.charging": {
+            "name": "four-thresholds",
+            "critical": 0.3,
+            "good": 0.3,
+            "sufficient": 0.7,
+            "margin": 0.05,
+        },
+    },
     "closed": {
         **POISSON,
         "calendars": {"breaks": {"between": [[0, 3600], [6000, 14400]]}},
         "layout.stations.packing.hours": "breaks",
+    },
+    "closed, by the clock": {
+        **POISSON,
+        "run.start": "06:00",
+        "calendars": {"doors": {"open": ["06:00-12:00"], "breaks": ["07:00-07:45"]}},
+        "layout.stations.packing.hours": "doors",
+    },
+    "off duty, by the clock": {
+        **POISSON,
+        "run.start": "06:00",
+        "calendars": {"shift": {"open": ["06:00-12:00"], "breaks": ["08:00-08:30"]}},
+        "fleet.hours": "shift",
     },
     "off duty": {
         **POISSON,
@@ -56,6 +78,22 @@ WORKS = {
     "overload": {**POISSON, "tasks.goods": {"poisson": 500}},
     "times that vary": {**POISSON, "tasks.unload_time": {"lognormal": {"mean": 30, "cv": 1.5}}},
     "chargers for all, and levels apart": {**OWN_CHARGERS, "fleet.start_energy": "settled"},
+    "two robots": {**POISSON, "fleet.size": 2},
+    "energy that lasts the run": {
+        **LOW_TOGETHER,
+        "battery": {"capacity": 36_000, "consumption": 0.5, "charge_rate": 2},
+    },
+    "a lane that is closed for half a minute": {
+        **POISSON,
+        "calendars": {"cleaning": {"between": [[3600, 3630]]}},
+        "traffic.closures": {"aisle": {"members": [["B", "C"]], "hours": "cleaning"}},
+    },
+    "a station that is closed before anything comes": {
+        **POISSON,
+        "calendars": {"doors": {"between": [[3600, 14400]]}},
+        "layout.stations.packing.hours": "doors",
+        "tasks.goods": {"poisson": 60, "hours": "doors"},
+    },
     "a break in which nothing comes": {
         **POISSON,
         "calendars": {"shift": {"between": [[0, 3600], [6000, 14400]]}},

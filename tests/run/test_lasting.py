@@ -5,21 +5,8 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.questions.run import words
 from desim_warehouse.questions.run.lasting import lasting
+from tests.run.halls import RING
 
-RING = {
-    "name": "packing hall",
-    "layout": {
-        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 10], "D": [0, 10]},
-        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
-        "storage": [{"node": "A"}, {"node": "B"}],
-        "bays": {"parking": {"at": ["D"], "places": 10, "chargers": 0}},
-        "stations": {"packing": {"at": ["C"], "places": 6}},
-    },
-    "fleet": {"size": 6, "robot": {"radius": 0.4, "speed": 1.5}},
-    "tasks": {"goods": {"poisson": 33}, "unload_at": ["packing"], "load_time": 10, "unload_time": 120},
-    "run": {"length": "8 h"},
-}
-"""One packer who takes 2 minutes for each load: at most 30 can be done in an hour."""
 CHARGED = {
     "battery": {"capacity": 720_000, "consumption": 1, "charge_rate": 0.3},
     "layout.bays": {"parking": {"at": ["D"], "places": 10, "chargers": 1}},

@@ -168,7 +168,14 @@ def test_policies_of_ones_own_are_not_run_by_a_check(fourteen):
     assert night_codes(own) == {}
 
 
-@pytest.mark.parametrize("charging", ["four-thresholds", "opportunity", "reach-aware"])
+@pytest.mark.parametrize(
+    "charging",
+    [
+        pytest.param("four-thresholds", marks=pytest.mark.long),
+        pytest.param("opportunity", marks=pytest.mark.long),
+        "reach-aware",
+    ],
+)
 def test_fourteen_robots_at_three_chargers_live_through_a_night(fourteen, charging):
     """Eleven draw 0.055 at rest, and three chargers give 0.06: they ran flat after 2.2 to 16.5 h."""
     model = with_night(fourteen, {**ALIKE, "policies.charging": charging, "run.length": "6 h"})
@@ -197,7 +204,9 @@ POLICIES = [
 ]
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (0, *range(2, 60)))])
+@pytest.mark.parametrize(
+    "seed", [43, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(60) if seed != 43)]
+)
 def test_drafts_run_two_days_of_two_shifts_and_a_night(seed):
     chance = random.Random(seed)
     orders = chance.randint(20, 160)

@@ -58,7 +58,7 @@ def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(war
 
 def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     """The README's 8 robots and 2 chargers: 97 % on time in hours 1 to 5, below 95 % in hours 8 to 14."""
-    study = dw.Study(before(warehouse), {"fleet.size": [8]}, replications=8, target="on_time >= 50 %")
+    study = dw.Study(before(warehouse), {"fleet.size": [8]}, replications=4, target="on_time >= 50 %")
     study.run()
     [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
     assert found.text.startswith("not settled: batteries fall by ")

@@ -22,19 +22,21 @@ def codes(kpis, model=TUTORIAL):
 
 # Backlog
 
+SEEDS = [(1, 2), (5, 2), *(pytest.param(robots, 8, marks=pytest.mark.long) for robots in (1, 5))]
 
-@pytest.mark.parametrize("robots", [1, 5])
-def test_a_stable_queue_keeps_up_in_every_run(robots):
+
+@pytest.mark.parametrize(("robots", "seeds"), SEEDS)
+def test_a_stable_queue_keeps_up_in_every_run(robots, seeds):
     """M/D/c at 80 % load, 2,000 tasks."""
     model = dw.load(robots_that_serve(0.8, 1000.0, robots, 2000))
-    assert [dw.simulate(model, seed).verdicts for seed in range(8)] == [[]] * 8
+    assert [dw.simulate(model, seed).verdicts for seed in range(seeds)] == [[]] * seeds
 
 
-@pytest.mark.parametrize("robots", [1, 5])
-def test_an_overloaded_queue_cannot_keep_up_in_any_run(robots):
+@pytest.mark.parametrize(("robots", "seeds"), SEEDS)
+def test_an_overloaded_queue_cannot_keep_up_in_any_run(robots, seeds):
     """At 120 % load a sixth of what arrives is left: of 4.32 tasks an hour and robot 0.72."""
     model = dw.load(robots_that_serve(1.2, 1000.0, robots, 2000))
-    for seed in range(8):
+    for seed in range(seeds):
         run = dw.simulate(model, seed)
         assert [verdict.code for verdict in run.verdicts] == ["CANNOT_KEEP_UP"]
         assert run.verdicts[0].size == pytest.approx(0.72 * robots, rel=0.5)

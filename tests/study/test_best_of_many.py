@@ -141,6 +141,7 @@ def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(mod
     assert not {row.seed for row in kept[0]} & {row.seed for row in kept[1]}
 
 
+@pytest.mark.long
 def test_a_design_shown_to_meet_the_target_does_so_on_further_days(model):
     found = best(model, "annual_cost", **asked(runs=100))
     assert found.shown
@@ -235,6 +236,7 @@ def test_the_table_has_every_design_tried(model):
     assert [list(row) for row in kept.rows] == rows
 
 
+@pytest.mark.long
 def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
     found = best(model, "annual_cost", **asked(runs=100, out=tmp_path))
     found.answer.save(tmp_path)

@@ -27,6 +27,7 @@ from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
+from tests.daily import some
 
 from .conftest import MULTIBOTS, PATIENCE, ample, wait_for
 
@@ -225,12 +226,14 @@ def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, p
     assert not children(os.getpid())
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
-def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers):
+@pytest.mark.parametrize(
+    ("workers", "times"), [(1, 2), *(pytest.param(workers, 4, marks=pytest.mark.long) for workers in (1, 2))]
+)
+def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers, times):
     """Before the command listens the system ends the process, which a shell tells as 143 too."""
     chance = random.Random(workers)
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    for number in range(4):
+    for number in range(times):
         process = subprocess.Popen(command(tmp_path / str(number), 20_000, workers), **options)
         time.sleep(chance.uniform(0, 1.5))
         process.terminate()
@@ -253,7 +256,7 @@ def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_
     wait_for(lambda: not alive(worker))
 
 
-@pytest.mark.parametrize("what", ["start a process", "fork", "fork and wait"])
+@pytest.mark.parametrize("what", some(["start a process", "fork", "fork and wait"], 3))
 def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking, what):
     mark = tmp_path / "mark"
     cases = {"good": "home", "starts": parking(what, mark=str(mark))}
@@ -311,7 +314,7 @@ def test_a_debugger_follows_what_comes_after_a_time_limit():
     assert found.stdout == "True\n"
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, workers):
     timeout = ample(study(1).run(workers=workers).table)
     factors = {"policies.parking": {"named": {"good": "home", "endless": parking("loop")}}}
@@ -351,7 +354,7 @@ def test_one_stuck_run_in_a_batch_of_short_ones_is_done_again_with_the_others(pa
     monkeypatch.setattr(Batches, "take", take_ten)
     monkeypatch.setattr(Batches, "stuck", note)
     cases = {"good": "home", "stuck": parking("block once", mark=str(tmp_path / "mark"))}
-    made = study(30, {"policies.parking": {"named": cases}}, timeout=timeout).run(workers=2)
+    made = study(12, {"policies.parking": {"named": cases}}, timeout=timeout).run(workers=2)
     assert len(sizes) == 1
     assert sizes[0] > 1
     assert made.table["error"].isna().all()
@@ -406,11 +409,11 @@ def test_a_script_needs_no_main_guard(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         f"import desim_warehouse as dw\n"
-        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=4, changes={CHANGES!r})\n"
+        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..2'}}, replications=2, changes={CHANGES!r})\n"
         f"print(len(study.run(workers=2).table), study.notes)\n"
     )
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert done.stdout == "24 []\n"
+    assert done.stdout == "4 []\n"
     assert not done.stderr
 
 

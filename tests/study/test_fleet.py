@@ -317,7 +317,7 @@ def test_the_command_takes_prices_from_the_model_or_from_options(here):
     best = own["today"]["best"]
     assert own["answer"] == options["answer"]
     cost = 9000 * best["robots"] + 800 * best["chargers"]
-    assert own["answer"][-1] == f"Robots and chargers cost {cost:,} a year."
+    assert f", {cost:,} a year" in own["answer"][0]
     assert both["today"]["best"]["cost"] == 9000 * best["robots"] + 8000 * best["chargers"]
 
 

@@ -39,6 +39,11 @@ WORDS = Draft(size=(16, 14), orders=30, robots=2, chargers=1)
 SHORT = {"run": {"length": "40 min"}}
 
 
+@pytest.fixture(autouse=True)
+def settles_once():
+    """Here each process settles its fleets itself, as that of a user does."""
+
+
 @pytest.fixture(scope="module")
 def model():
     return dw.load(yaml.safe_load(draft(WORDS)), SHORT)
@@ -269,6 +274,7 @@ def test_a_worker_that_is_killed_while_it_settles_costs_nothing(model):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_two_commands_at_once_on_one_cache_settle_once_and_answer_as_one(tmp_path):
     path = tmp_path / "small.yaml"
     path.write_text(draft(WORDS))

@@ -1,7 +1,9 @@
 """Indicators of the user's own: the table has them, they are kept and resumed, and every way to simulate agrees."""
 
 import concurrent.futures
+import io
 import multiprocessing
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -92,10 +94,59 @@ def test_worker_processes_give_the_same_table(table):
     pd.testing.assert_frame_equal(plain(study().run(workers=2).table), table)
 
 
-@pytest.mark.slow
-def test_so_do_processes_of_the_user(table):
-    jobs = list(zip(table["fleet.size"], table["seed"].astype(int), strict=True))
+NAMES = ["T", "S", "C", "throughput_per_hour", "distance"]
+
+
+def with_multiprocessing(jobs):
     with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-        rows = pd.concat(pool.map(row_of, *zip(*jobs, strict=True)), ignore_index=True)
-    names = ["T", "S", "C", "throughput_per_hour", "distance"]
-    pd.testing.assert_frame_equal(rows[names], table[names], check_dtype=False)
+        return list(pool.map(row_of, *zip(*jobs, strict=True)))
+
+
+def with_joblib(jobs):
+    joblib = pytest.importorskip("joblib", reason="joblib is not installed")
+    return joblib.Parallel(n_jobs=2)(joblib.delayed(row_of)(*job) for job in jobs)
+
+
+def with_dask(jobs):
+    dask = pytest.importorskip("dask", reason="Dask is not installed")
+    return list(dask.compute(*(dask.delayed(row_of)(*job) for job in jobs), scheduler="threads"))
+
+
+def with_a_notebook(jobs):
+    nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed")
+    nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed")
+    cell = (
+        "import pandas as pd\nfrom tests.study.measuring import row_of\n"
+        f"print(pd.concat([row_of(*job) for job in {jobs!r}]).to_json(orient='records', double_precision=15))"
+    )
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
+    root = Path(__file__).parents[2]
+    nbclient.NotebookClient(book, timeout=60, resources={"metadata": {"path": str(root)}}).execute()
+    (output,) = book.cells[0].outputs
+    return [pd.read_json(io.StringIO(output.text), orient="records", precise_float=True)]
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        pytest.param(with_multiprocessing, marks=pytest.mark.long),
+        pytest.param(with_joblib, marks=pytest.mark.slow),
+        with_dask,
+        pytest.param(with_a_notebook, marks=pytest.mark.long),
+    ],
+)
+def test_so_do_the_ways_of_the_user(way, table):
+    jobs = list(zip(table["fleet.size"].tolist(), table["seed"].astype(int).tolist(), strict=True))
+    rows = pd.concat(way(jobs), ignore_index=True)
+    pd.testing.assert_frame_equal(rows[NAMES], table[NAMES], check_dtype=False, check_exact=True)
+
+
+def test_the_best_design_is_chosen_by_it():
+    search = dw.Search(first=3, cap=3, cache=False)
+    best = dw.best(study(), "per_task", maximise=False, search=search)
+    means = study().run().table.groupby("fleet.size")["per_task"].mean()
+    assert best.overrides == {"fleet.size": means.idxmin()}
+    assert f"{means.min():.3g}" in str(best)
+    assert str(best).startswith("Per_task is smallest")
+    with pytest.raises(dw.StudyError, match="of one of your own, expected maximise=False or True"):
+        dw.best(study(), "per_task", search=search)

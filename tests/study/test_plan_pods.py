@@ -76,7 +76,7 @@ def test_a_plan_says_where_more_do_worse():
         "throughput_per_hour >= 600",
         robots=[2, 4, 16, 20],
         strategies={},
-        search=dw.Search(cap=10),
+        search=dw.Search(first=2, cap=4),
     )
     assert plan.today.best.robots == plan.today.most.robots == plan.today.most.up_to == 4
     assert plan.today.most.largest == 20

@@ -18,10 +18,10 @@ from desim_warehouse.study.fleet.plan import Planner
 from desim_warehouse.study.statistics.cheapest import NOTHING, Cheapest, ruling_out
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from tests.docs import pages
+from tests.lasting import LASTING
 from tests.study import plans
 
-HOUR = {"run.length": 3600, "run.warm_up": 600, "fleet.start_energy": 1, "battery.consumption": 1e-4}
-"""An hour, in which batteries last: settled ones are found in a long run of each fleet."""
+HOUR = {"run.length": 3600, "run.warm_up": 600, **LASTING}
 SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
 """60 orders an hour of 80 s each: 1.3 packers are busy."""
 AT_NINE = "on_time@09:00-09:30"
@@ -35,7 +35,8 @@ def small():
 
 def test_packers_are_sized_beside_robots_and_chargers(small):
     model = small.replace(SLOW_PACKING)
-    found = plan_fleet(model, "on_time >= 80 %", strategies={}, robots="2..4", chargers="1..2", packers="packing=1..3")
+    counts = {"robots": "2..4", "chargers": "1..2", "packers": "packing=1..3"}
+    found = plan_fleet(model, "on_time >= 80 %", strategies={}, search=dw.Search(first=4, cap=16), **counts)
     best = found.today.best
     assert best.packers == 2
     assert best.overrides["layout.stations.packing.servers"] == 2
@@ -95,7 +96,7 @@ def busy_from_nine():
     flow["arrivals"] = {"profile": {"every": 1800, "per_hour": rates}}
     base = dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data)
     tasks = {"flows": {"orders": flow}, "unload_time": 20, "load_time": 10}
-    return base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}})
+    return base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}, **LASTING})
 
 
 @pytest.mark.parametrize(
@@ -114,7 +115,7 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
     assert {one.share.n for one in hours} == {max(DAYS, found.today.best.verdict.n)}
     assert min(hours, key=lambda one: one.share.mean).named == "09:00 to 09:30"
     assert " 09:00 to 09:30: " in found.answer.answer[0]
-    (table,) = found.answer.tables
+    table, *_ = found.answer.tables
     assert (table.title, len(table.rows)) == ("On time by the hour", 3)
     assert f'--target "{AT_NINE} >= 0.7"' in table.note
 
@@ -169,7 +170,8 @@ def test_years_that_cannot_be_are_one_message(small, growth, years, said):
 def test_the_cheaper_of_two_options_is_told_with_what_more_robots_may_cost(small):
     """B's robots are as A's and 1,000 a year dearer, so each difference is one of money alone."""
     a, b = small.replace({"prices": PRICES}), small.replace({"prices": {**PRICES, "robot": 7000}})
-    found = plan_options({"A": a, "B": b}, "on_time >= 80 %", robots="1..4", chargers="1..2")
+    how = {"robots": "2..4", "chargers": "1", "search": dw.Search(first=3, cap=12)}
+    found = plan_options({"A": a, "B": b}, "on_time >= 80 %", strategies={}, **how)
     (one,) = found.against
     robots = found.plans["A"].today.best.robots
     assert (found.first, one.name, one.mean) == ("A", "B", 1000.0 * robots)
@@ -182,8 +184,10 @@ def test_options_without_prices_are_compared_in_the_target(small):
     found = plan_options(
         {"slow": small.replace({"fleet.robot.speed": 0.25}), "fast": small},
         "on_time >= 80 %",
+        strategies={},
         robots="1..5",
         chargers="1",
+        search=dw.Search(first=3, cap=12),
     )
     assert found.first == "fast"
     assert found.answer.answer[0].startswith("fast needs the fewest robots. On the same days done on time differs ")
@@ -196,6 +200,7 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
     (tmp_path / "options.yaml").write_text("B: other.yaml\nC: {fleet.robot.speed: 1}\n")
     plan = (
         "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 3 --chargers 1 --first 2 --cap 4 --json "
+        "--vary policies.allocation=nearest "
         "--set run.length=3600 --set run.warm_up=600 --set fleet.start_energy=1 --set battery.consumption=0.0001"
     )
     status, out, err = pages.run_desim(

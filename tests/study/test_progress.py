@@ -10,6 +10,7 @@ from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.study.execution import progress
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.fleet.first_answer import first_answer
+from desim_warehouse.study.procedures import about
 
 
 @pytest.mark.parametrize(
@@ -56,12 +57,36 @@ def planned(stream, monkeypatch, **more):
 
 def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
     terminal = Terminal()
-    found = planned(terminal, monkeypatch)
+    found = planned(terminal, monkeypatch, first=5, cap=20)
     shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
     best = found.today.best.robots
     assert re.search(rf"today: {best} robots?: met", shown)
-    assert re.search(r"by the scout \d robots?, about \d fleets? to judge", shown)
+    assert re.search(r"about \d robots?, by single days; some \d fleets? to judge", shown)
     assert re.search(rf"today: {best} robots?; growth: \d robots?: (met|not met|open)", shown)
+
+
+def test_a_search_says_what_it_looked_at_and_no_time_that_it_does_not_know(monkeypatch):
+    """Two of three runs that were asked for are done, of two designs: how many follow is not known."""
+    clock = iter([0.0, 0.0])
+    monkeypatch.setattr(progress, "monotonic", lambda: next(clock, 20.0))
+    stream = io.StringIO()
+    with Progress("today", stream=stream) as shown:
+        shown.is_search = True
+        shown.want(3, 0, looked=2)
+        for _ in range(2):
+            shown.step(failed=False)
+    assert stream.getvalue() == "today: 2 designs looked at, 1 run, 20.0 s a run\n"
+
+
+def test_single_days_tell_about_how_many_robots_it_takes():
+    """6 robots failed on their day, 12 and then 9 did not; before that only that 6 are too few is known."""
+    designs = [(robots,) for robots in range(20)]
+    said = [
+        about(designs, lambda one: one, met, lambda n: f"{n} robots")
+        for met in ({6: False}, {6: False, 12: True, 9: True})
+    ]
+    assert said == ["more than 6 robots", "about 9 robots"]
+    assert about(designs, lambda one: one, {}, str) == ""
 
 
 def test_the_first_answer_of_a_plan_counts_the_fleets_to_be_judged():
@@ -70,9 +95,9 @@ def test_the_first_answer_of_a_plan_counts_the_fleets_to_be_judged():
     line = first_answer(
         designs, lambda one: one, {designs.index((3, 1)), designs.index((2, 2))}, lambda n: str(designs[n])
     )
-    assert line == "by the scout (3, 2), about 3 fleets to judge"
-    assert first_answer(designs, lambda one: one, (), str) == "by the scout 0, about 1 fleet to judge"
-    assert first_answer(designs, lambda one: one, {5}, str) == "by the scout no fleet is enough"
+    assert line == "about (3, 2), by single days; some 3 fleets to judge"
+    assert first_answer(designs, lambda one: one, (), str) == "about 0, by single days; some 1 fleet to judge"
+    assert first_answer(designs, lambda one: one, {5}, str) == "no fleet is enough, by single days"
 
 
 def stopped(stream, *, shown):

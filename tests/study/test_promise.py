@@ -1,5 +1,7 @@
 """What a plan promises: of which days, beside which fleets, and no more than its runs tell."""
 
+import math
+
 import pytest
 
 import desim_warehouse as dw
@@ -34,7 +36,7 @@ def answer(best, *below, target="on_time >= 95 %", model=None):
     return worded(FleetSizes(base, goal, 0.01, 0.95, "nearest", (sized,), (), None, Designs(base), 99)).answer
 
 
-GOOD = fleet(3, "meets", 33, 0.98, 0.96, 0.99, worst=Days(33, 0.35, 4))
+GOOD = fleet(3, "meets", 33, 0.98, 0.96, 0.99, worst=Days(33, 0.35, 4, 0.98, 7, 2))
 
 
 def test_the_worst_day_and_the_days_missed_stand_beside_the_mean():
@@ -43,11 +45,17 @@ def test_the_worst_day_and_the_days_missed_stand_beside_the_mean():
 
 
 def test_days_are_counted_by_the_sense_of_the_target():
-    """Of 100, 250 and 180 s, at most 200 allowed: one missed, the worst is 250."""
-    assert days_of([100.0, 250.0, 180.0], parse_target("cycle_time_p95 <= 200")) == Days(3, 250.0, 1)
-    assert days_of([0.9, 1.0, 0.99], parse_target("on_time >= 0.95")) == Days(3, 0.9, 1)
+    """Of 100, 250 and 180 s, at most 200 allowed: one missed, the worst is 250, the median is 180."""
+    assert days_of([100.0, 250.0, 180.0], parse_target("cycle_time_p95 <= 200")) == Days(3, 250.0, 1, 180.0, 1, 2)
+    assert days_of([0.9, 1.0, 0.99], parse_target("on_time >= 0.95")) == Days(3, 0.9, 1, 0.99, 0, 2)
     assert days_of([1.0, 1.0], parse_target("on_time >= 0.95")) is None
     assert days_of([0.5], parse_target("on_time >= 0.95")) is None
+
+
+def test_the_median_and_the_worst_day_are_named_by_their_replications():
+    """Of 1, 0.9, a failed day, 0.9 and 0.97 the first 0.9 is the worst, the other the worse of the middle two."""
+    days = days_of([1.0, 0.9, math.nan, 0.9, 0.97], parse_target("on_time >= 0.95"))
+    assert (days.days, days.missed, days.worst_run, days.median_run, days.median) == (4, 2, 1, 3, 0.9)
 
 
 @pytest.mark.parametrize(
@@ -80,12 +88,12 @@ def test_no_fleet_is_enough_only_where_the_largest_was_shown_to_fail():
     assert failing.startswith(
         "Today (60 an hour): no fleet is enough. 4 robots and 1 charger: 80 % (70 to 85) on time."
     )
-    largest = fleet(4, "undecided", 80, 0.96, 0.94, 0.98, worst=Days(80, 0.8, 9))
+    largest = fleet(4, "undecided", 80, 0.96, 0.94, 0.98, worst=Days(80, 0.8, 9, 0.96, 7, 2))
     assert "no fleet is enough" not in " ".join(answer(None, fleet(1, "fails", 5, 0, 0, 0), largest).answer)
 
 
 def test_where_the_runs_do_not_tell_the_open_fleets_are_named():
-    largest = fleet(4, "undecided", 80, 0.96, 0.94, 0.98, worst=Days(80, 0.8, 9))
+    largest = fleet(4, "undecided", 80, 0.96, 0.94, 0.98, worst=Days(80, 0.8, 9, 0.96, 7, 2))
     first = answer(None, fleet(2, "fails", 12, 0.8, 0.7, 0.85), largest).answer[0]
     assert first == (
         "Today (60 an hour): not decided after 80 days: 3 to 4 robots and 1 charger may be enough; even many more runs "

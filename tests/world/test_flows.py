@@ -51,6 +51,41 @@ def states(run, robot=0):
 ONCE = {"schedule": [{"at": 0}]}
 
 
+NO_STORAGE = {**RING, "layout": {key: value for key, value in RING["layout"].items() if key != "storage"}}
+
+
+def test_a_floor_of_pick_up_and_drop_off_points_needs_no_storage():
+    flow = {"from": "dock", "to": "pack", "arrivals": ONCE}
+    run = dw.simulate(dw.load(NO_STORAGE, {"tasks.flows": {"flow": flow}}))
+    # A to B 20, loads to 24; B to D 40: 64, unloads to 70; D to A 20: 90
+    assert states(run) == [("empty", 0), ("loading", 20), ("loaded", 24), ("unloading", 64), ("returning", 70)]
+    assert run.T == 90
+    with_places = ring(flow)
+    assert run.kpis == with_places.kpis
+    assert run.log.equals(with_places.log)
+
+
+@pytest.mark.parametrize(
+    ("tasks", "what"),
+    [
+        ({"goods": [0], "unload_at": ["dock"]}, "goods are"),
+        ({"flows": {"in": {"from": "dock", "to": "storage", "arrivals": ONCE}}}, "tasks of flow 'in' begin or end"),
+    ],
+)
+def test_tasks_that_need_storage_are_refused_without_it(tasks, what):
+    with pytest.raises(ModelError, match=rf"layout\.storage: no storage places, where {what}, expected at least one"):
+        dw.load({**NO_STORAGE, "tasks": {**RING["tasks"], **tasks}})
+
+
+def test_rows_of_orders_name_no_storage_without_it(tmp_path):
+    (tmp_path / "orders.csv").write_text("release,from,to\n0,dock,pack\n5,storage,pack\n9,0,pack\n")
+    flow = {"from": "dock", "to": "pack", "arrivals": {"orders": {"file": str(tmp_path / "orders.csv")}}}
+    with pytest.raises(
+        ModelError, match=r"2 values: 'storage', '0'.*a node or a station, as the layout has no storage"
+    ):
+        dw.simulate(dw.load(NO_STORAGE, {"tasks.flows": {"flow": flow}}))
+
+
 def test_from_a_station_into_storage():
     run = ring({"from": "dock", "to": first(0), "arrivals": ONCE})
     # A to B 20, loads in the dock to 24; B to C 20, 5 along C>D: 49, unloads on the lane to 55; 15 to D, 20 to A: 90
@@ -347,7 +382,7 @@ def drawn(run, flow):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", some(CHANGES, 3), ids=str)
+@pytest.mark.parametrize("changes", some(CHANGES, 5), ids=str)
 def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
     """All other flows have the same tasks, each of which takes as long to load and unload."""
     run = day(changes)
@@ -476,6 +511,7 @@ def test_expected_and_when_are_inverse(time):
 # From-to matrix
 
 
+@pytest.mark.slow
 def test_a_from_to_matrix(tmp_path):
     (tmp_path / "from_to.csv").write_text("from,pack,storage\ndock,30,10\nstorage,60,\n", encoding="utf-8")
     written = dict(

@@ -77,6 +77,7 @@ def test_lines_of_an_order_have_one_priority():
     assert set.union(*of.values()) == {0, 9}
 
 
+@pytest.mark.slow
 def test_tours_by_order_take_the_lines_of_an_order():
     changes = {"fleet__robot__capacity": 3, "policies__batching": "by-order"}
     run = dw.simulate(model(3, {"schedule": [{"at": 0, "tasks": 4}]}, **changes), seed=1)

@@ -196,6 +196,7 @@ def test_where_goods_lie_at_nodes_people_must_be_told_their_aisles():
     assert any("somebody in it for 39.3 % of the time" in fact for fact in facts)  # 1 - exp(-0.5): of one aisle
 
 
+@pytest.mark.slow
 def test_aisles_that_are_hardly_ever_free_are_warned_of():
     found = check(with_people(aisles=[["B", "C"]], per_hour=100, stay=100)).findings
     assert [item.text for item in found if item.code == "AISLES_OCCUPIED"] == [
@@ -273,3 +274,23 @@ def test_two_people_one_after_the_other_are_one_wait():
     run = dw.simulate(dw.load(LOOP, {**ONE, "people": people}))
     assert waits_of(run, 0)[0] == (9, 50, "waiting_person")
     assert run.kpis["encounters_per_hour"] == pytest.approx(3600 / run.T)
+
+
+def test_without_an_aisle_to_come_to_people_are_refused_and_nobody_comes():
+    layout = {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "A"]],
+        "bays": {"home": {"at": ["A"]}},
+        "stations": {"dock": {"at": ["B"]}, "pack": {"at": ["C"]}},
+    }
+    tasks = {"flows": {"in": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0}]}}}}
+    model = dw.load(
+        {
+            "layout": layout,
+            "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+            "tasks": {**tasks, "load_time": 4, "unload_time": 6},
+            "people": {"pickers": {"per_hour": 60, "stay": 30}},
+        }
+    )
+    finding = dw.check(model).findings[0]
+    assert (finding.code, finding.place) == ("CLOSURE", "people.pickers")

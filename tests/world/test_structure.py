@@ -1,7 +1,10 @@
 """Parts of the world do not know their whole: what a part needs it is given."""
 
 import ast
+from functools import cache
 from pathlib import Path
+
+import pytest
 
 import desim_warehouse
 
@@ -13,14 +16,19 @@ MOST_FIELDS_SET = 12
 """Five for slots in bays, and seven in the hot path, where a verb costs too much. In 0.2.0 there were 108."""
 
 
+@cache
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def classes(folder):
     for path in sorted(folder.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.ClassDef):
                 yield path, node
 
 
+@pytest.mark.slow
 def test_no_part_knows_the_world():
     for path, node in classes(PACKAGE / "world"):
         if path.stem in MAY_KNOW_THE_WORLD:
@@ -31,6 +39,7 @@ def test_no_part_knows_the_world():
         assert not names & {"World", "world"}, f"{node.name} in {path.name}"
 
 
+@pytest.mark.slow
 def test_no_public_class_name_stands_twice():
     seen = {}
     for path, node in classes(PACKAGE):
@@ -59,7 +68,7 @@ def test_what_happens_to_a_robot_is_a_verb_of_the_robot():
         f"{path.name}:{line} {target}"
         for path in sorted((PACKAGE / "world").rglob("*.py"))
         if path.stem not in {"body", "robot"}
-        for line, target in fields_set(ast.parse(path.read_text(encoding="utf-8")))
+        for line, target in fields_set(tree_of(path))
     ]
     assert len(found) <= MOST_FIELDS_SET, found
 
@@ -92,6 +101,7 @@ def blocks_below_code(tree):
     return blocks
 
 
+@pytest.mark.slow
 def test_constants_stand_above_the_code():
     """Those that need a class or function of the module stand below it; of the others at most one block does."""
     assert blocks_below_code(ast.parse("A = 1\nclass B: ...\nC = B()\n'What it is.'\nD: int = 2\ndef e(): ...")) == 1
@@ -99,6 +109,6 @@ def test_constants_stand_above_the_code():
     scattered = {
         path.relative_to(PACKAGE).as_posix(): blocks
         for path in sorted(PACKAGE.rglob("*.py"))
-        if (blocks := blocks_below_code(ast.parse(path.read_text(encoding="utf-8")))) > 1
+        if (blocks := blocks_below_code(tree_of(path))) > 1
     }
     assert scattered == {}

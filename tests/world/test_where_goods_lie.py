@@ -178,4 +178,4 @@ def test_the_order_of_places_is_that_of_every_way_tried(layout, there):
         return min(ways)
 
     expected = sorted(range(len(layout["storage"])), key=lambda i: (way(layout["storage"][i]), i))
-    assert list(by_distance(floor, ends, there=there)) == expected
+    assert list(by_distance(floor, ends, to_ends=there)) == expected

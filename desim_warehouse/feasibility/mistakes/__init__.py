@@ -1,1 +1,1 @@
-"""What is probably a mistake in a model, seen without a run: what check notes and warns of."""
+"""Probable mistakes in a model, seen without a run: the notes and warnings of a check."""

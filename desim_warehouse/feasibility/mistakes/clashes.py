@@ -1,4 +1,4 @@
-"""What cannot both hold: breaks and due times, closures and the run, stretches of a calendar, robots and a floor."""
+"""Keys that cannot both hold: breaks and due times, closures and the run, stretches of a calendar, fleet and floor."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _other_times(model: Model, calendar: str) -> str:
 
 
 def _orders(model: Model) -> Iterator[Finding]:
-    """Rows that go the other way than their flow, and releases that are rather days than seconds."""
+    """Find rows that go the other way than their flow, and releases that are rather days than seconds."""
     how = None
     for name, flow in model.tasks.flows.items():
         if not isinstance(flow.when, OrdersArrivals) or flow.source is None:
@@ -141,8 +141,8 @@ def _orders(model: Model) -> Iterator[Finding]:
         from_storage, to_storage = isinstance(flow.source, StorageEnd), isinstance(flow.target, StorageEnd)
         turned = file.stored if from_storage and not to_storage else file.fetched if to_storage else 0
         if turned and from_storage != to_storage:
-            here, there = ("to", "from") if from_storage else ("from", "to")
-            text = f"the flow leads {there} storage, and {turned:,} of {number_of(file.rows, 'row')} lead {here} it"
+            other, side = ("to", "from") if from_storage else ("from", "to")
+            text = f"the flow leads {side} storage, and {turned:,} of {number_of(file.rows, 'row')} lead {other} it"
             yield Finding("ENDS_SWAPPED", place, text, "from and to of these rows the other way round, or another flow")
         if file.tasks > 1 and 0 < file.last * model.units.seconds < MINUTE and model.units.has_seconds:
             text = f"all orders are released within {amount(file.last)} {model.units.time}"
@@ -154,7 +154,7 @@ def _orders(model: Model) -> Iterator[Finding]:
 
 
 def _within(model: Model) -> list[tuple[str, float, str | None]]:
-    """Where times until due stand, how long they are, and the calendar by which these tasks come."""
+    """List the places of times until due, their lengths, and the calendars by which these tasks come."""
     goods = model.tasks.goods
     if isinstance(goods, PoissonGoods | SaturatedGoods):
         hours = goods.hours if isinstance(goods, PoissonGoods) else None
@@ -168,7 +168,7 @@ def _within(model: Model) -> list[tuple[str, float, str | None]]:
 
 
 def _breaks(model: Model) -> Iterator[Finding]:
-    """Tasks that come in a break which is longer than the time until they are due."""
+    """Find tasks that come in a break which is longer than the time until they are due."""
     end, units = model.run.end, model.units
     due = _within(model)
     gaps = list(nobody_at_work(model)) if due else []
@@ -190,7 +190,7 @@ def _breaks(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model) -> Iterator[Finding]:
-    """Due times that no task can miss, and waits that make it miss them."""
+    """Find due times that no task can miss, and waits that make it miss them."""
     run, unit, policies = model.run, model.units.time, model.policies
     counted = run.end - run.warm_up
     for place, within, _ in _within(model):
@@ -211,7 +211,7 @@ def _due(model: Model) -> Iterator[Finding]:
 
 
 def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
-    """Departures that nothing can miss, or that are meant by the clock."""
+    """Find departures that nothing can miss, or that are meant by the clock."""
     run, unit, timetable = model.run, model.units.time, model.timetable(flow)
     by_clock = math.isfinite(timetable.period)
     last = timetable.last(run.end)
@@ -228,12 +228,12 @@ def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
             f"{amount(timetable.times[0])} {unit} counts from the start of the run at {run.start}: that is {clocks[0]} "
             "by the clock"
         )
-        said = ", ".join(f"'{one}'" for one in dict.fromkeys(clocks))
-        yield Finding("DUE_CLOCK", place, text, f"by the clock, every day: due_at: [{said}], or as you mean it")
+        due_at = ", ".join(f"'{clock}'" for clock in dict.fromkeys(clocks))
+        yield Finding("DUE_CLOCK", place, text, f"by the clock, every day: due_at: [{due_at}], or as you mean it")
 
 
 def after_last_departure(model: Model) -> Iterator[Finding]:
-    """How many orders of each flow come after the last departure of the run, and so are not counted as due."""
+    """Count for each flow the orders after the last departure of the run, which so are not counted as due."""
     run, hour = model.run, model.units.hour
     for name, flow in model.tasks.flows.items():
         timetable = model.timetable(flow)
@@ -280,7 +280,7 @@ def _profiles(model: Model) -> Iterator[Finding]:
 
 
 def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Storage places and stations that no robot can get to while something is closed, and that tasks go to."""
+    """Find storage places and stations that tasks go to and no robot can get to while something is closed."""
     import networkx as nx
 
     if not model.traffic.closures:
@@ -318,7 +318,7 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _how_long(model: Model, calendar: str) -> str:
-    """For how long a calendar is open in a run."""
+    """Say for how long a calendar is open in a run."""
     hours, end = model.hours(calendar), model.run.end
     if math.isinf(end):
         return "at times"
@@ -328,7 +328,7 @@ def _how_long(model: Model, calendar: str) -> str:
 
 
 def _lasts(time: float, units: Units) -> str:
-    """A time of a day in hours or minutes; in the unit of a model whose unit is not known in seconds."""
+    """Write a time of a day in hours or minutes; in the unit of a model whose unit is not known in seconds."""
     if not units.has_seconds:
         return f"{amount(time)} {units.time}"
     hours = time / units.hour
@@ -344,25 +344,25 @@ def _fetches(model: Model) -> bool:
 # Too much for the floor or fleet
 
 
-def crowds(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """What cannot all be used at once."""
+def crowds(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find numbers that are too large to be used at once."""
     fleet, batching = model.fleet, model.policies.batching
     out = min(fleet.size, model.traffic.most_out or fleet.size)
-    if out > found.lanes_hold > 0:
-        text = f"{out} robots, and the lanes hold {found.lanes_hold} at once: they would stand bumper to bumper"
+    if out > estimate.lanes_hold > 0:
+        text = f"{out} robots, and the lanes hold {estimate.lanes_hold} at once: they would stand bumper to bumper"
         yield Finding("MORE_THAN_FIT", "fleet.size", text, "fewer robots, a longer floor, or traffic.most_out")
     size, most = batching.params.get("size"), fleet.largest_capacity
     if isinstance(size, int) and not batching.own and size > most > 1:
         text = f"tours of {size} loads, and a robot carries {most}: tours have {most}"
         yield Finding("MORE_THAN_FIT", "policies.batching.size", text, "fleet.robot.capacity, or a smaller size")
     yield from _windows(model)
-    yield from _aisles(model, found)
+    yield from _aisles(model, estimate)
     yield from _chargers(model)
     yield from _pace(model)
 
 
 def _windows(model: Model) -> Iterator[Finding]:
-    """Windows in which mostly no second task comes, so that there is nothing to put together."""
+    """Find windows in which mostly no second task comes, so that there is nothing to put together."""
     batching, rate, unit = model.policies.batching, arrival_rate(model), model.units.time
     window = batching.params.get("window")
     if batching.name == "time-window" and isinstance(window, int | float) and rate and window * rate < 1:
@@ -370,33 +370,33 @@ def _windows(model: Model) -> Iterator[Finding]:
         yield Finding("UNUSUAL", "policies.batching.window", text, f"a longer window; times are in {unit}")
 
 
-def _aisles(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """Aisles that are hardly wider than a robot."""
+def _aisles(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find aisles that are hardly wider than a robot."""
     blocks = model.layout.blocks
-    if blocks is None or found.metre is None:
+    if blocks is None or estimate.metre is None:
         return
     width = 2 * max(robot.radius for robot in model.fleet.distinct())
     for key in ("aisle_width", "cross_aisle_width"):
         aisle = getattr(blocks, key)
-        if aisle is not None and width <= aisle < width + 2 * BESIDE / found.metre * (1 - EPS):
+        if aisle is not None and width <= aisle < width + 2 * BESIDE / estimate.metre * (1 - EPS):
             unit = model.units.length
             text = f"an aisle is {aisle:g} {unit} wide, a robot {amount(width)} (2 x its radius)"
             yield Finding("NARROW_AISLES", f"layout.blocks.{key}", text, "fleet.robot.radius is half of its width")
 
 
 def _chargers(model: Model) -> Iterator[Finding]:
-    """More chargers than robots, where their number is given."""
+    """Find more chargers than robots, where their number is given."""
     layout, robots = model.floor, model.fleet.size
     nodes = {name: sum(bay.zone == name for bay in layout.bays.values()) for name in model.layout.bays}
     bays = model.layout.bays.items()
-    given = sum(bay.total_chargers or (bay.chargers or 0) * nodes[name] for name, bay in bays)
-    if model.battery is not None and given > robots:
-        text = f"{number_of(given, 'charger')} for {number_of(robots, 'robot')}"
+    chargers = sum(bay.total_chargers or (bay.chargers or 0) * nodes[name] for name, bay in bays)
+    if model.battery is not None and chargers > robots:
+        text = f"{number_of(chargers, 'charger')} for {number_of(robots, 'robot')}"
         yield Finding("MORE_THAN_FIT", "layout.bays", text, "chargers is at each node, total_chargers in all")
 
 
 def _pace(model: Model) -> Iterator[Finding]:
-    """Robots that stop at every node though they accelerate, or are faster with a load."""
+    """Find robots that stop at every node though they accelerate, or are faster with a load."""
     robots, node_time = model.fleet.distinct(), model.traffic.node_time
     if node_time and any(robot.acceleration for robot in robots):
         text = (

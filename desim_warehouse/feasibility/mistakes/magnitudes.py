@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 HOUR = 3600.0
 MOST_CV = 3.0
-"""Times of which the standard deviation is more than three times the mean are hardly ever seen."""
+"""Times whose standard deviation is more than three times the mean are hardly ever seen."""
 LONGEST_BATTERY, LONGEST_CHARGE = 100 * HOUR, 16 * HOUR
 """A battery of robots lasts no longer at work, and takes no longer to charge."""
 FAST_CHARGE, MOST_TO_ONE = 300.0, 20.0
@@ -53,9 +53,9 @@ AT_START, MOST_AT_START = 0.01, 300.0
 """Shares of a run, and seconds, within which all that happens in it is rather meant in minutes or hours."""
 
 
-def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """What is unusual. Models whose unit of length is not known are of no certain size, and have none."""
-    if found.metre is None:
+def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find unusual values. Models whose unit of length is not known are of no certain size, and have none."""
+    if estimate.metre is None:
         return
     yield from _of_keys(model)
     for place, part in parts_in(model, tuple(Distribution.__subclasses__())):
@@ -65,12 +65,12 @@ def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     yield from _handling(model)
     yield from _kinds(model)
     yield from _energy_price(model)
-    yield from _warm_up(model, found)
-    yield from _battery(model, found)
+    yield from _warm_up(model, estimate)
+    yield from _battery(model, estimate)
 
 
 def notes(model: Model) -> Iterator[Finding]:
-    """What may be meant, and is often a slip."""
+    """Note values that may be meant, and are often a slip."""
     prices = model.prices
     if prices is not None:
         robots = {"robot": prices.robot, **{f"kinds.{name}": price for name, price in prices.kinds.items()}}
@@ -93,7 +93,7 @@ def notes(model: Model) -> Iterator[Finding]:
 
 
 def _distribution(place: str, times: Distribution) -> Iterator[Finding]:
-    """Times that vary beyond belief, and chances that do not add up."""
+    """Find times that vary beyond belief, and chances that do not add up."""
     if times.cv > MOST_CV:
         meant = f"; did you mean {times.cv / 100:g} ({times.cv:g} %)?" if times.cv <= 100 else ""  # noqa: PLR2004
         text = f"a coefficient of variation of {amount(times.cv)}: most times would be far below the mean"
@@ -106,7 +106,7 @@ def _distribution(place: str, times: Distribution) -> Iterator[Finding]:
 
 
 def _disturbances(model: Model) -> Iterator[Finding]:
-    """Repairs that outlast what they mend, and delays that are most of a day."""
+    """Find repairs that outlast what they mend, and delays that are most of a day."""
     unit = model.units.time
     for place, part in parts_in(model, (BreakdownSpec, OutageSpec)):
         assert isinstance(part, BreakdownSpec | OutageSpec)
@@ -129,26 +129,29 @@ def _disturbances(model: Model) -> Iterator[Finding]:
 
 
 def _handling(model: Model) -> Iterator[Finding]:
-    """Loading or unloading in no time, where nothing else says how long it takes."""
+    """Find loading or unloading in no time, where nothing else says how long it takes."""
     tasks, stations = model.tasks, model.layout.stations.values()
     if not tasks.never_end:  # a list of tasks may be one of a benchmark of routes
         return
     for key in ("load_time", "unload_time"):
-        others = [*(getattr(flow, key) for flow in tasks.flows.values()), *(getattr(one, key) for one in stations)]
+        others = [
+            *(getattr(flow, key) for flow in tasks.flows.values()),
+            *(getattr(station, key) for station in stations),
+        ]
         if mean_of(getattr(tasks, key)) == 0 and not any(others):
             doing = key.removesuffix("_time")
             yield Finding("UNUSUAL", f"tasks.{key}", f"robots {doing} in no time", f"a time such as {key}: 10 s")
 
 
-def _warm_up(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """A warm-up in which no task gets done, in a run that is long enough for one in minutes or hours."""
+def _warm_up(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find a warm-up in which no task gets done, in a run that is long enough for one in minutes or hours."""
     run, units = model.run, model.units
-    if not (model.tasks.never_end and run.length and 0 < run.warm_up < found.cycle.time):
+    if not (model.tasks.never_end and run.length and 0 < run.warm_up < estimate.cycle.time):
         return
     times = {name: run.warm_up * float(SECONDS[name]) / units.seconds for name in ("min", "h")}
-    meant = [name for name, time in times.items() if found.cycle.time <= time <= run.length / 2]
+    meant = [name for name, time in times.items() if estimate.cycle.time <= time <= run.length / 2]
     if meant:
-        text = f"{run.warm_up:g} {units.time}: one task takes {amount(found.cycle.time)} {units.time}"
+        text = f"{run.warm_up:g} {units.time}: one task takes {amount(estimate.cycle.time)} {units.time}"
         yield Finding("UNUSUAL", "run.warm_up", text, f"did you mean {run.warm_up:g} {meant[0]}?")
 
 
@@ -156,7 +159,7 @@ def _warm_up(model: Model, found: QuickEstimate) -> Iterator[Finding]:
 
 
 def _kinds(model: Model) -> Iterator[Finding]:
-    """Kinds that are nearly the whole fleet: a few robots are left that are of none."""
+    """Find kinds that are nearly the whole fleet: a few robots are left that are of none."""
     fleet = model.fleet
     counted = sum(kind.count for kind in fleet.kinds.values())
     left = fleet.size - counted
@@ -169,7 +172,7 @@ def _kinds(model: Model) -> Iterator[Finding]:
 
 
 def _energy_price(model: Model) -> Iterator[Finding]:
-    """A price for a unit of energy by which a full battery costs more than any does."""
+    """Find a price for a unit of energy by which a full battery costs more than any does."""
     prices, battery = model.prices, model.battery
     if prices is None or battery is None or not comparable(prices.currency):
         return
@@ -182,14 +185,14 @@ def _energy_price(model: Model) -> Iterator[Finding]:
 # Batteries
 
 
-def _battery(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """Rates that do not fit the capacity, and robots that start nearly flat, by kind where kinds differ."""
-    if found.power is None:
+def _battery(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find rates that do not fit the capacity, and robots that start nearly flat, by kind where kinds differ."""
+    if estimate.power is None:
         return
     for kind, alone in by_kind(model).items():
-        for one in _of_battery(alone, found.power.kinds.get(kind, found.power)):
-            yield replace(one, text=f"{said(kind)}: {one.text}") if found.power.kinds else one
-        if not found.power.kinds:
+        for finding in _of_battery(alone, estimate.power.kinds.get(kind, estimate.power)):
+            yield replace(finding, text=f"{said(kind)}: {finding.text}") if estimate.power.kinds else finding
+        if not estimate.power.kinds:
             return
 
 
@@ -208,18 +211,18 @@ def _of_battery(model: Model, power: Power) -> Iterator[Finding]:
     elif lasts < SHORT_LIFE and lasts < LEAST_TO_ONE * fills:
         yield Finding("BATTERY_RATES", "battery.consumption", f"a full battery {work_and_charge}", unit)
     yield from _states(battery)
-    known = levels(model)
+    thresholds = levels(model)
     start = max(start_energy(model)) * battery.capacity
-    if known is not None and start <= known.critical:
+    if thresholds is not None and start <= thresholds.critical:
         text = (
             f"every robot starts with at most {amount(start)} of {amount(battery.capacity)}, and charges at "
-            f"{amount(known.critical)}: none works before it has charged"
+            f"{amount(thresholds.critical)}: none works before it has charged"
         )
         yield Finding("START_LOW", "fleet.start_energy", text, "a share of the capacity, such as {uniform: [0.4, 1]}")
 
 
 def _states(battery: BatterySpec) -> Iterator[Finding]:
-    """States in which a robot draws less than in others that need less work."""
+    """Find states in which a robot draws less than in others that need less work."""
     draws, place = battery.draws, "battery.consumption"
     if not any((draws.standing, draws.empty, draws.loaded, draws.handling)):
         text = "robots draw no energy at all, so none ever has to charge"
@@ -236,7 +239,7 @@ def _states(battery: BatterySpec) -> Iterator[Finding]:
 
 
 def _of_keys(model: Model) -> Iterator[Finding]:
-    """What is unusual of the keys, and of the parameters of policies."""
+    """Find unusual values of keys, and of parameters of policies."""
     for place, part in parts_in(model, _with_usual()):
         for name, key, usual, kind in _usual_keys(type(part)):
             if not _judged(model, part, usual, kind):
@@ -247,14 +250,14 @@ def _of_keys(model: Model) -> Iterator[Finding]:
     for decision, spec in model.policies.specs().items():
         kinds = catalogue.quantities_of(decision, spec.name)
         for key, note in catalogue.notes_of(decision, spec.name):
-            given = spec.params.get(key)
-            if isinstance(note, Usual) and isinstance(given, int | float):
-                yield from _unusual(f"policies.{decision}.{key}", float(given), note, kinds[key], model.units)
+            parameter = spec.params.get(key)
+            if isinstance(note, Usual) and isinstance(parameter, int | float):
+                yield from _unusual(f"policies.{decision}.{key}", float(parameter), note, kinds[key], model.units)
 
 
 @cache
 def _usual_keys(section: type[Part]) -> tuple[tuple[str, str, Usual, str], ...]:
-    """The fields of a section that say what is usual: name, key in files, range, kind of unit."""
+    """Return the fields of a section that say what is usual: name, key in files, range, kind of unit."""
     return tuple(
         (name, field.alias or name, note, kind_of(whole_annotation(field)))
         for name, field in section.model_fields.items()
@@ -265,15 +268,15 @@ def _usual_keys(section: type[Part]) -> tuple[tuple[str, str, Usual, str], ...]:
 
 @cache
 def _with_usual() -> tuple[type[Part], ...]:
-    """The sections of a model with such fields."""
-    found: dict[type[Part], None] = {}
+    """Return the sections of a model with fields that say what is usual."""
+    sections: dict[type[Part], None] = {}
     left: list[type[Part]] = [Model]
     while left:
         section = left.pop()
-        if section not in found:
-            found[section] = None
+        if section not in sections:
+            sections[section] = None
             left += [inner for field in section.model_fields.values() for inner in sections_in(field.annotation)]
-    return tuple(section for section in found if _usual_keys(section))
+    return tuple(section for section in sections if _usual_keys(section))
 
 
 def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
@@ -286,7 +289,7 @@ def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
 
 
 def _begins(model: Model) -> float:
-    """Seconds from the start of the run within which not all that happens at some times is to be expected."""
+    """Return the seconds from the start of the run in which not all that happens at some times is to be expected."""
     end = model.run.end
     return min(AT_START * end * model.units.seconds, MOST_AT_START) if math.isfinite(end) else 0.0
 
@@ -297,7 +300,7 @@ def comparable(currency: str | None) -> bool:
 
 
 def _numbers(value: Any, usual: Usual) -> Iterator[tuple[str, float]]:
-    """The numbers of a key with what stands after it; of instants the last, of distributions the mean."""
+    """Iterate over the numbers of a key with what stands after it; of instants the last, of distributions the mean."""
     if isinstance(value, int | float | Distribution):
         yield "", float(mean_of(value))
     elif isinstance(value, Mapping):
@@ -318,23 +321,25 @@ def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units, si
         return
     below = real < low
     meant = "" if usual.cure else _meant(value, low, high, kind)
-    said, bound = (f"{with_unit(number, kind)} {usual.words}".rstrip() for number in (real, low if below else high))
+    value_shown, bound = (
+        f"{with_unit(number, kind)} {usual.words}".rstrip() for number in (real, low if below else high)
+    )
     yield Finding(
         "UNUSUAL",
         place,
-        f"{said} is unusual: {'less' if below else 'more'} than {bound}",
+        f"{value_shown} is unusual: {'less' if below else 'more'} than {bound}",
         f"did you mean {meant}?" if meant else usual.cure or _plain(kind, units),
     )
 
 
 def _si(kind: str, units: Units) -> float:
-    """Seconds or metres in a unit of a model."""
+    """Return the seconds or metres in a unit of a model."""
     metre, second = units.metre or 1.0, units.seconds
     return {"time": second, "length": metre, "speed": metre / second, "acceleration": metre / second**2}.get(kind, 1.0)
 
 
 def _meant(value: float, low: float, high: float, kind: str) -> str:
-    """The number with the units in which it would be usual."""
+    """Return the number with the units in which it would be usual."""
     if kind == "share":
         return f"{value:g} %" if low <= value / 100 <= high else f"{1 + value:g}, which is {value:.0%} more"
     least = low or high / (400 if kind == "time" else 40)  # in ms, but not in mm
@@ -344,17 +349,17 @@ def _meant(value: float, low: float, high: float, kind: str) -> str:
 
 
 def _plain(kind: str, units: Units) -> str:
-    """In which unit plain numbers are."""
+    """Say in which unit plain numbers are."""
     if kind == "length":
         return "units.length says what lengths are in"
     return f"times are in {units.time}" if kind else "is it as large as that?"
 
 
 def with_unit(amount_of: float, kind: str) -> str:
-    """A quantity in seconds or metres with its unit; times in the largest that is whole or two at least."""
+    """Write a quantity in seconds or metres with its unit; times in the largest that is whole or two at least."""
     if kind != "time":
         unit = {"length": " m", "speed": " m/s", "acceleration": " m/s²", "rate": " an hour"}.get(kind, "")
         return f"{amount_of:,g}{unit}"
     sizes = [(unit, float(size)) for unit, size in reversed(SECONDS.items()) if unit != "ms"]
-    unit, size = next((one for one in sizes if amount_of == one[1] or amount_of >= 2 * one[1]), ("s", 1.0))
+    unit, size = next((pair for pair in sizes if amount_of == pair[1] or amount_of >= 2 * pair[1]), ("s", 1.0))
     return f"{amount(amount_of / size)} {unit}"

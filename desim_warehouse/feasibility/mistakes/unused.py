@@ -46,7 +46,7 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _nothing_to_work_on(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Stations with a time for work at which no load is ever put down."""
+    """Find stations with a time for work at which no load is ever put down."""
     flows = model.tasks.flows.values()
     if not flows or order_files(model):
         return
@@ -58,7 +58,7 @@ def _nothing_to_work_on(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _same_ends(model: Model) -> Iterator[Finding]:
-    """Flows that lead from nodes to themselves."""
+    """Find flows that lead from nodes to themselves."""
     for name, flow in model.tasks.flows.items():
         for route in flow.routes:
             if isinstance(route.source, tuple) and not flow.via and set(route.source) == set(route.target):
@@ -88,7 +88,7 @@ def _unnamed_calendars(model: Model) -> list[str]:
 
 
 def _names_in(part: Part, section: str) -> list[Any]:
-    """The names of parts of a section of the model that the keys of a section give."""
+    """Return the names of parts of a section of the model that the keys of a section give."""
     fields = type(part).model_fields.items()
     keys = [name for name, field in fields if _is_name(whole_annotation(field), section)]
     return [getattr(part, key) for key in keys]
@@ -102,9 +102,9 @@ def _is_name(annotation: Any, section: str) -> bool:
 
 
 def _stations(model: Model, layout: Layout) -> Iterator[tuple[str, str]]:
-    there = {*destinations(model, layout), *(name for file in order_files(model) for name in file.names)}
+    used_places = {*destinations(model, layout), *(name for file in order_files(model) for name in file.names)}
     for name in model.layout.stations:
-        if not {name, *layout.nodes_of(name)} & there:
+        if not {name, *layout.nodes_of(name)} & used_places:
             yield f"layout.stations.{name}", "no task begins, stops or ends there"
 
 
@@ -182,9 +182,15 @@ def _of_batteries(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _thresholds(model: Model, battery: BatterySpec) -> Iterator[tuple[str, str]]:
-    """Thresholds that no charging policy reads: of the battery for all, and of those of kinds."""
+    """Find thresholds that no charging policy reads: of the battery for all, and of the batteries of kinds."""
     of_kinds = by_kind(model).items()
-    named = [("battery", battery, [one.policies.charging for _, one in of_kinds if one.battery is battery])]
+    named = [
+        (
+            "battery",
+            battery,
+            [kind_model.policies.charging for _, kind_model in of_kinds if kind_model.battery is battery],
+        )
+    ]
     for kind, alone in of_kinds:
         own = model.fleet.kinds[kind].battery if kind else None
         named += [(f"fleet.kinds.{kind}.battery", own, [alone.policies.charging])] if own is not None else []

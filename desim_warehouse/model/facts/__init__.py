@@ -1,1 +1,1 @@
-"""What follows from a model, for runs, checks and reports alike."""
+"""Facts that follow from a model, for runs, checks and reports alike."""

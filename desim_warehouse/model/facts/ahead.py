@@ -1,4 +1,4 @@
-"""What is known ahead of a run: how long robots drive on free lanes, and how long their stops take."""
+"""Times known ahead of a run: how long robots drive on free lanes, and how long their stops take."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def free_travel(model: Model, layout: Layout) -> FreeTravel:
-    """Driving times of the fastest robot by the routes of the model's routing policy."""
+    """Return driving times of the fastest robot by the routes of the model's routing policy."""
     policy, traffic, fleet = model.policies.routing, model.traffic, model.fleet
     cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
     return travel_on(
@@ -32,7 +32,7 @@ def free_travel(model: Model, layout: Layout) -> FreeTravel:
 
 
 def handling_of(model: Model, layout: Layout) -> Handling[float | Distribution]:
-    """The times of stops as the model says them: runs draw them, and whoever looks ahead takes their means."""
+    """Return the handling times of the model: the simulation samples them, forecasts use the means."""
     tasks, cost = model.tasks, model.cost
     flows = {
         name: (

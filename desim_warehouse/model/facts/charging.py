@@ -1,4 +1,4 @@
-"""Charging in a model: where chargers are, what they give, what states draw, and which kinds share chargers.
+"""Charging in a model: where chargers are, how much they give, what states draw, and which kinds share chargers.
 
 The simulation and whatever works out a level from the log have one model of the battery.
 """
@@ -27,7 +27,7 @@ LEAST_CHARGE = 0.05
 
 
 def consumption(spec: BatterySpec | None) -> Consumption:
-    """Energy per time unit; without a battery nothing."""
+    """Return the energy per time unit; without a battery nothing."""
     drawn = 0.0 if spec is None else spec.consumption
     if isinstance(drawn, Consumption):
         return drawn
@@ -35,13 +35,13 @@ def consumption(spec: BatterySpec | None) -> Consumption:
 
 
 def rates(spec: BatterySpec | None) -> dict[str, float]:
-    """Energy per time unit in every state but charging. At rest in a slot with a charger nothing is drawn instead."""
+    """Return the energy per time unit in every state but charging; at rest in a slot with a charger it is 0 instead."""
     drawn = consumption(spec)
     return {name: getattr(drawn, state.draws) for name, state in TIMES.items() if state.draws is not None}
 
 
 def charge_time(spec: BatterySpec, start: float, end: float) -> float:
-    """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
+    """Return the time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
 
     Tapered, the rate falls linearly with the level l above `taper.start`: dl/dt = r(l), so the time is an
     integral of 1 / r(l), a logarithm. No battery is ever charged beyond its capacity.
@@ -61,7 +61,7 @@ def charge_time(spec: BatterySpec, start: float, end: float) -> float:
 
 
 def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
-    """Energy charged in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
+    """Return the energy charged in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
     rate, taper = spec.charge_rate, spec.taper
     if taper is None:
         return min(rate * time, spec.capacity - start)
@@ -75,66 +75,66 @@ def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
 
 
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
-    """Chargers that robots can stand at, by the nodes of their bays; nodes without are left out."""
+    """Count the chargers that robots can stand at, by the nodes of their bays; nodes without are left out."""
     home = model.fleet.homes(layout.bays)
-    found = {}
+    chargers_by_node = {}
     for node, bay in layout.bays.items():
         places = bay.slots(home.count(node))
         chargers = places if bay.chargers is None else min(bay.chargers, places)
         if chargers:
-            found[node] = chargers
-    return found
+            chargers_by_node[node] = chargers
+    return chargers_by_node
 
 
 def spare_batteries(model: Model) -> dict[str, int]:
-    """How many spare batteries there are for robots of each kind; only kinds for which they are counted."""
-    found = {kind: alone.policies.charging.params.get("batteries") for kind, alone in by_kind(model).items()}
-    return {} if model.battery is None else {kind: count for kind, count in found.items() if count is not None}
+    """Count the spare batteries for robots of each kind; only kinds for which they are counted."""
+    counts = {kind: alone.policies.charging.params.get("batteries") for kind, alone in by_kind(model).items()}
+    return {} if model.battery is None else {kind: count for kind, count in counts.items() if count is not None}
 
 
 def swapped_at(layout: Layout, kind: str) -> list[str]:
-    """The nodes of the bays where batteries of a kind are swapped, among which its spare ones are shared out."""
+    """Return the nodes of the bays where batteries of a kind are swapped, among which its spare ones are shared out."""
     return [node for node, bay in layout.bays.items() if bay.charges(kind)]
 
 
 def levels(model: Model) -> Levels | None:
-    """The levels of a built-in charging policy for a full robot; None for a policy of the user's, which may differ."""
+    """Return the levels of a built-in charging policy for a full robot; None for a policy of the user's own."""
     policy, battery = model.policies.charging, model.battery
     if battery is None or ":" in policy.name:
         return None
     view = RobotView(0, "", "", battery.capacity, battery.capacity, battery.threshold)
-    found: Levels = create("charging", policy.name, policy.params).levels(view)
-    return found
+    thresholds: Levels = create("charging", policy.name, policy.params).levels(view)
+    return thresholds
 
 
 def charging_rate(model: Model) -> float:
-    """Energy per time unit that a charger gives while a robot is at it; the mean over the fleet where kinds differ."""
+    """Return the energy per time unit that a charger gives a robot at it; the fleet mean where kinds differ."""
     if not charge_alike(model):
         part = shares(model)
         return math.fsum(part[kind] * charging_rate(alone) for kind, alone in by_kind(model).items())
-    battery, known = model.battery, levels(model)
+    battery, thresholds = model.battery, levels(model)
     assert battery is not None
-    low, high = (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
-    if known is not None and known.swap_time is not None:
-        return (high - low) / known.swap_time if known.swap_time else math.inf
+    low, high = (battery.threshold, battery.capacity) if thresholds is None else (thresholds.critical, thresholds.full)
+    if thresholds is not None and thresholds.swap_time is not None:
+        return (high - low) / thresholds.swap_time if thresholds.swap_time else math.inf
     time = charge_time(battery, low, high)
     return (high - low) / time if time else battery.charge_rate
 
 
 def cycle_levels(model: Model) -> tuple[float, float]:
-    """The levels between which batteries move in the long run: where charging begins, and where it ends.
+    """Return the levels between which batteries move in the long run: where charging begins, and where it ends.
 
-    Of a policy of the user's nothing is known but the battery's threshold.
+    Of a policy of the user's only the battery's threshold is known.
     """
-    battery, known = model.battery, levels(model)
+    battery, thresholds = model.battery, levels(model)
     assert battery is not None
-    return (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
+    return (battery.threshold, battery.capacity) if thresholds is None else (thresholds.critical, thresholds.full)
 
 
 def refills_overnight(model: Model, lack: float = 1.0) -> bool:
     """Whether a run is a day that begins with full batteries, which its chargers fill again before the next.
 
-    That is a run by the clock, counted from its start, of less than 24 hours. In the others of the 24 the chargers
+    That is a run by the clock, counted from its start, of less than 24 hours. In the rest of the 24 the chargers
     give what batteries `lack` in the evening, as a share of the capacity, and draw until the morning.
     """
     night = 24 * model.units.hour - model.run.end
@@ -144,15 +144,15 @@ def refills_overnight(model: Model, lack: float = 1.0) -> bool:
     if model.battery is None or not clocked or model.run.warm_up or start_energy(model) != (1.0, 1.0) or night <= 0:
         return False
     batteries = [alone.battery for alone in by_kind(model).values() if alone.battery is not None]
-    each = max(min(lack * one.capacity + one.draws.standing * night, one.capacity) for one in batteries)
+    each = max(min(lack * battery.capacity + battery.draws.standing * night, battery.capacity) for battery in batteries)
     chargers = min(sum(chargers_at(model, model.floor).values()), model.fleet.size)
     return chargers * charging_rate(model) * night >= each * model.fleet.size
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:
-    """What the battery of each robot holds at the start of a run; inf without battery.
+    """Draw the energy in the battery of each robot at the start of a run; inf without battery.
 
-    Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
+    Drawn from a stream for each robot: another fleet size or policy leaves the levels of the others as they are.
     """
     if model.battery is None:
         return [math.inf] * model.fleet.size
@@ -167,12 +167,12 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
 
 
 def start_energy(model: Model) -> tuple[float, float]:
-    """The range of battery levels at the start, as shares of the capacity."""
-    given = model.fleet.start_energy
-    if isinstance(given, SpreadEnergy):
-        return given.uniform
-    if not isinstance(given, str):
-        return given, given
+    """Return the range of battery levels at the start, as shares of the capacity."""
+    start = model.fleet.start_energy
+    if isinstance(start, SpreadEnergy):
+        return start.uniform
+    if not isinstance(start, str):
+        return start, start
     assert model.battery is not None
     low, high = cycle_levels(model)
     return low / model.battery.capacity, high / model.battery.capacity
@@ -188,7 +188,7 @@ def charge_alike(model: Model) -> bool:
 
 @lru_cache(maxsize=64)
 def as_kind(model: Model, kind: str) -> Model:
-    """The model as if all its robots had the battery, the charging policy and the chargers of a kind ("": ordinary).
+    """Return the model as if all robots had the battery, charging policy and chargers of a kind ("": ordinary).
 
     All else is as before: robots start where they do, with their sizes and speeds.
     """
@@ -215,17 +215,17 @@ def as_kind(model: Model, kind: str) -> Model:
 
 
 def by_kind(model: Model) -> dict[str, Model]:
-    """For each kind that has robots ("": ordinary ones) the model `as_kind`: itself where all robots charge alike."""
+    """Return for each kind with robots ("": ordinary) the model `as_kind`: itself where all robots charge alike."""
     kinds = dict.fromkeys(model.fleet.kinds_of_robots(), model)
     return kinds if charge_alike(model) else {kind: as_kind(model, kind) for kind in kinds}
 
 
 def shares(model: Model) -> dict[str, float]:
-    """The part of the fleet that is of each kind that has robots."""
+    """Return the part of the fleet that is of each kind that has robots."""
     kinds = model.fleet.kinds_of_robots()
     return {kind: kinds.count(kind) / len(kinds) for kind in dict.fromkeys(kinds)}
 
 
 def said(kind: str) -> str:
-    """The robots of a kind, at the beginning of a line."""
+    """Name the robots of a kind, at the beginning of a line."""
     return f"kind {kind}" if kind else "other robots"

@@ -1,6 +1,6 @@
-"""What a design costs a year: robots, chargers, spare batteries and wages; energy and late orders are known of a run.
+"""The cost of a design a year: robots, chargers, spare batteries, wages; a run adds energy and late orders.
 
-Wages are those of the people whom `workers.staff` names in each station, for its open hours.
+Wages are paid to the people whom `workers.staff` names in each station, for its open hours.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def year_of(
     chargers: int | None = None,
     people: Mapping[str, int] | None = None,
 ) -> float:
-    """What a design costs a year before it runs, nan without prices; None stands for what the model has.
+    """Return the cost of a design a year before it runs, nan without prices; None stands for the model's own value.
 
     Args:
         model: prices, and the rest of the design.

@@ -23,7 +23,7 @@ MOST = 24
 
 
 def parts_of_the_day(model: Model) -> dict[str, list[Stretch]]:
-    """The stretches of a run in which orders come at one rate, long ones by the hour; none where the rate stays.
+    """Return the stretches of a run in which orders come at one rate, long ones by the hour; none where it stays.
 
     By the clock, as `11:30-13:00`: a part of a run of several days has a stretch on each.
     """
@@ -34,28 +34,30 @@ def parts_of_the_day(model: Model) -> dict[str, list[Stretch]]:
     begin, end = model.run.warm_up, model.run.end
 
     def expected(stretch: Stretch) -> float:
-        return math.fsum(one.expected(stretch[1]) - one.expected(stretch[0]) for one in rates)
+        return math.fsum(
+            profile_rates.expected(stretch[1]) - profile_rates.expected(stretch[0]) for profile_rates in rates
+        )
 
-    found: list[tuple[Stretch, float]] = []
-    for one in pairwise(sorted({begin, end, *(t for rate in rates for t in rate.changes(end) if begin < t < end)})):
-        rate = expected(one) / (one[1] - one[0])
-        if found and math.isclose(found[-1][1], rate, abs_tol=1e-12):
-            found[-1] = ((found[-1][0][0], one[1]), rate)
+    pieces: list[tuple[Stretch, float]] = []
+    for stretch in pairwise(sorted({begin, end, *(t for rate in rates for t in rate.changes(end) if begin < t < end)})):
+        rate = expected(stretch) / (stretch[1] - stretch[0])
+        if pieces and math.isclose(pieces[-1][1], rate, abs_tol=1e-12):
+            pieces[-1] = ((pieces[-1][0][0], stretch[1]), rate)
         else:
-            found.append((one, rate))
-    if len(found) == 1:
+            pieces.append((stretch, rate))
+    if len(pieces) == 1:
         return {}
     parts: list[Stretch] = []
-    for one, _ in found:
-        parts += _by_the_hour(model, one) if one[1] - one[0] > LONG * model.units.hour else [one]
-    named = _by_the_clock(model, (one for one in parts if expected(one) > 0))
+    for stretch, _ in pieces:
+        parts += _by_the_hour(model, stretch) if stretch[1] - stretch[0] > LONG * model.units.hour else [stretch]
+    named = _by_the_clock(model, (stretch for stretch in parts if expected(stretch) > 0))
     if len(named) <= MOST:
         return named
-    return _by_the_clock(model, (one for one in _by_the_hour(model, (begin, end)) if expected(one) > 0))
+    return _by_the_clock(model, (stretch for stretch in _by_the_hour(model, (begin, end)) if expected(stretch) > 0))
 
 
 def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
-    """The pieces of a stretch between full hours."""
+    """Cut a stretch at full hours."""
     hour, (begin, end) = model.units.hour, stretch
     first = -clock_of(model.run.start) / 3600 % 1.0
     full = range(math.floor(begin / hour - first) + 1, math.ceil(end / hour - first))
@@ -63,10 +65,10 @@ def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
 
 
 def _by_the_clock(model: Model, stretches: Iterable[Stretch]) -> dict[str, list[Stretch]]:
-    found: dict[str, list[Stretch]] = {}
+    parts: dict[str, list[Stretch]] = {}
     for begin, end in stretches:
-        found.setdefault(f"{time_of_day(model, begin)}-{time_of_day(model, end)}", []).append((begin, end))
-    return found
+        parts.setdefault(f"{time_of_day(model, begin)}-{time_of_day(model, end)}", []).append((begin, end))
+    return parts
 
 
 def time_of_day(model: Model, time: float) -> str:

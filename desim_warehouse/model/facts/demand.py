@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def arrival_rate(model: Model) -> float | None:
-    """Tasks per time unit that arrive on average; None where the work is a list, or as much as can be done."""
+    """Return the tasks per time unit that arrive on average; None where the work is a list, or all that can be done."""
     tasks, hour = model.tasks, model.units.hour
     if isinstance(tasks.goods, PoissonGoods):
         share = model.hours(tasks.goods.hours).share(0.0, model.run.end)
@@ -29,20 +29,20 @@ def arrival_rate(model: Model) -> float | None:
 
 
 def due_within(model: Model) -> float | None:
-    """The time from release to due, the least of all flows; None where no task is due so."""
-    found: list[float | None] = [flow.due_within for flow in model.tasks.flows.values()]
-    found.append(getattr(model.tasks.goods, "due_within", None))
-    return min((time for time in found if time is not None), default=None)
+    """Return the time from release to due, the least of all flows; None where no task is due so."""
+    times: list[float | None] = [flow.due_within for flow in model.tasks.flows.values()]
+    times.append(getattr(model.tasks.goods, "due_within", None))
+    return min((time for time in times if time is not None), default=None)
 
 
 def listed(model: Model) -> list[int]:
-    """The storage places of the tasks of the list, in its order; none for drawn goods."""
+    """Return the storage places of the tasks of the list, in its order; none for drawn goods."""
     goods = model.tasks.goods
     return [item.good if isinstance(item, Good) else item for item in goods] if isinstance(goods, tuple) else []
 
 
 def demand(model: Model, layout: Layout) -> Any:
-    """Each storage place's share of all tasks, a numpy array."""
+    """Return each storage place's share of all tasks, a numpy array."""
     import numpy as np
 
     goods, size = model.tasks.goods, len(layout.storage)
@@ -53,7 +53,7 @@ def demand(model: Model, layout: Layout) -> Any:
 
 
 def flow_rates(model: Model) -> dict[str, float]:
-    """Tasks an hour of each flow; 0 for those that are always open, unless all are: then how many of each."""
+    """Return the tasks an hour of each flow, 0 for flows always open; if all are, how many tasks of each are open."""
     flows, hour = model.tasks.flows, model.units.hour
     length = model.run.length or end_of_schedule(model)
     rates = {
@@ -75,20 +75,20 @@ def always_open(model: Model) -> bool:
 
 
 def order_files(model: Model) -> list[Summary]:
-    """What the files of orders of a model hold."""
+    """Return what the files of orders of a model hold."""
     files = files_of(model.tasks.flows)
     how = reading(model, model.floor) if files else None
     return [summary(file, how) for file in files if how is not None]
 
 
 def len_of_orders(model: Model, flow: FlowSpec) -> int:
-    """How many tasks the file of a flow's orders has."""
+    """Count the tasks in the file of a flow's orders."""
     assert isinstance(flow.when, OrdersArrivals)
     return summary(flow.when.orders, reading(model, model.floor)).tasks
 
 
 def end_of_schedule(model: Model) -> float:
-    """When the last task of schedules and files is released; an hour where all are at once."""
+    """Return when the last task of schedules and files is released; an hour where all are at once."""
     flows = model.tasks.flows.values()
     times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
     times += [

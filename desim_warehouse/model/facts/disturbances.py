@@ -1,4 +1,4 @@
-"""What keeps robots or chargers of a model from work at times, and how much of their time that takes."""
+"""Disturbances: what keeps robots or chargers of a model from work at times, and how much of their time it takes."""
 
 from __future__ import annotations
 
@@ -20,12 +20,26 @@ if TYPE_CHECKING:
 
 
 def disturbances(model: Model, layout: Layout) -> list[str]:
-    """A line for each thing that keeps robots or chargers from work at times."""
+    """List what keeps robots or chargers from work at times, a line for each."""
     return [*_failures(model), *_delays(model), *_people(model, layout)]
 
 
+def left_out(model: Model) -> list[str]:
+    """Name what may keep robots, chargers and people from work, and does not in this model."""
+    layout, traffic = model.layout, model.traffic
+    parts = {
+        "breakdowns": bool(breakdowns(model)),
+        "outages of chargers": model.battery is None or any(bay.outages for bay in layout.bays.values()),
+        "time lost at nodes": any(robot.delays is not None for _, robot in _kinds(model)),
+        "people in the aisles": bool(model.people),
+        "closed lanes": bool(traffic.closures),
+        "shifts": bool(model.calendars),
+    }
+    return [what for what, is_there in parts.items() if not is_there]
+
+
 def _failures(model: Model) -> Iterator[str]:
-    """Which robots and chargers fail, and what is left of their time."""
+    """Describe which robots and chargers fail, and what is left of their time."""
     unit = model.units.time
     failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
     failing |= {_robots(kind): robot.breakdowns for kind, robot in _kinds(model)}
@@ -40,12 +54,12 @@ def _failures(model: Model) -> Iterator[str]:
 
 
 def breakdowns(model: Model) -> dict[str, BreakdownSpec]:
-    """The breakdowns of robots by the key at which they stand."""
+    """Return the breakdowns of robots by the key at which they stand."""
     fleet = model.fleet
-    found = {"fleet.robot.breakdowns": fleet.robot.breakdowns} | {
+    specs = {"fleet.robot.breakdowns": fleet.robot.breakdowns} | {
         f"fleet.kinds.{name}.breakdowns": kind.breakdowns for name, kind in fleet.kinds.items()
     }
-    return {key: spec for key, spec in found.items() if spec is not None}
+    return {key: spec for key, spec in specs.items() if spec is not None}
 
 
 def _delays(model: Model) -> Iterator[str]:
@@ -56,7 +70,7 @@ def _delays(model: Model) -> Iterator[str]:
 
 
 def _kinds(model: Model) -> Iterable[tuple[str, RobotSpec]]:
-    """A robot of each kind."""
+    """Return a robot of each kind."""
     return dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True)).items()
 
 
@@ -66,16 +80,16 @@ def _robots(kind: str) -> str:
 
 def _people(model: Model, layout: Layout) -> Iterator[str]:
     for name, people in model.people.items():
-        there = occupied(model, layout, people)
-        if there is not None:
-            share = there * model.hours(people.hours).share(0.0, model.run.end)
+        occupied_share = occupied(model, layout, people)
+        if occupied_share is not None:
+            share = occupied_share * model.hours(people.hours).share(0.0, model.run.end)
             yield f"people.{name}: an aisle has somebody in it for {100 * share:.3g} % of the time on average"
         else:
             yield f"people.{name}: visits at {len(people.times)} times"
 
 
 def closures(model: Model) -> Iterator[str]:
-    """What is closed or slow at times, if it ever is."""
+    """Describe what is closed or slow at times, if it ever is."""
     end = model.run.end
     for place, (what, calendar) in at_times(model).items():
         hours = model.hours(calendar)
@@ -86,10 +100,10 @@ def closures(model: Model) -> Iterator[str]:
 
 
 def at_times(model: Model) -> dict[str, tuple[str, str]]:
-    """Closures, and slow zones with hours: what they are then, and their calendars."""
+    """Return closures, and slow zones with hours: what they are then, and their calendars."""
     closures, slow = model.traffic.closures.items(), model.traffic.slow.items()
-    found = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
-    return found | {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
+    closed = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
+    return closed | {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
 
 
 def never_in_run(model: Model, calendar: str) -> bool:
@@ -98,7 +112,7 @@ def never_in_run(model: Model, calendar: str) -> bool:
 
 
 def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
-    """The share of the time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
+    """Return the share of time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
 
     None where they come at times that are given, or nowhere.
     """
@@ -109,5 +123,5 @@ def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
 
 
 def with_storage(layout: Layout) -> set[Edge]:
-    """The edges with storage places; places at nodes are in no aisle."""
+    """Return the edges with storage places; places at nodes are in no aisle."""
     return {place.edge for place in layout.storage if place.edge[0] != place.edge[1]}

@@ -25,10 +25,10 @@ STEPS = 1000
 
 
 def longest_closed(model: Model) -> float:
-    """The longest time in which a station, or the fleet, is outside its hours, as far as the run goes.
+    """Return the longest time in which a station, or the fleet, is outside its hours, as far as the run goes.
 
-    A fleet of which a part f is off for a time g, and that keeps up all the same, falls back by no more than what
-    comes in f g meanwhile: so of robots it is the mean.
+    A fleet whose part f is off for a time g, and that keeps up all the same, falls back by no more than the work that
+    comes in f g meanwhile: so for robots it is the mean.
     """
     if not (model.layout.has_hours or model.fleet.has_hours):
         return 0.0
@@ -39,23 +39,23 @@ def longest_closed(model: Model) -> float:
 
 
 def _longest_gap(hours: Hours, end: float) -> float:
-    found, last = 0.0, 0.0
+    longest, last = 0.0, 0.0
     for begin, close in first_stretches(hours, end):
-        found, last = max(found, begin - last), close
-    return max(found, min(end, 1e300) - last if last < end < math.inf else 0.0)
+        longest, last = max(longest, begin - last), close
+    return max(longest, min(end, 1e300) - last if last < end < math.inf else 0.0)
 
 
 def first_stretches(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
-    """The first stretches of a calendar before an end, as many as are looked at."""
-    at = 0.0
+    """Iterate over the first stretches of a calendar before an end, as many as are looked at."""
+    time = 0.0
     for _ in range(STEPS):
-        begin, close = hours.following(at)
+        begin, close = hours.following(time)
         if not begin < end:
             return
         yield begin, close
         if math.isinf(close):
             return
-        at = close
+        time = close
 
 
 def has_nights(model: Model) -> bool:
@@ -69,16 +69,16 @@ def has_nights(model: Model) -> bool:
 
 
 def longest_rest(model: Model) -> float:
-    """The longest time in which no orders come, or no station is open, or no robot is in its hours."""
+    """Return the longest time in which no orders come, or no station is open, or no robot is in its hours."""
     end = DAYS * 24 * model.units.hour
-    stations, robots = [one.hours for one in model.layout.stations.values()], model.fleet.hours_of_robots()
+    stations, robots = [station.hours for station in model.layout.stations.values()], model.fleet.hours_of_robots()
     open_times = [
         [stretch for name in {*names} for stretch in model.hours(name).between(0.0, end)]
         for names in (stations, robots)
         if names
     ]
     if model.tasks.flows:
-        open_times.append([one for flow in model.tasks.flows.values() for one in _asks(model, flow, end)])
+        open_times.append([stretch for flow in model.tasks.flows.values() for stretch in _asks(model, flow, end)])
     else:
         goods = model.hours(getattr(model.tasks.goods, "hours", None))
         open_times.append(list(goods.between(0.0, end)))
@@ -86,7 +86,7 @@ def longest_rest(model: Model) -> float:
 
 
 def _asks(model: Model, flow: FlowSpec, end: float) -> Iterator[Stretch]:
-    """The stretches in which tasks of a flow may come."""
+    """Iterate over the stretches in which tasks of a flow may come."""
     hours = model.hours(flow.hours)
     if not isinstance(flow.when, ProfileArrivals):
         yield from hours.between(0.0, end)

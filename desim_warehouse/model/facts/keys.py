@@ -1,4 +1,4 @@
-"""What is true of a key of the model, read off its field in the schema: what people call it, and its kind of unit."""
+"""Facts about a key of the model, read off its field in the schema: what people call it, and its kind of unit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Key:
 
     Attributes:
         short: what it is, for the head of a table: `chargers`.
-        label: the same with the name of the part that it belongs to, for an axis: `chargers in parking`.
+        label: `short` with the name of the part that it belongs to, for an axis: `chargers in parking`.
         kind: of its unit: time, length, speed, acceleration, rate, share, energy, power, angle; empty for counts, names
             and plain numbers.
         meaning: the description in the schema.
@@ -38,26 +38,26 @@ class Key:
 
 @lru_cache(maxsize=1024)
 def about(key: str) -> Key | None:
-    """What a dotted key is, such as `layout.bays.parking.chargers` or `tasks.load_time.lognormal.mean`.
+    """Say what a dotted key is, such as `layout.bays.parking.chargers` or `tasks.load_time.lognormal.mean`.
 
     It is called by the title of its field, else by its name. Parameters of a distribution are added to what varies:
     `load time, mean`. None: models have no such key.
     """
-    found: list[tuple[Any, Key]] = [(Model, Key())]
+    forms: list[tuple[Any, Key]] = [(Model, Key())]
     place = ""
     for part in key.split("."):
-        steps = [step for annotation, before in found for step in _step(annotation, part, before)]
+        steps = [step for annotation, before in forms for step in _step(annotation, part, before)]
         if not steps:
             return None
-        found = [(annotation, after) for annotation, after, _ in steps]
+        forms = [(annotation, after) for annotation, after, _ in steps]
         place += next((f" {by.preposition} {part}" for _, _, by in steps if by is not None), "")
-    first = found[0][1]
+    first = forms[0][1]
     subject, comma, parameter = first.short.partition(", ")
     return replace(first, label=f"{subject}{place}{comma}{parameter}")
 
 
 def sections(annotation: Any) -> Iterator[type[Part]]:
-    """The sections that a value may be, in any of its forms; not those in it by name or in a list."""
+    """Iterate over the sections that a value may be, in any of its forms; not sections in it by name or in a list."""
     if isinstance(annotation, type) and issubclass(annotation, Part):
         yield annotation
     elif get_origin(annotation) not in {tuple, Mapping}:
@@ -66,20 +66,20 @@ def sections(annotation: Any) -> Iterator[type[Part]]:
 
 
 def containers(annotation: Any, by: By | None = None) -> Iterator[tuple[Any, By | None]]:
-    """What a value may hold in a list (None), or by name, and how that name is said."""
+    """Iterate over what a value may hold in a list (None), or by name, and how that name is said."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin is Mapping:
         yield inner[1], by or By("of")
     elif origin is tuple:
         yield from ((item, None) for item in inner if item is not Ellipsis)
     else:
-        said = next((note for note in getattr(annotation, "__metadata__", ()) if isinstance(note, By)), by)
+        naming = next((note for note in getattr(annotation, "__metadata__", ()) if isinstance(note, By)), by)
         for form in inner:
-            yield from containers(form, said)
+            yield from containers(form, naming)
 
 
 def _step(annotation: Any, part: str, before: Key) -> Iterator[tuple[Any, Key, By | None]]:
-    """What stands at a key below a value of some form, with how its name is said, if it is one."""
+    """Iterate over what stands at a key below a value of some form, with how its name is said, if it is one."""
     for section in sections(annotation):
         for name, field in section.model_fields.items():
             if part in {name, field.alias}:
@@ -93,7 +93,7 @@ def _step(annotation: Any, part: str, before: Key) -> Iterator[tuple[Any, Key, B
 
 
 def _below(before: Key, section: type[Part], name: str, field: FieldInfo, kind: str) -> Key:
-    """What a field is, in the section that holds it."""
+    """Describe a field in the section that holds it."""
     meaning = field.description or ""
     if issubclass(section, Distribution):  # the key of a distribution; its section is what varies, too
         return replace(before, short=_and(before.short, field.title), kind=kind, meaning=meaning)
@@ -113,12 +113,12 @@ def _of_distribution(section: type[Part]) -> bool:
 
 
 def whole_annotation(field: FieldInfo) -> Any:
-    """The annotation of a field with what stands beside its type, which pydantic keeps apart."""
+    """Return the annotation of a field with what stands beside its type, which pydantic keeps apart."""
     return Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
 
 
 def kind_of(annotation: Any) -> str:
-    """The kind of unit of a number, or of the numbers in a list; empty where there is none."""
+    """Return the kind of unit of a number, or of the numbers in a list; empty where there is none."""
     for note in getattr(annotation, "__metadata__", ()):
         if isinstance(note, Unit):
             return note.kind
@@ -128,5 +128,5 @@ def kind_of(annotation: Any) -> str:
 
 
 def in_words(name: str) -> str:
-    """A name as one says it: `node_time` as `node time`."""
+    """Write a name as one says it: `node_time` as `node time`."""
     return name.replace("_", " ").replace("-", " ")

@@ -1,4 +1,4 @@
-"""How many tasks come in the busiest hour of a run."""
+"""The busiest hour of a run, and how many tasks come in it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def peak_rate(model: Model) -> float | None:
-    """Tasks an hour in the busiest hour of a run, where rates change in it; else None."""
+    """Return the tasks an hour in the busiest hour of a run, where rates change in it; else None."""
     hour, length = model.units.hour, model.run.length
     changing = {name: (expected, hours) for name, expected, hours in _changing(model)}
     if not changing or length is None or length <= hour:
@@ -46,7 +46,7 @@ def peak_rate(model: Model) -> float | None:
 
 
 def _changing(model: Model) -> Iterator[tuple[str, Expected, Hours]]:
-    """Flows whose rates change (goods: the flow without a name), what is expected of each, and its hours."""
+    """Iterate over flows whose rates change (goods: the flow without a name), their expected tasks, and their hours."""
     tasks, hour = model.tasks, model.units.hour
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is not None:
         yield "", partial(mul, tasks.goods.poisson * tasks.demand / hour), model.hours(tasks.goods.hours)

@@ -1,4 +1,4 @@
-"""Where goods lie and go: how often each storage place is asked for, where goods are unloaded, what handling takes."""
+"""Places of goods: how often each storage place is asked for, where goods are unloaded, what handling takes."""
 
 from __future__ import annotations
 
@@ -19,48 +19,48 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.flows import StorageEnd
 
 
-def place_shares(model: Model, layout: Layout, of: StorageEnd | None = None) -> Any:
-    """The share of every storage place in the demand (`of` an end of a flow), a numpy array; None: equal shares."""
-    popularity = model.tasks.popularity if of is None or of.popularity is None else of.popularity
+def place_shares(model: Model, layout: Layout, end: StorageEnd | None = None) -> Any:
+    """Return the share of every storage place in the demand (of a flow's `end`), a numpy array; None: equal shares."""
+    popularity = model.tasks.popularity if end is None or end.popularity is None else end.popularity
     by = popularity.by if isinstance(popularity, Popularity) else None
     order: Sequence[int] | None = None
     if by == "distance":
         flows = model.tasks.flows
-        ends, there = ends_of_storage(flows.values()) if flows else (model.tasks.unload_at, True)
-        order = by_distance(layout, ends, there=there)
+        ends, to_ends = ends_of_storage(flows.values()) if flows else (model.tasks.unload_at, True)
+        order = by_distance(layout, ends, to_ends=to_ends)
     elif by == "random":
         order = _scattered(len(layout.storage))
     return shares(popularity, layout.storage, order)
 
 
-def only_place(model: Model, layout: Layout, of: StorageEnd | None = None) -> int | None:
-    """The storage place that all demand for drawn goods is for; None: it is for several, so that chance decides."""
-    return 0 if len(layout.storage) == 1 else only(place_shares(model, layout, of))
+def only_place(model: Model, layout: Layout, end: StorageEnd | None = None) -> int | None:
+    """Return the storage place that all demand for drawn goods is for; None: for several, so chance decides."""
+    return 0 if len(layout.storage) == 1 else only(place_shares(model, layout, end))
 
 
 @lru_cache(maxsize=8)
-def by_distance(layout: Layout, ends: tuple[str, ...], *, there: bool) -> tuple[int, ...]:
-    """The numbers of the storage places, nearest first, those equally far by number.
+def by_distance(layout: Layout, ends: tuple[str, ...], *, to_ends: bool) -> tuple[int, ...]:
+    """Return the numbers of the storage places, nearest first, equally far ones by number.
 
     Args:
         layout: the floor.
         ends: nodes of stations.
-        there: whether loads are driven from the places to the nearest of `ends`, else from there to the places.
+        to_ends: whether loads are driven from the places to the nearest of `ends`, else from `ends` to the places.
 
-    The way is the shortest along the lanes in their directions, and through no bay in a lane. Places from which there
-    is none are last.
+    The way is the shortest along the lanes in their directions, and through no bay in a lane. Places without
+    a way are last.
     """
     import networkx as nx
 
     through = layout.graph.subgraph([node for node in layout.graph if node not in layout.in_lane or node in ends])
-    graph = through.reverse(copy=False) if there else through
+    graph = through.reverse(copy=False) if to_ends else through
     far = nx.multi_source_dijkstra_path_length(graph, set(ends), weight="length")
 
     def way(edge: tuple[str, str], offset: float) -> float:
-        beyond = layout.length(edge) - offset if there else offset
-        return float(far.get(edge[1] if there else edge[0], float("inf"))) + beyond
+        beyond = layout.length(edge) - offset if to_ends else offset
+        return float(far.get(edge[1] if to_ends else edge[0], float("inf"))) + beyond
 
-    ways = [min(way(*one) for one in layout.approaches(place.edge, place.offset)) for place in layout.storage]
+    ways = [min(way(*approach) for approach in layout.approaches(place.edge, place.offset)) for place in layout.storage]
     return tuple(sorted(range(len(ways)), key=lambda number: (round(ways[number], 9), number)))
 
 
@@ -68,29 +68,29 @@ def by_distance(layout: Layout, ends: tuple[str, ...], *, there: bool) -> tuple[
 def _scattered(size: int) -> Sequence[int]:
     import numpy as np
 
-    found: list[int] = np.random.default_rng(0).permutation(size).tolist()
-    return found
+    order: list[int] = np.random.default_rng(0).permutation(size).tolist()
+    return order
 
 
 def own_destinations(model: Model, layout: Layout) -> list[tuple[str, ...]]:
-    """For every task of the list the nodes of which one it goes to, empty for tasks.unload_at; [] for drawn goods."""
+    """Return for every task of the list the nodes it goes to, empty for tasks.unload_at; [] for drawn goods."""
     goods = model.tasks.goods
     if not isinstance(goods, tuple):
         return []
     named: dict[str | None, tuple[str, ...]] = {None: ()}
-    found = []
+    targets = []
     for item in goods:
         name = item.to if isinstance(item, Good) else None
         if name not in named:
             named[name] = layout.nodes_of(str(name))
-        found.append(named[name])
-    return found
+        targets.append(named[name])
+    return targets
 
 
 def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
-    """All nodes where goods are unloaded, those of tasks.unload_at first. With flows also where goods are loaded.
+    """Return all nodes where goods are unloaded, tasks.unload_at first; with flows also where they are loaded.
 
-    And those where they stop on their way. Nodes that only a file of orders names are not among them.
+    Nodes where goods stop on their way are among them, nodes that only a file of orders names are not.
     """
     if model.tasks.flows:
         routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
@@ -102,7 +102,7 @@ def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
 
 
 def handling(model: Model, layout: Layout) -> dict[str, str]:
-    """What is done at the nodes of flows where it is not unloading alone: `loading`, or `loading and unloading`."""
+    """Return the work at nodes of flows where it is not unloading alone: `loading`, or `loading and unloading`."""
     routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
     loads = {node for route in routes if isinstance(route.source, tuple) for node in route.source}
     unloads = {node for route in routes if isinstance(route.target, tuple) for node in route.target}
@@ -111,16 +111,16 @@ def handling(model: Model, layout: Layout) -> dict[str, str]:
 
 
 def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:
-    """What the model says of each station, by its node."""
+    """Return the section of the model for each station, by its node."""
     return {node: model.layout.stations[item.zone] for node, item in layout.stations.items()}
 
 
 def open_share(model: Model, spec: StationSpec) -> float:
-    """The part of a run in which a station is open."""
+    """Return the part of a run in which a station is open."""
     return model.hours(spec.hours).share(0.0, model.run.end)
 
 
 def worked_capacity(spec: StationSpec) -> float:
-    """Load units per time unit that the workers of an open station get done; inf where there is no such work."""
+    """Return the load units per time unit that the workers of an open station get done; inf without such work."""
     time = 0.0 if spec.work_time is None else mean_of(spec.work_time)
     return spec.workers / time if time else math.inf

@@ -1,4 +1,4 @@
-"""Who works in a warehouse: robots, chargers, servers, pickers, people and lifts, and how much is asked of them.
+"""The workers of a warehouse (robots, chargers, servers, pickers, people, lifts), and how much is asked of them.
 
 The load of a group is what is asked of it over what it can give in its hours: 1.08 is 8 % too much. In the busiest hour
 it is as many times larger as more comes then. What is foreseen (`feasibility.loads`) and what a run shows
@@ -48,7 +48,7 @@ class Group:
 
     @property
     def name(self) -> str:
-        """Its name in the plural: `robots`, `packers`, `places of dock`, `cabins of main`."""
+        """The name in the plural: `robots`, `packers`, `places of dock`, `cabins of main`."""
         if not self.zone:
             return self.kind
         who = {"people": "workers", "pickers": "pickers", "lifts": "cabins"}.get(self.kind, "places")
@@ -61,7 +61,7 @@ LANES = Group("lanes")
 
 @dataclass(frozen=True)
 class Load:
-    """What is asked of a group over what it can give: on the `mean`, and in the busiest hour, `peak`.
+    """The demand on a group over what it can give: on the `mean`, and in the busiest hour, `peak`.
 
     `peak`: None where what comes in an hour does not change, and of chargers, as batteries bridge an hour. `worst`: the
     mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the part of
@@ -83,16 +83,17 @@ class Load:
 
 @lru_cache(maxsize=64)
 def groups(model: Model) -> tuple[Group, ...]:
-    """List who works in a warehouse: robots, chargers, for each station its servers or pickers and people, and lifts.
+    """List the workers of a warehouse: robots, chargers, for each station its servers or pickers and people, and lifts.
 
-    Who packs in a station of that name are its people where loads are worked on there (`work_time`), else its servers.
+    In a station named for packing the packers are its people where loads are worked on there (`work_time`), else its
+    servers.
     """
     fleet, layout, end = model.fleet, model.floor, model.run.end
     on_duty = fmean(model.hours(name).share(0.0, end) for name in fleet.hours_of_robots())
-    found = [Group("robots", number=fleet.size, open=on_duty)]
+    workers = [Group("robots", number=fleet.size, open=on_duty)]
     chargers = sum(chargers_at(model, layout).values()) if model.battery is not None else 0
     if chargers:
-        found.append(Group("chargers", number=chargers))
+        workers.append(Group("chargers", number=chargers))
     for zone, spec in model.layout.stations.items():
         nodes = tuple(node for node, item in layout.stations.items() if item.zone == zone)
         if not nodes:
@@ -100,11 +101,11 @@ def groups(model: Model) -> tuple[Group, ...]:
         part, worked = open_share(model, spec), spec.work_time is not None
         kind: Kind = "servers" if model.pods is None else "pickers"
         servers = spec.servers * len(nodes)
-        found.append(Group(kind, zone, servers, part, nodes, zone == PACKING and not worked))
+        workers.append(Group(kind, zone, servers, part, nodes, zone == PACKING and not worked))
         if worked:
-            found.append(Group("people", zone, spec.workers * len(nodes), part, nodes, zone == PACKING))
-    found += [Group("lifts", lift.name) for lift in layout.lifts]
-    return tuple(found)
+            workers.append(Group("people", zone, spec.workers * len(nodes), part, nodes, zone == PACKING))
+    workers += [Group("lifts", lift.name) for lift in layout.lifts]
+    return tuple(workers)
 
 
 def staff(model: Model) -> dict[str, Group]:
@@ -113,18 +114,18 @@ def staff(model: Model) -> dict[str, Group]:
 
 
 def peak_factor(model: Model) -> float | None:
-    """How many times the mean rate of tasks comes in the busiest hour; None where rates do not change."""
+    """Return the rate of tasks in the busiest hour as a multiple of the mean; None where rates do not change."""
     rate, peak = arrival_rate(model), peak_rate(model)
     return None if not rate or peak is None else peak / (rate * model.units.hour)
 
 
 def in_peak(group: Group, mean: float, factor: float | None) -> float | None:
-    """The load of a group in the busiest hour, by its mean load and `peak_factor`: all of it is at work then."""
+    """Return the load of a group in the busiest hour, by its mean load and `peak_factor`: all of it is at work then."""
     return None if factor is None or group.kind in {"chargers", "lanes"} else mean * group.open * factor
 
 
 def at_nodes(group: Group, of_nodes: Mapping[str, float], factor: float | None = None) -> Load | None:
-    """The load of a group at a station, whose nodes have equally many workers, by those of its nodes; None: of none."""
+    """Return the load of a group at a station from the loads of its nodes, equally weighted; None without any."""
     shares = [of_nodes[node] for node in group.nodes if math.isfinite(of_nodes.get(node, math.nan))]
     if not shares:
         return None
@@ -135,20 +136,20 @@ def at_nodes(group: Group, of_nodes: Mapping[str, float], factor: float | None =
 def ranked(loads: Iterable[Load]) -> list[Load]:
     """Sort loads, the largest first; lanes take the time of robots beside what these work."""
     listed = list(loads)
-    robots = next((one.mean for one in listed if one.group.kind == "robots"), 0.0)
-    return sorted(listed, key=lambda one: -(one.need + robots * (one.group.kind == "lanes")))
+    robots = next((load.mean for load in listed if load.group.kind == "robots"), 0.0)
+    return sorted(listed, key=lambda load: -(load.need + robots * (load.group.kind == "lanes")))
 
 
 def busiest(loads: Iterable[Load]) -> list[Load]:
-    """Choose the largest load, and those hardly less, the largest first; empty where nobody works."""
+    """Choose the largest load, and others hardly less, the largest first; empty where nobody works."""
     order = ranked(loads)
     if not order or order[0].need <= 0:
         return []
     first, *others = order
-    near = [one for one in others if one.need >= first.need - NEAR and one.group.kind != "lanes"]
+    near = [load for load in others if load.need >= first.need - NEAR and load.group.kind != "lanes"]
     return [first] if first.group.kind == "lanes" else [first, *near]
 
 
 def scarce(loads: Iterable[Load]) -> list[Load]:
     """Choose the groups that have little time to spare, on the mean or in the busiest hour, the largest load first."""
-    return [one for one in ranked(loads) if one.need >= SCARCE or one.group.kind == "lanes"]
+    return [load for load in ranked(loads) if load.need >= SCARCE or load.group.kind == "lanes"]

@@ -7,19 +7,19 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.calendars import DAY, clock_of, clock_time
+from desim_warehouse.values.calendars import DAY, clock_of, clock_time, in_24_hours
 from desim_warehouse.values.fields import SECTION, Duration, Forms, Part, Text, Time, Usual, by_type, form, wrong
 
-_PATTERN = r"^\d\d?:[0-5]\d(:[0-5]\d)?$"
+_PATTERN = r"^\d\d?(:[0-5]\d){0,2}( ?[AaPp]\.?[Mm]\.?)?$"
 DUE_AT = Usual("1 min", instant=True)
 
 
 def is_clock(value: Any) -> bool:
-    """Whether a time of a file is written by the clock, as in `10:00`."""
-    return isinstance(value, str) and ":" in value
+    """Whether a time of a file is written by the clock, as in `10:00` or `10 am`."""
+    return isinstance(value, str) and ":" in in_24_hours(value)
 
 
 def _pick(value: Any) -> str:
@@ -45,7 +45,7 @@ def _in_order(times: tuple[float | str, ...]) -> tuple[float | str, ...]:
     return times
 
 
-ClockTime = Annotated[Text, AfterValidator(_of_a_day), Field(pattern=_PATTERN)]
+ClockTime = Annotated[Text, BeforeValidator(in_24_hours), AfterValidator(_of_a_day), Field(pattern=_PATTERN)]
 DueTime = Annotated[
     Annotated[Time, form("time")] | Annotated[ClockTime, form("clock")],
     Forms("a time by the clock such as '10:00', or from the start of the run such as 4 h", pick=_pick),
@@ -91,7 +91,7 @@ class Timetable:
 
     @classmethod
     def of(cls, due_at: tuple[float | str, ...] | DepartureList, start: str, second: float) -> Timetable:
-        """The departures of a key, for a run that starts at `start`; `second`: in its time unit."""
+        """Make the departures of a key, for a run that starts at `start`; `second`: in its time unit."""
         times, cut_off = (due_at.times, due_at.cut_off) if isinstance(due_at, DepartureList) else (due_at, 0.0)
         clocks = [clock_time(time) for time in times if isinstance(time, str)]
         if not clocks:
@@ -100,7 +100,7 @@ class Timetable:
         return cls(tuple(sorted({(time - begin) % DAY * second for time in clocks})), DAY * second, cut_off)
 
     def next(self, released: float) -> float | None:
-        """The departure for which an order comes in time; None where it is after the last."""
+        """Return the departure for which an order comes in time; None where it is after the last."""
         earliest = released + self.cut_off
         if math.isinf(self.period):
             place = bisect_left(self.times, earliest)
@@ -110,7 +110,7 @@ class Timetable:
         return day * self.period + (self.times[place] if place < len(self.times) else self.period + self.times[0])
 
     def last(self, end: float) -> float | None:
-        """The last departure up to the end of a run; None where there is none. Without an end the last of all."""
+        """Return the last departure up to the end of a run, or None. Without an end the last of all."""
         if math.isinf(self.period) or math.isinf(end):
             return max((time for time in self.times if time <= end), default=None)
         day, rest = divmod(end, self.period)

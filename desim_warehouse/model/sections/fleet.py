@@ -1,4 +1,4 @@
-"""What a model says of its fleet: kinds of robots, their batteries, where they start and with which charge."""
+"""The fleet of a model: kinds of robots, their batteries, where they start and with which charge."""
 
 from __future__ import annotations
 
@@ -127,9 +127,11 @@ class BatterySpec(Part):
         return threshold
 
     def content(self) -> Any:
-        """As of any section; a threshold that is not given is left out, as a policy may ask for it."""
-        found: dict[str, Any] = super().content()
-        return found if "threshold" in self.model_fields_set else {k: v for k, v in found.items() if k != "threshold"}
+        """Return the section as any other; a threshold that is not given is left out, as a policy may ask for it."""
+        content: dict[str, Any] = super().content()
+        return (
+            content if "threshold" in self.model_fields_set else {k: v for k, v in content.items() if k != "threshold"}
+        )
 
     @property
     def capacity(self) -> float:
@@ -138,11 +140,11 @@ class BatterySpec(Part):
 
     @property
     def draws(self) -> Consumption:
-        """Energy per time unit in every state, also where the file has one number for all."""
-        one = self.consumption
-        if isinstance(one, Consumption):
-            return one
-        return Consumption(standing=one, empty=one, loaded=one, handling=one)
+        """The energy per time unit in every state, also where the file has one number for all."""
+        energy = self.consumption
+        if isinstance(energy, Consumption):
+            return energy
+        return Consumption(standing=energy, empty=energy, loaded=energy, handling=energy)
 
 
 class RobotSpec(Part):
@@ -184,12 +186,12 @@ class RobotSpec(Part):
 
     @property
     def loaded_speed(self) -> float:
-        """Its speed with a load."""
+        """The speed with a load."""
         return self.speed if self.speed_loaded is None else self.speed_loaded
 
     @property
     def motion(self) -> tuple[float, float]:
-        """Time in which it gathers a unit of speed, and in which it brakes from one: 0 where it does so at once.
+        """The times in which it gathers a unit of speed, and in which it brakes from one: 0 where it does so at once.
 
         One that keeps its braking distance gathers speed no faster than it brakes. Then the distance to a robot that
         sets off before it grows as fast as its braking distance.
@@ -238,13 +240,13 @@ class Kind(Part):
 
     @field_validator("charging")
     @classmethod
-    def _of_ours(cls, given: PolicySpec | None, info: ValidationInfo) -> PolicySpec | None:
-        if given is None:
+    def _of_ours(cls, charging: PolicySpec | None, info: ValidationInfo) -> PolicySpec | None:
+        if charging is None:
             return None
-        if given.own:
+        if charging.own:
             cure = "a policy of ours here; your own, as policies.charging, sees the kind of each robot (robot.kind)"
-            raise wrong(f"a policy of your own (got {got(given.name)}), expected {cure}")
-        spec = in_model_units(given, "charging", info)
+            raise wrong(f"a policy of your own (got {got(charging.name)}), expected {cure}")
+        spec = in_model_units(charging, "charging", info)
         for parameter, text in catalogue.problems("charging", spec.name, spec.params):
             raise wrong(text, *([parameter] if parameter else ()))
         return spec
@@ -369,12 +371,12 @@ class Fleet(Part):
         return self
 
     def robots(self) -> list[RobotSpec]:
-        """Every robot, by number: those of the kinds first, then the ordinary ones."""
+        """Return every robot, by number: robots of the kinds first, then the ordinary ones."""
         special = [robot for kind in self.kinds.values() for robot in [self._of(kind)] * kind.count]
         return special + [self.robot] * (self.size - len(special))
 
     def distinct(self) -> list[RobotSpec]:
-        """The robots that differ: one of each kind, and an ordinary one, if there is one."""
+        """Return the robots that differ: one of each kind, and an ordinary one, if there is one."""
         special = [self._of(kind) for kind in self.kinds.values()]
         return special + [self.robot] * (self.size > sum(kind.count for kind in self.kinds.values()))
 
@@ -394,12 +396,12 @@ class Fleet(Part):
         )
 
     def kinds_of_robots(self) -> list[str]:
-        """The kind of every robot, by number, None for ordinary ones."""
+        """Return the kind of every robot, by number, None for ordinary ones."""
         special = [name for name, kind in self.kinds.items() for _ in range(kind.count)]
         return special + [""] * (self.size - len(special))
 
     def hours_of_robots(self) -> list[str | None]:
-        """The calendar of every robot, by number, None if it is always at work."""
+        """Return the calendar of every robot, by number, None if it is always at work."""
         special = [kind.hours or self.hours for kind in self.kinds.values() for _ in range(kind.count)]
         return special + [self.hours] * (self.size - len(special))
 
@@ -413,7 +415,7 @@ class Fleet(Part):
         return (model.battery is not None and self.start_energy == "settled") or super().is_random(model)
 
     def homes(self, bays: Mapping[str, BayPlaces]) -> list[str]:
-        """The node beside which every robot starts, by number, given the bays by their nodes.
+        """Return the node beside which every robot starts, by number, given the bays by their nodes.
 
         Kinds with chargers for some kinds alone start there; others only if no bay is left to them.
         """
@@ -427,22 +429,22 @@ class Fleet(Part):
             for kind in dict.fromkeys(kinds)
         }
         rank: Counter[str] = Counter()
-        found = []
+        homes = []
         for kind in kinds:
-            found.append(own[kind][rank[kind] % len(own[kind])])
+            homes.append(own[kind][rank[kind] % len(own[kind])])
             rank[kind] += 1
-        return found
+        return homes
 
     def starts(self, bays: Mapping[str, BayPlaces]) -> list[Start]:
-        """Where every robot is at the start, by number, given the bays by their nodes."""
-        found = [Start(home) for home in self.homes(bays)]
+        """Return where every robot is at the start, by number, given the bays by their nodes."""
+        starts = [Start(home) for home in self.homes(bays)]
         for number, place in enumerate(self.start_on_lanes):
-            found[number] = (
+            starts[number] = (
                 Start(place.node, on_lanes=True)
                 if isinstance(place, OnNode)
                 else Start(place.edge[1], on_lanes=True, edge=place.edge, offset=place.offset)
             )
-        return found
+        return starts
 
     @property
     def fastest_empty(self) -> float:
@@ -461,7 +463,7 @@ class Fleet(Part):
 
     @property
     def slowness(self) -> float:
-        """What a stop takes at most for each unit of speed, beyond a drive at a steady pace: v / 2a + v / 2d."""
+        """The most that a stop takes for each unit of speed, beyond a drive at a steady pace: v / 2a + v / 2d."""
         return max(sum(robot.motion) for robot in self.distinct()) / 2
 
     @property

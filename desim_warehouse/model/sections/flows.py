@@ -1,4 +1,4 @@
-"""Flows: what is brought from where to where, when, and how. Several run at once."""
+"""Flows: goods brought from place to place, when, and how. Several run at once."""
 
 from __future__ import annotations
 
@@ -126,13 +126,13 @@ class ScheduleArrivals(Part):
     schedule: tuple[Batch, ...] = Field(min_length=1, description="times, and how many tasks at each")
 
     def times(self, demand: float) -> list[tuple[float, int]]:
-        """The times in order, and how many tasks at each, `demand` times as many, their sum rounded."""
-        found, asked, released = [], 0, 0
+        """Return the times in order, and how many tasks at each, `demand` times as many, their sum rounded."""
+        waves, asked, released = [], 0, 0
         for batch in sorted(self.schedule, key=lambda batch: batch.at):
             asked += batch.tasks
-            found.append((batch.at, round(asked * demand) - released))
+            waves.append((batch.at, round(asked * demand) - released))
             released = round(asked * demand)
-        return found
+        return waves
 
 
 class OrdersFile(Part):
@@ -313,7 +313,7 @@ class FlowSpec(Part):
     @classmethod
     def _sum(cls, priority: int | tuple[PriorityShare, ...]) -> int | tuple[PriorityShare, ...]:
         if isinstance(priority, tuple):
-            total = math.fsum(one.share for one in priority)
+            total = math.fsum(part.share for part in priority)
             if abs(total - 1) > _SUM:
                 raise wrong(f"shares do not add up (got {got(round(total, 9))}), expected a sum of 1")
         return priority
@@ -321,11 +321,13 @@ class FlowSpec(Part):
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        there = known(info).kinds
-        for rank, kind in enumerate(kinds if there is not None else ()):
-            if kind not in (there or ()):
-                near = nearest(kind, there or ())
-                expected = f"one of {spoken(there, 'or')}" if there else "one of fleet.kinds, which has none"
+        fleet_kinds = known(info).kinds
+        for rank, kind in enumerate(kinds if fleet_kinds is not None else ()):
+            if kind not in (fleet_kinds or ()):
+                near = nearest(kind, fleet_kinds or ())
+                expected = (
+                    f"one of {spoken(fleet_kinds, 'or')}" if fleet_kinds else "one of fleet.kinds, which has none"
+                )
                 hint = f"; did you mean '{near}'?" if near else ""
                 raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}{hint}", rank)
         return kinds
@@ -338,11 +340,11 @@ class FlowSpec(Part):
             return load_type
         carried = [types for kind, types in by_kind.items() if not kinds or kind in kinds]
         if carried and not any(load_type in types or not types for types in carried):
-            there = tuple(dict.fromkeys(name for types in carried for name in types))
-            near = nearest(load_type, there)
+            carried_types = tuple(dict.fromkeys(name for types in carried for name in types))
+            near = nearest(load_type, carried_types)
             hint = f"; did you mean '{near}'?" if near else ""
             whose = f"robots of {spoken(kinds, 'or')}" if kinds else "robots"
-            raise wrong(f"no robot carries it (got {got(load_type)}), {whose} carry {spoken(there)}{hint}")
+            raise wrong(f"no robot carries it (got {got(load_type)}), {whose} carry {spoken(carried_types)}{hint}")
         return load_type
 
     @model_validator(mode="after")
@@ -370,8 +372,8 @@ class FlowSpec(Part):
 
     @model_validator(mode="after")
     def _counts_orders(self) -> FlowSpec:
-        for key, there in (("from_to", self.from_to), ("arrivals", isinstance(self.when, OrdersArrivals))):
-            if there and self.lines != 1:
+        for key, is_given in (("from_to", self.from_to), ("arrivals", isinstance(self.when, OrdersArrivals))):
+            if is_given and self.lines != 1:
                 counts = "tasks, not orders" if key == "from_to" else "rows, each a line already (column order)"
                 raise wrong(f"lines of an order beside {key}, which counts {counts}; leave it out", "lines")
         return self
@@ -435,32 +437,32 @@ class FlowSpec(Part):
 
 
 def ends_of_storage(flows: Iterable[FlowSpec]) -> tuple[tuple[str, ...], bool]:
-    """The nodes that loads from storage are brought to, and True; where none are, those they come from, and False."""
+    """Return the nodes that loads from storage go to, and True; if there are none, where they come from, and False."""
     ends = [(route.source, route.target) for flow in flows for route in flow.routes]
-    to = [target for source, target in ends if isinstance(source, StorageEnd) and isinstance(target, tuple)]
-    come = [source for source, target in ends if isinstance(target, StorageEnd) and isinstance(source, tuple)]
-    return tuple(dict.fromkeys(node for nodes in to or come for node in nodes)), bool(to)
+    targets = [target for source, target in ends if isinstance(source, StorageEnd) and isinstance(target, tuple)]
+    sources = [source for source, target in ends if isinstance(target, StorageEnd) and isinstance(source, tuple)]
+    return tuple(dict.fromkeys(node for nodes in targets or sources for node in nodes)), bool(targets)
 
 
 def in_words(flow: FlowSpec, demand: float) -> str:
-    """A flow in a few words, such as `dock to storage, 40 tasks an hour`, with its rate times `demand`."""
+    """Describe a flow in a few words, such as `dock to storage, 40 tasks an hour`, with its rate times `demand`."""
     (first, *more) = flow.routes
     way = f"{_named(first.source)} to {_named(first.target)}" if not more else f"{len(flow.routes)} from-to pairs"
     way += f" by way of {spoken(flow.via)}" if flow.via else ""
     when, what = flow.when, "tasks" if flow.lines == 1 else "orders"
     if isinstance(when, PoissonArrivals):
-        said = f"{when.poisson * demand:g} {what} an hour"
+        arrivals = f"{when.poisson * demand:g} {what} an hour"
     elif isinstance(when, SaturatedArrivals):
-        said = f"{when.saturated} tasks always open"
+        arrivals = f"{when.saturated} tasks always open"
     elif isinstance(when, ProfileArrivals):
         rates = when.profile.per_hour
-        said = f"{min(rates) * demand:g} to {max(rates) * demand:g} {what} an hour by a profile"
+        arrivals = f"{min(rates) * demand:g} to {max(rates) * demand:g} {what} an hour by a profile"
     elif isinstance(when, OrdersArrivals):
-        said = f"orders from {PurePath(when.orders.file).name}"
-        said += f", {demand:g} times as many" if demand != 1 and not fixed_orders(flow) else ""
+        arrivals = f"orders from {PurePath(when.orders.file).name}"
+        arrivals += f", {demand:g} times as many" if demand != 1 and not fixed_orders(flow) else ""
     else:
-        said = f"{sum(tasks for _, tasks in when.times(demand))} {what} by a schedule"
-    return f"{way}, {said}" if flow.lines == 1 else f"{way}, {said}, {lines_in_words(flow.lines)}"
+        arrivals = f"{sum(tasks for _, tasks in when.times(demand))} {what} by a schedule"
+    return f"{way}, {arrivals}" if flow.lines == 1 else f"{way}, {arrivals}, {lines_in_words(flow.lines)}"
 
 
 def _named(end: tuple[str, ...] | StorageEnd) -> str:
@@ -468,9 +470,9 @@ def _named(end: tuple[str, ...] | StorageEnd) -> str:
 
 
 def mean_rate(flow: FlowSpec, length: float, hour: float, start: str, hours: Hours = ALWAYS) -> float | None:
-    """Tasks an hour over the first `length` of a run, or None for as many as can be done or as a file says.
+    """Return the tasks an hour over the first `length` of a run; None for as many as can be done or as a file says.
 
-    `start`: that of the run. `hours`: those of the flow.
+    `start`: the time of day at which the run starts. `hours`: the calendar of the flow.
     """
     when = flow.when
     if isinstance(when, PoissonArrivals):
@@ -492,7 +494,7 @@ def fixed_orders(flow: FlowSpec) -> bool:
 class Rates:
     """A profile of arrival rates, and how many tasks it makes by a time. It begins anew when it is over.
 
-    `start` is that of the run. `phase` is where in the profile the run begins: by the clock if it covers 24 hours.
+    `start` is the run's. `phase` is where in the profile the run begins: by the clock if it covers 24 hours.
     """
 
     def __init__(self, profile: Profile, hour: float, start: str, demand: float = 1.0) -> None:
@@ -506,22 +508,22 @@ class Rates:
         self.before = self._from_first(self.phase)
 
     def expected(self, time: float) -> float:
-        """The mean number of tasks by a time."""
+        """Return the mean number of tasks by a time."""
         return self._from_first(self.phase + time) - self.before
 
     def changes(self, end: float) -> list[float]:
-        """The times of a run up to its `end` at which a rate begins."""
+        """Return the times of a run up to its `end` at which a rate begins."""
         first = -self.phase % self.every
         return [first + n * self.every for n in range(int((end - first) / self.every) + 1)]
 
     def _from_first(self, time: float) -> float:
-        """The same from the first rate on."""
+        """Return the mean number of tasks by a time from the first rate on."""
         rounds, rest = divmod(time, self.every * len(self.rates))
         step = min(int(rest // self.every), len(self.rates) - 1)
         return rounds * self.sums[-1] + self.sums[step] + (rest - step * self.every) * self.rates[step]
 
     def when(self, tasks: float) -> float:
-        """The time by which a number of tasks is expected: the inverse of `expected`.
+        """Return the time by which a number of tasks is expected: the inverse of `expected`.
 
         A Poisson process of rate 1, taken through it, is one with these rates (Cinlar, Introduction to Stochastic
         Processes, 1975): arrival by arrival the same chance, whatever the rates.

@@ -105,9 +105,9 @@ def _of_the_layout(popularity: str | Popularity, info: ValidationInfo) -> str | 
     return popularity
 
 
-def only(found: Any) -> int | None:
-    """The number of what all demand is for, by the `shares`; None: it is for several, so that chance decides."""
-    asked_for = [] if found is None else found.nonzero()[0].tolist()
+def only(demand_shares: Any) -> int | None:
+    """Return the number of the place that all demand is for, by the `shares`; None: for several, so chance decides."""
+    asked_for = [] if demand_shares is None else demand_shares.nonzero()[0].tolist()
     return asked_for[0] if len(asked_for) == 1 else None
 
 
@@ -123,11 +123,11 @@ def shares(
     storage: Sequence[StoragePlace],
     order: Sequence[int] | None = None,
 ) -> Any:
-    """The share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares.
+    """Return the share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares.
 
-    Of classes and weights only the number of places is read, so that it does for items, too.
+    Classes and weights need only the number of places, so that this does for items, too.
 
-    `order`: the numbers of the places, those of the first class first; default: as they are numbered.
+    `order`: the numbers of the places, the first class's places first; default: as they are numbered.
     """
     import numpy as np
 
@@ -209,7 +209,7 @@ class SaturatedGoods(Part):
     )
 
     def open(self, robots: int) -> int:
-        """How many tasks are always open with a fleet of this size."""
+        """Return how many tasks are always open with a fleet of this size."""
         return robots if self.saturated == "fleet" else self.saturated
 
     def is_random(self, model: Any) -> bool:

@@ -1,4 +1,4 @@
-"""How many lines an order has: a number, the least and the most, or some numbers by their shares."""
+"""Lines of an order: a number, the least and the most, or some numbers by their shares."""
 
 from __future__ import annotations
 
@@ -47,31 +47,31 @@ Lines = Annotated[
 
 
 def shares_of(lines: int | tuple[int, int] | DiscreteLines) -> dict[int, float]:
-    """The probability of each number of lines."""
+    """Return the probability of each number of lines."""
     if isinstance(lines, int):
         return {lines: 1.0}
     if isinstance(lines, tuple):
         least, most = lines
         return dict.fromkeys(range(least, most + 1), 1 / (most + 1 - least))
-    values, found = lines.discrete.values, dict.fromkeys(lines.discrete.values, 0.0)
+    values, shares = lines.discrete.values, dict.fromkeys(lines.discrete.values, 0.0)
     weights = lines.discrete.weights or (1.0,) * len(values)
     for value, weight in zip(values, weights, strict=True):
-        found[value] += weight / sum(weights)
-    return {value: share for value, share in found.items() if share}
+        shares[value] += weight / sum(weights)
+    return {value: share for value, share in shares.items() if share}
 
 
 def mean_lines(lines: int | tuple[int, int] | DiscreteLines) -> float:
-    """The mean number of lines of an order."""
+    """Return the mean number of lines of an order."""
     return sum(count * share for count, share in shares_of(lines).items())
 
 
 def draw_lines(lines: int | tuple[int, int] | DiscreteLines, generator: Generator) -> int:
-    """The number of lines of one order."""
+    """Draw the number of lines of one order."""
     return int(generator.choice(list(shares_of(lines)), p=list(shares_of(lines).values())))
 
 
 def lines_in_words(lines: int | tuple[int, int] | DiscreteLines) -> str:
-    """Such as `2 lines each`, or `1 to 4 lines each`."""
+    """Write numbers of lines, such as `2 lines each`, or `1 to 4 lines each`."""
     shares = shares_of(lines)
     if len(shares) == 1:
         (only,) = shares

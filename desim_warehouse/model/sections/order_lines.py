@@ -1,7 +1,7 @@
 """Lines of orders in the words of the model, made of rows of text, and what is wrong with rows, summed up by kind.
 
 Times are numbers from the start of the run, times of day (06:15), or ISO dates with times; whole numbers are written in
-digits. Whatever an export has beside that, `desim_warehouse.orders` reads.
+digits. `desim_warehouse.orders` reads all else that an export has.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Reading:
         return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds), stored)
 
     def place(self, text: str) -> str | int | None:
-        """A node or station by its name, a storage place by its number; None for what is neither."""
+        """Return a node or station by its name, a storage place by its number; None if it is neither."""
         if text in self.names:
             return text
         if text in self.numbers:
@@ -111,7 +111,7 @@ class Reading:
         return int(number) if number.isdecimal() and int(number) < self.places else None
 
     def since_start(self, dates: pd.Series[Any], midnight: dt.datetime | None) -> Any:
-        """Dates, as an array of times from the start of a run of that day, in the model's unit; nan for NaT."""
+        """Return dates as an array of times from the start of a run of that day, in the model's unit; nan for NaT."""
         import pandas as pd
 
         start = pd.Timestamp(midnight or _DAY) + pd.Timedelta(seconds=self.clock)
@@ -130,7 +130,7 @@ class Problems:
     values: dict[tuple[str, str], Counter[str]] = field(default_factory=dict)
 
     def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[str]) -> None:
-        """Some rows that have the same problem, and what stands there."""
+        """Add rows that have one problem, and the values that stand there."""
         kind = column, wrong
         self.kinds.setdefault(kind, [0, rows[0], expected])[0] += len(rows)
         counts = self.values.setdefault(kind, Counter())
@@ -139,7 +139,7 @@ class Problems:
                 counts[text] += 1
 
     def told(self) -> list[str]:
-        """A line for each kind, up to 20."""
+        """Return a line for each kind, up to 20."""
         lines = []
         for (column, wrong), (count, row, expected) in islice(self.kinds.items(), _MOST):
             counts, where = self.values[column, wrong], self.file
@@ -197,12 +197,12 @@ class OrderRows:
         self._values = [*ends, priority, self.loads(quantity), orders, self._stops(), self._items()]
 
     def lines(self) -> list[OrderLine]:
-        """The rows that have no problem, once they were checked."""
+        """Return the rows that have no problem, once they were checked."""
         rows = zip(self.bad.tolist(), *self._values, strict=True)
         return [OrderLine(*cells) for bad, *cells in rows if not bad]
 
     def flag(self, rows: Any, column: Any, wrong: str, expected: str) -> None:
-        """Some rows, by a mask or their ranks, have a problem in a column."""
+        """Note that some rows, by a mask or their ranks, have a problem in a column."""
         import numpy as np
 
         mask = np.zeros(len(self.cells), dtype=bool)
@@ -216,7 +216,7 @@ class OrderRows:
     # What an export has in other forms
 
     def times(self, _column: str, text: pd.Series[Any]) -> Any:
-        """Cells as times from the start of the run in the model's unit, nan where they are none."""
+        """Return cells as times from the start of the run in the model's unit, nan where they are none."""
         import numpy as np
         import pandas as pd
 
@@ -230,17 +230,17 @@ class OrderRows:
         return values
 
     def amounts(self, _column: str, text: pd.Series[Any]) -> Any:
-        """Cells as numbers, nan where they are none."""
+        """Return cells as numbers, nan where they are none."""
         import pandas as pd
 
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """How many tasks each quantity is."""
+        """Return how many tasks each quantity is."""
         return quantities
 
     def hands(self, text: pd.Series[Any]) -> Any:
-        """Times of day as times from the start of the run, nan where they are none."""
+        """Return times of day as times from the start of the run, nan where they are none."""
         hands = text.str.extract(CLOCK).astype(float).fillna({2: 0.0})
         seconds = (hands[0] * 3600 + hands[1] * 60 + hands[2]).to_numpy(dtype=float)
         return (seconds - self.how.clock) / self.how.seconds
@@ -277,16 +277,17 @@ class OrderRows:
         return [int(value) if is_good else None for value, is_good in zip(values.tolist(), good.tolist(), strict=True)]
 
     def _ends(self, column: str) -> list[str | int | None]:
-        """Names of nodes and stations, numbers of storage places, `storage` for any of these."""
+        """Return names of nodes and stations, numbers of storage places, `storage` for any of these."""
         texts = self._texts(column)
-        places = {text: STORAGE if text == STORAGE else self.how.place(text) for text in set(texts) - {""}}
+        stored = STORAGE if self.how.places or self.how.items else None
+        places = {text: stored if text == STORAGE else self.how.place(text) for text in set(texts) - {""}}
         lost = [row for row, text in enumerate(texts) if text and places[text] is None]
         if lost:
             self.flag(lost, column, "no such place", self._expected(texts[lost[0]], "'storage', "))
         return [places.get(text) for text in texts]
 
     def _stops(self) -> list[tuple[str | int, ...] | None]:
-        """The places of `B > C`, in order."""
+        """Return the places of `B > C`, in order."""
         rows_of: dict[str, list[int]] = {}
         for row, text in enumerate(texts := self._texts("via")):
             rows_of.setdefault(text, []).append(row)
@@ -306,7 +307,7 @@ class OrderRows:
         return [stops_of.get(text) for text in texts]
 
     def _items(self) -> list[int | None]:
-        """With pods the number of the item of each row; None: any, by popularity."""
+        """Return with pods the number of the item of each row; None: any, by popularity."""
         if not self.how.items:
             return [None] * len(self.cells)
         numbers, texts = self.how.item_numbers, [text.removesuffix(".0") for text in self._texts("item")]
@@ -324,4 +325,6 @@ class OrderRows:
         hint = f"; did you mean '{near}'?" if near else ""
         if self.how.items:
             return f"a station, or 'storage': with pods a row names an item (column item){hint}"
+        if not self.how.places:
+            return f"a node or a station, as the layout has no storage places{hint}"
         return f"a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"

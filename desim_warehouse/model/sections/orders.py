@@ -63,7 +63,7 @@ class Summary:
 
 
 def command(path: Path, named: dict[str, Any], model: str) -> str:
-    """The `desim orders` command that makes a plain table of a file.
+    """Return the `desim orders` command that makes a plain table of a file.
 
     `named`: the section of the model that names it, maybe with keys of earlier versions; `model`: the model's file.
     """
@@ -80,19 +80,19 @@ def command(path: Path, named: dict[str, Any], model: str) -> str:
 
 
 def near(path: str | Path) -> Path:
-    """A path as people type it: from the current folder on, if the file lies below."""
+    """Return a path as people type it: from the current folder on, if the file lies below."""
     folder = Path.cwd()
     return Path(path).relative_to(folder) if Path(path).is_relative_to(folder) else Path(path)
 
 
 def without_earlier(named: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """A section that names a file, without keys of earlier versions, and which of those said something, as text."""
+    """Return a section that names a file, without keys of earlier versions, and such keys with a value, as text."""
     keys = [f"{key}: {got(named[key])}" for key in _EARLIER if key in named and named[key] != _EARLIER[key]]
     return {key: value for key, value in named.items() if key not in _EARLIER}, keys
 
 
 def not_plain(path: Path) -> list[str]:
-    """Ways in which a file is no plain table, as far as its kind and its header show."""
+    """Say in which ways a file is no plain table, as far as its kind and its header show."""
     if path.suffix.lower() in EXCEL:
         return ["a workbook"]
     try:
@@ -107,7 +107,7 @@ def not_plain(path: Path) -> list[str]:
 
 
 def check_there(path: Path) -> tuple[int, int]:
-    """When a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
+    """Return when a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
     try:
         if not path.is_file():
             raise FileNotFoundError(2, "no such file")
@@ -118,7 +118,7 @@ def check_there(path: Path) -> tuple[int, int]:
 
 
 def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
-    """Why a file of orders cannot be read."""
+    """Say why a file of orders cannot be read."""
     return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
 
 
@@ -127,7 +127,7 @@ def _why(error: Exception) -> str:
 
 
 def _names(path: Path) -> list[str]:
-    """The columns of a plain table; raises OSError, ValueError or csv.Error where it has none."""
+    """Return the columns of a plain table; raises OSError, ValueError or csv.Error where it has none."""
     if path.suffix.lower() in PARQUET:
         from pyarrow import parquet
 
@@ -137,7 +137,7 @@ def _names(path: Path) -> list[str]:
 
 
 def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.DataFrame]:
-    """The rows of a plain table that are not empty, as text in chunks, numbered from 1."""
+    """Iterate over the rows of a plain table that are not empty, as text in chunks, numbered from 1."""
     try:
         names = _names(path)
         if path.suffix.lower() in PARQUET:
@@ -155,7 +155,7 @@ def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.D
 
 
 def framed(rows: Iterable[Sequence[str]], names: Sequence[Any], begin: int) -> pd.DataFrame:
-    """Rows as a table of text, without the empty ones, numbered from `begin`; equal texts are one in memory."""
+    """Make rows a table of text, without the empty ones, numbered from `begin`; equal texts are one in memory."""
     import pandas as pd
 
     width, beyond, cells, numbers = len(names), list[str](), list[list[str]](), list[int]()
@@ -193,7 +193,7 @@ def parquet_chunks(path: Path, names: Sequence[str]) -> Iterator[tuple[int, list
 
 
 def _cells(column: Any, name: str) -> list[str]:
-    """A column of Parquet as text, of which each is there once; raises ValueError where it is none."""
+    """Return a column of Parquet as text, each distinct text once in memory; raises ValueError where it is none."""
     import pyarrow as pa
 
     is_coded = pa.types.is_dictionary(column.type)
@@ -201,6 +201,7 @@ def _cells(column: Any, name: str) -> list[str]:
     try:
         if pa.types.is_nested(words.type) or pa.types.is_duration(words.type):
             raise ValueError(f"column {got(name)} has {words.type}, expected text, numbers or times")
+        column.validate(full=True)
         texts = words.cast(pa.string())
         texts.validate(full=True)
     except pa.ArrowInvalid:
@@ -214,7 +215,7 @@ def _cells(column: Any, name: str) -> list[str]:
 
 
 def read(spec: OrdersFile, how: Reading) -> Iterator[OrderLine]:
-    """The rows in the order of their release.
+    """Iterate over the rows in the order of their release.
 
     Raises:
         ModelError: with all kinds of problems of the file.
@@ -269,24 +270,24 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
 
 
 def _in_storage(end: str | int | None) -> bool | None:
-    """Whether the end of a row is a storage place, or any of them; None where the row does not say."""
+    """Whether the end of a row is a storage place, or any storage place; None where the row does not say."""
     return None if end is None else not isinstance(end, str) or end == STORAGE
 
 
 def files_of(flows: Mapping[str, FlowSpec]) -> list[OrdersFile]:
-    """The files of orders that flows name; one that is no longer there is left out."""
+    """Return the files of orders that flows name; one that is no longer there is left out."""
     named = [flow.when.orders for flow in flows.values() if isinstance(flow.when, OrdersArrivals)]
     return [spec for spec in named if Path(spec.file).exists()]
 
 
 def nodes_named(files: Iterable[OrdersFile], how: Reading, layout: Layout) -> tuple[str, ...]:
-    """The nodes that files of orders name."""
+    """Return the nodes that files of orders name."""
     names = (name for spec in files for name in sorted(summary(spec, how).names))
     return tuple(dict.fromkeys(node for name in names for node in layout.nodes_of(name)))
 
 
 def problems_of(files: Iterable[OrdersFile], how: Reading, model: str) -> list[str]:
-    """Problems of files of orders, by row and column, and the command that reads other tables for the model."""
+    """Return problems of files of orders, by row and column, and the command that reads other tables for the model."""
     problems: list[str] = []
     for spec in files:
         try:
@@ -300,18 +301,18 @@ def problems_of(files: Iterable[OrdersFile], how: Reading, model: str) -> list[s
 def resampled(
     lines: Iterator[OrderLine], width: float, demand: float, stream: Callable[[int], Generator]
 ) -> Iterator[OrderLine]:
-    """Orders drawn anew, stretch by stretch of this width: as many as there are on average, `demand` times.
+    """Draw orders anew (block bootstrap), stretch by stretch of this width: as many as on average, `demand` times.
 
-    In each stretch their number is Poisson, each is one of those in it, and its release anywhere in it. An order keeps
-    its rows, and the time until it is due. `stream` gives the generator of the n-th stretch.
+    In each stretch their number is Poisson, each is drawn from the orders in it, and its release is anywhere in it.
+    An order keeps its rows, and the time until it is due. `stream` gives the generator of the n-th stretch.
 
     Source: the block bootstrap (Kuensch 1989) for a process whose rate changes with the time of day.
     """
     for number, block in groupby(lines, key=lambda line: int(line.release // width)):
-        of: dict[str, list[OrderLine]] = {}
+        lines_of: dict[str, list[OrderLine]] = {}
         for line in block:
-            of.setdefault(line.order, []).append(line)
-        orders = list(of.values())
+            lines_of.setdefault(line.order, []).append(line)
+        orders = list(lines_of.values())
         generator = stream(number)
         count = int(generator.poisson(demand * len(orders)))
         drawn = generator.choice(len(orders), count).tolist()
@@ -323,7 +324,7 @@ def resampled(
 
 
 def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[list[OrderLine]]:
-    """The rows that could be read, chunk by chunk; what is wrong with others comes to the problems."""
+    """Iterate over the rows that could be read, chunk by chunk; faults of others are added to the problems."""
     path = Path(spec.file)
     if ways := not_plain(path):  # it may have changed since the model was read
         raise ModelError([f"{near(path)}: no plain table of orders (got {'; '.join(ways)})"])
@@ -336,7 +337,7 @@ def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[lis
 
 @lru_cache(maxsize=8)
 def _first_day(path: Path, _: tuple[int, int]) -> dt.datetime | None:
-    """The day of the first release, None where releases are no dates."""
+    """Return the day of the first release, None where releases are no dates."""
     days = []
     for cells in _chunks(path, ("release",)):
         text = cells["release"]

@@ -134,10 +134,10 @@ class PodsSpec(Part):
     def _fit(cls, holds: Holds | None, info: ValidationInfo) -> Holds | None:
         if holds is None:
             return None
-        for key, there in (("count", max(holds.pod, default=-1) + 1), ("items", len(holds.names))):
-            if info.data.get(key, there) != there:
-                has = number_of(there, "pod" if key == "count" else "item")
-                raise wrong(f"pods.holds has {has}, expected {key}: {there}", TOP, "pods", key)
+        for key, number in (("count", max(holds.pod, default=-1) + 1), ("items", len(holds.names))):
+            if info.data.get(key, number) != number:
+                has = number_of(number, "pod" if key == "count" else "item")
+                raise wrong(f"pods.holds has {has}, expected {key}: {number}", TOP, "pods", key)
         places = known(info).places
         if places is not None and (far := [place for place in holds.places if place >= places]):
             raise wrong(f"no such place (got {far[0]}), expected numbers from 0 to {places - 1}", "places")
@@ -155,14 +155,16 @@ class PodsSpec(Part):
             text = f"{got(self.items)} items, {self.count} pods hold {self.count * self.per_pod}"
             raise wrong(f"{text}, expected at most as many", "items")
         at_most("stock", self.count * self.per_pod, "per_pod")
-        given = () if isinstance(self.popularity, str) else self.popularity.weights
-        if given and len(given) != self.items:
-            raise wrong(f"{len(given)} weights for {self.items} items, expected one for each", "popularity", "weights")
+        weights = () if isinstance(self.popularity, str) else self.popularity.weights
+        if weights and len(weights) != self.items:
+            raise wrong(
+                f"{len(weights)} weights for {self.items} items, expected one for each", "popularity", "weights"
+            )
         return self
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What a file calls the items, in order of number; none without one."""
+        """The names of the items in a file, in order of number; none without one."""
         return () if self.holds is None else self.holds.names
 
     @property
@@ -192,18 +194,18 @@ class PodsSpec(Part):
         equal = np.full(self.items, 1 / self.items)
         if isinstance(self.popularity, str):
             return equal
-        given = Popularity(classes=self.popularity.classes, weights=self.popularity.weights)
-        return shares(given, equal)  # type: ignore[arg-type]  # only the number of items is read
+        popularity = Popularity(classes=self.popularity.classes, weights=self.popularity.weights)
+        return shares(popularity, equal)  # type: ignore[arg-type]  # only the number of items is read
 
     def is_random(self, _model: Any) -> bool:
-        """Where pods stand, what is on them and what is asked for is drawn."""
+        """Whether chance decides: it does on where pods stand, what is on them and what is asked for."""
         return True
 
 
 def fit_for_pods(
     flows: Mapping[str, FlowSpec], stations: Mapping[str, StationSpec], nodes_of: Mapping[str, tuple[str, ...]]
 ) -> None:
-    """Refuse flows that are no lines: all go between storage and stations beside nodes. `nodes_of`: each station's."""
+    """Refuse flows that are no lines: all go between storage and stations beside nodes. `nodes_of`: by station."""
     beside = {node for nodes in nodes_of.values() for node in nodes}
     for name, station in stations.items():
         if station.work_time is not None:
@@ -213,27 +215,27 @@ def fit_for_pods(
         raise wrong("goods are fetched one by one, pods need tasks.flows", TOP, "tasks", "goods")
     first = next(iter(flows.values()))
     for name, flow in flows.items():
-        at = (TOP, "tasks", "flows", name)
-        nodes = _between(flow, at)
+        keys = (TOP, "tasks", "flows", name)
+        nodes = _between(flow, keys)
         if far := [node for node in nodes if node not in beside]:
             text = (
                 f"pods are brought to stations beside nodes, and {got(far[0])} is in the lane, expected layout.stations"
             )
-            raise wrong(text, *at, "to" if isinstance(flow.source, StorageEnd) else "from")
+            raise wrong(text, *keys, "to" if isinstance(flow.source, StorageEnd) else "from")
         if (flow.kinds, flow.load_type) != (first.kinds, first.load_type):
-            raise wrong("one pod serves lines of all flows, expected the same in all", *at, "kinds")
+            raise wrong("one pod serves lines of all flows, expected the same in all", *keys, "kinds")
         if isinstance(flow.when, SaturatedArrivals) and not flow.stop_time:
             raise wrong(
-                "always open and picked in no time, so that a visit never ends, expected some", *at, "stop_time"
+                "always open and picked in no time, so that a visit never ends, expected some", *keys, "stop_time"
             )
 
 
-def _between(flow: FlowSpec, at: tuple[str, ...]) -> tuple[str, ...]:
-    """The nodes of a flow's stations."""
+def _between(flow: FlowSpec, keys: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the nodes of a flow's stations."""
     if flow.from_to or flow.via:
         key = "from_to" if flow.from_to else "via"
-        raise wrong("pods go from storage to a station and back, expected from and to", *at, key)
+        raise wrong("pods go from storage to a station and back, expected from and to", *keys, key)
     source, target = flow.source, flow.target
     if isinstance(source, StorageEnd) == isinstance(target, StorageEnd):
-        raise wrong("with pods a flow goes from storage to stations or from stations to storage", *at, "to")
+        raise wrong("with pods a flow goes from storage to stations or from stations to storage", *keys, "to")
     return target if isinstance(target, tuple) else source if isinstance(source, tuple) else ()

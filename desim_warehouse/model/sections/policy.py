@@ -54,11 +54,11 @@ class PolicySpec(Part):
 
     @property
     def own(self) -> bool:
-        """Whether it is the user's own, about whose code nothing is known."""
+        """Whether it is the user's own; then nothing is known about its code."""
         return ":" in self.name
 
     def content(self) -> Any:
-        """As a model file has it: the name alone where no parameter is given."""
+        """Return it as a model file has it: the name alone where no parameter is given."""
         return {"name": self.name, **as_json(self.params)} if self.params else self.name
 
     @model_validator(mode="after")
@@ -95,16 +95,16 @@ Policy = Annotated[PolicySpec, BeforeValidator(_named_policy), Forms(_POLICY, {"
 
 
 def in_model_units(spec: PolicySpec, kind: str, info: ValidationInfo) -> PolicySpec:
-    """A policy for a kind of decision whose quantities are numbers in the model's units."""
+    """Return a policy for a kind of decision with its quantities as numbers in the model's units."""
     kinds = catalogue.quantities_of(kind, spec.name)
-    found = {}
+    numbers = {}
     for key, value in spec.params.items():
         try:
             if isinstance(value, str) and key in kinds:
-                found[key] = quantity(value, kinds[key], known(info).units)
+                numbers[key] = quantity(value, kinds[key], known(info).units)
         except ValueError as error:
             raise wrong(str(error), key) from None
-    return PolicySpec(name=spec.name, **{**spec.params, **found}) if found else spec
+    return PolicySpec(name=spec.name, **{**spec.params, **numbers}) if numbers else spec
 
 
 class Policies(Part):
@@ -138,16 +138,16 @@ class Policies(Part):
         return None if spec is None else in_model_units(spec, str(info.field_name), info)
 
     def specs(self) -> dict[str, PolicySpec]:
-        """The policies by kind, those of pods where they are given."""
+        """Return the policies by kind, policies of pods only where they are given."""
         return {kind: spec for kind in KINDS if (spec := getattr(self, kind)) is not None}
 
     def of_pods(self, kind: str) -> PolicySpec:
-        """The policy for a decision about pods: by default the first of ours."""
+        """Return the policy for a decision about pods: by default the first of ours."""
         spec: PolicySpec | None = getattr(self, kind)
         return PolicySpec(name=next(iter(catalogue.OURS[kind]))) if spec is None else spec
 
     def own(self) -> list[str]:
-        """The policies that are the user's own, about whose code nothing is known."""
+        """Return the policies that are the user's own; nothing is known about their code."""
         return sorted(spec.name for spec in self.specs().values() if spec.own)
 
     def problems(self, run_code: bool = False) -> list[Problem]:
@@ -165,5 +165,5 @@ class Policies(Part):
         return bool(self.own()) or any(getattr(policy, "random", False) for policy in classes)
 
     def sources(self) -> bytes:
-        """The content of the files that the user's own policies come from: what a run depends on besides names."""
+        """Return the content of the files of the user's own policies: what a run depends on besides names."""
         return b"".join(catalogue.user_source(spec.name) for spec in self.specs().values())

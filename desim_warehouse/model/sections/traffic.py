@@ -1,4 +1,4 @@
-"""What a model says of its traffic: collision rule, times at nodes, zones, closures, people in the aisles."""
+"""Traffic in a model: collision rule, times at nodes, zones, closures, people in the aisles."""
 
 from __future__ import annotations
 

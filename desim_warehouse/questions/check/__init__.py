@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Check:
-    """What `check` found; printing prints it, as `desim check` does.
+    """The findings and the answer of `check`; printing prints them, as `desim check` does.
 
     Attributes:
         facts: about the model, in words, as `desim check --details` has them.
@@ -41,18 +41,18 @@ class Check:
 
     @property
     def errors(self) -> list[Finding]:
-        """What `simulate` refuses."""
+        """The errors that `simulate` refuses."""
         return [item for item in self.findings if item.level == "error" and item.code not in self.accepted]
 
     @property
     def verdict(self) -> str:
-        """All in a line: how many errors and warnings there are."""
+        """A line that counts errors and warnings."""
         errors, warnings = len(self.errors), sum(item.level == "warning" for item in self.findings)
         waived = sum(item.level == "error" for item in self.findings) - errors
-        said = number_of(errors, "error") if errors else "no errors"
-        said += f", {number_of(warnings, 'warning')}" if warnings else ""
-        said += f", {number_of(waived, 'error')} accepted" if waived else ""
-        return said + (": this model would be refused" if errors else "")
+        counts = number_of(errors, "error") if errors else "no errors"
+        counts += f", {number_of(warnings, 'warning')}" if warnings else ""
+        counts += f", {number_of(waived, 'error')} accepted" if waived else ""
+        return counts + (": this model would be refused" if errors else "")
 
     @property
     def table(self) -> pd.DataFrame:

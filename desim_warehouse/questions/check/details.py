@@ -1,4 +1,4 @@
-"""What stands behind the answer of a check, a number in each line: floor, parts of a task, energy and limits."""
+"""The details behind the answer of a check, a number in each line: floor, parts of a task, energy and limits."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estim
         lines.append(f"fast movers nearest to the stations save {saved}, by estimate: {keys}: distance")
     if choice is not None:
         drives = f"{amount(choice.empty)} {time} empty for each instead of {amount(estimate.cycle.empty)}"
-        known, done = f"with {choice.waiting} tasks to choose from", estimate.can_do(model.units.hour)
-        lines.append(f"{known}, {choice.policy} drives {drives}: {done} tasks an hour")
+        backlog, done = f"with {choice.waiting} tasks to choose from", estimate.can_do(model.units.hour)
+        lines.append(f"{backlog}, {choice.policy} drives {drives}: {done} tasks an hour")
     return lines
 
 
@@ -83,7 +83,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
 
 
 def _times_that_vary(model: Model) -> Iterator[str]:
-    """The distributions of the model."""
+    """List the distributions of the model."""
     for name, time in (("loading", model.tasks.load_time), ("unloading", model.tasks.unload_time)):
         if isinstance(time, Distribution):
             yield f"{name} varies: {time.words(model.units.time)}"
@@ -107,7 +107,7 @@ def _task(estimate: QuickEstimate, time: str) -> str:
 
 
 def _pods(pile_on: PileOn, units: Units) -> str:
-    """What a visit of a pod serves, and what pickers can do."""
+    """Describe what a visit of a pod serves, and what pickers can do."""
     least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
     lines = least if least == most else f"{least} to {most}"
     text = f"pods: {lines} lines a visit by {pile_on.policy}, measured"
@@ -168,7 +168,7 @@ def _lift(lift: LiftLoad, estimate: QuickEstimate, hour: float) -> str:
 
 
 def _energy(power: Power, time: str) -> list[str]:
-    """The energy balance, by kind where kinds differ."""
+    """Describe the energy balance, by kind where kinds differ."""
     if power.kinds:
         lines = [f"{said(kind)}: {line}" for kind, alone in power.kinds.items() for line in _energy(alone, time)]
         if power.needed is not None:

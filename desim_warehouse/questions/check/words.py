@@ -33,7 +33,7 @@ _ALMOST = 1e-9
 def sentences(
     model: Model, estimate: QuickEstimate | None, nearer: Nearer | None = None, choice: Choice | None = None
 ) -> list[str]:
-    """The answer of a check in sentences; without an estimate only the warehouse and what is asked for."""
+    """Return the answer of a check in sentences; without an estimate only the warehouse and what is asked for."""
     asked = [sentence(line) for line in (*orders_a_day(model), *orders_asked_for(model))]
     if estimate is None:
         return [_warehouse(model), *asked]
@@ -51,20 +51,20 @@ def sentences(
 
 
 def _warehouse(model: Model) -> str:
-    """The warehouse as people count it: `W: 12 robots, 1 charger, 2 packers, 480 storage places`, as a sentence."""
+    """Describe the warehouse as people count it: `W: 12 robots, 1 charger, 2 packers, 480 storage places`."""
     parts = [_counted(group, group.number) for group in groups(model)]
     parts += [number_of(len(model.floor.storage), "storage place")] if model.floor.storage else []
     return f"{capital(model.name)}: {', '.join(parts)}."
 
 
 def _counted(group: Group, number: int) -> str:
-    """So many of a group: `1 packer`, `2 places of dock`."""
-    name, of, zone = group.name.partition(" of ")
-    return f"{number_of(number, name.removesuffix('s'))}{of}{zone}"
+    """Return the number of a group in words: `1 packer`, `2 places of dock`."""
+    name, separator, zone = group.name.partition(" of ")
+    return f"{number_of(number, name.removesuffix('s'))}{separator}{zone}"
 
 
 def _staff(model: Model, station: StationLoad) -> str:
-    """Who limits a station, and how many of them there are."""
+    """Say who limits a station, and how many of them there are."""
     number = station.workers if station.limited_by_work else station.servers
     for group in groups(model):
         if station.node in group.nodes and (group.kind == "people") == station.limited_by_work:
@@ -73,7 +73,7 @@ def _staff(model: Model, station: StationLoad) -> str:
 
 
 def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """What the robots can do beside what is asked for, and how many would do."""
+    """Say what the robots can do beside what is asked for, and how many would do."""
     hour = model.units.hour
     least, most = (_floor(rate * hour) for rate in estimate.range)
     if math.isfinite(estimate.range[1]):
@@ -90,7 +90,7 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """How many of the robots can be at work, and for how long."""
+    """Say how many of the robots can be at work, and for how long."""
     if estimate.at_work < estimate.robots:
         yield f"Only {estimate.at_work} of them work at a time: the stations have no slots for more."
     if estimate.most_out is not None and estimate.most_out < estimate.robots:
@@ -105,7 +105,7 @@ def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
-    """How many robots are enough, on average and in the busiest hour."""
+    """Say how many robots are enough, on average and in the busiest hour."""
     peak = mean if estimate.peak is None else estimate.robots_for(estimate.peak, at_peak=True)
     if math.isinf(max(mean, peak)):
         rate = estimate.rate if math.isinf(mean) else estimate.peak
@@ -122,7 +122,7 @@ def _are(counts: str, number: int, enough: bool) -> str:
 
 
 def _chargers(power: Power | None, model: Model) -> Iterator[str]:
-    """How many chargers are enough, and how long a battery lasts."""
+    """Say how many chargers are enough, and how long a battery lasts."""
     if power is None:
         return
     lasts = numbers.duration(power.lasts, model.units.time) if math.isfinite(power.lasts) else ""
@@ -142,7 +142,7 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
 
 
 def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """What the stations can serve, and how busy the fullest of them is."""
+    """Say what the stations can serve, and how busy the fullest of them is."""
     most = estimate.station_capacity
     if math.isinf(most):
         return
@@ -164,14 +164,14 @@ def _limits(name: str) -> str:
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Who is busiest by the estimate; nothing where it foresees no rate."""
+    """Say who is busiest by the estimate; nothing where it foresees no rate."""
     line = busiest.are(loads(model, estimate), "of the time" if estimate.on_duty == 1 else "of their hours")
     if line:
         yield sentence(line)
 
 
 def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:
-    """What a choice of tasks saves, and what fast movers nearer to the stations would."""
+    """Say what a choice of tasks saves, and what fast movers nearer to the stations would."""
     unit = model.units.time
     if choice is not None:
         before, after = (numbers.duration(time, unit) for time in (estimate.cycle.empty, choice.empty))
@@ -188,6 +188,6 @@ def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choic
 
 
 def _floor(rate: float) -> str:
-    """A rate as it is surely reached: whole, below ten with a decimal, from 1,000 on in tens."""
+    """Write a rate as it is surely reached: whole, below ten with a decimal, from 1,000 on in tens."""
     digits = 1 if rate < _FEW else 0 if rate < _MANY else -1
     return numbers.number(math.floor(rate * (1 + _ALMOST) * 10**digits) / 10**digits, max(digits, 0))

@@ -46,7 +46,7 @@ class Run(RunData):
 
 
 def as_run(data: RunData) -> Run:
-    """The run as users hold it, which shares all that is known of it."""
+    """Return the run as users hold it, which shares all that is known of it."""
     run = Run.__new__(Run)
     vars(run).update(vars(data))
     return run
@@ -70,7 +70,7 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
 
 
 def load_run(folder: str | Path) -> Run:
-    """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
+    """Load a run from the folder it was saved to, with the indicators that were saved if another version simulated it.
 
     Returns:
         The run, as it was saved.

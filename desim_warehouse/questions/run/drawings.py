@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from desim_warehouse import plot
@@ -37,19 +38,32 @@ _LETTER = 0.45
 """Width of a letter in the names of zones, as a part of the room around the floor."""
 _SIDES = {"end": -1, "middle": 0, "start": 1}
 """Where a text lies beside its point, by its anchor."""
+_SAME = 1e-6
+"""Steps between places that differ by less are the same."""
 _LEAST = 0.005
 """Part of a task's time from which on it has a bar of its own."""
 
 
-def drawings(run: RunData) -> list[Rows | Markup]:
-    """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells."""
-    parts = (course(run), floor(run))
+def drawings(run: RunData, named: str = "", below: Markup | None = None) -> list[Rows | Markup]:
+    """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells.
+
+    `named`: what the run is among others, as `the median of 33 days`; `below` its course: that of another.
+    """
+    parts = (course(run, named), below, floor(run))
     return [drawing for drawing in parts if drawing is not None]
 
 
-def course(run: RunData) -> Markup | None:
-    """Draw how the run went by the clock; None where no time was counted."""
-    return figure(day(run.history), run.model, run.history.chargers) if run.history.counted else None
+def course(run: RunData, named: str = "", *, in_short: bool = False) -> Markup | None:
+    """Draw how the run went by the clock; None where no time was counted.
+
+    Args:
+        run: the run.
+        named: what it is among others.
+        in_short: draw two lanes alone, and name the worst hour also where no stretch stands out.
+    """
+    if not run.history.counted:
+        return None
+    return figure(day(run.history), run.model, run.history.chargers, named=named, in_short=in_short)
 
 
 def robots(run: RunData) -> Markup | None:
@@ -58,7 +72,7 @@ def robots(run: RunData) -> Markup | None:
 
 
 def floor(run: RunData) -> Markup | None:
-    """The map of waits of a run with goods, stations and bays; None where nobody waited."""
+    """Draw the map of waits of a run with goods, stations and bays; None where nobody waited."""
     if not run.kpis["S"]:
         return None
     if len(run.layout.lanes) > _LANES:
@@ -82,12 +96,15 @@ def floor(run: RunData) -> Markup | None:
     ys += [y for _, _, y, _, _ in names]
     box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
     side = 0.8 * (layout.goods_size or 0.09 * step) / 2
-    goods = _strokes([(one.x - side, one.y) for one in layout.storage], 2 * side)
+    rooms: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
+    for x, y, size, kind in slots:
+        rooms[kind, size].append(f"M{_short(x)} {_short(y)}h0")
+    goods = _columns([(one.x, one.y) for one in layout.storage], 2 * side)
     most = list(waits_by_row(run.history).items())[:1] if run.record.level == "all" else []
     title = f"Where robots wait: {numbers.PERCENT.value(run.kpis['share_waiting'])} of their time"
     title += "".join(f", at {row} alone {numbers.PERCENT.value(share)}" for row, share in most)
     return html.figure(
-        *("floor", title, box, sorted(lanes.items()), _arrows(run, step), nodes, goods, 2 * side, slots, names),
+        *("floor", title, box, sorted(lanes.items()), _arrows(run, step), nodes, goods, 2 * side, rooms.items(), names),
         *(step_words(), room),
     )
 
@@ -106,18 +123,32 @@ def rows_of_floor(run: RunData) -> Rows | None:
     return Rows(title=f"Waiting in traffic, by {kind}", rows=marks)
 
 
-def _strokes(starts: list[tuple[float, float]], length: float) -> str:
-    """Return the path of level strokes, each from where the one before ended: places in rows need few letters so."""
-    path, at = [], (0.0, 0.0)
-    for x, y in starts:
-        path.append(f"m{_short(x - at[0])} {_short(y - at[1])}h{_short(length)}")
-        moved = [float(_short(by)) for by in (x - at[0], y - at[1], length)]  # as drawn: rounding does not add up
-        at = at[0] + moved[0] + moved[2], at[1] + moved[1]
-    return "".join(path)
+def _columns(centres: list[tuple[float, float]], side: float) -> list[tuple[str, str]]:
+    """Return the paths of squares with the dashes of each: places that stand above one another are one dashed line."""
+    across = defaultdict(list)
+    for x, y in centres:
+        across[_short(x)].append(y)
+    paths: defaultdict[str, list[str]] = defaultdict(list)
+    for column, ys in across.items():
+        for start, count, pitch in _even(sorted(set(ys))):
+            gap = f"{_short(side)} {_short(pitch - side)}" if count > 1 else ""
+            paths[gap].append(f"M{column} {_short(start - side / 2)}v{_short((count - 1) * pitch + side)}")
+    return [("".join(path), gap) for gap, path in paths.items()]
+
+
+def _even(values: list[float]) -> Iterator[tuple[float, int, float]]:
+    """Yield the first, the number and the step of each stretch of values with one step between them."""
+    start = 0
+    while start < len(values):
+        end, step = start + 1, values[start + 1] - values[start] if start + 1 < len(values) else 0.0
+        while end < len(values) and math.isclose(values[end] - values[end - 1], step, abs_tol=_SAME):
+            end += 1
+        yield values[start], end - start, step
+        start = end
 
 
 def _short(value: float) -> str:
-    """A coordinate with three decimals at most, without zeros that say nothing."""
+    """Write a coordinate with three decimals at most, without zeros that say nothing."""
     text = f"{value:.3f}".rstrip("0").rstrip(".")
     if text in {"-0", ""}:
         return "0"
@@ -144,12 +175,12 @@ def _arrows(run: RunData, step: float) -> str:
 
 
 def _step(run: RunData, waited: float) -> int:
-    """The step of the scale of a time waited: 0 where nobody waits, or for so short a time that it has no colour."""
+    """Return the step of the scale for a time waited: 0 where it is too short for a colour."""
     return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
 def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str, str]]:
-    """Kind, point, name and anchor of each zone: beyond its slots as seen from its node, else away from the middle."""
+    """Return kind, point, name and anchor of each zone: beyond its slots, else away from the middle."""
     names = []
     for zone in places:
         node = run.layout.graph.nodes[zone.node]
@@ -166,11 +197,11 @@ def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list
 
 
 def account(run: RunData) -> Rows | None:
-    """Where the time of a task goes, of a robot where there were none, in one unit; None: the log does not say."""
+    """Draw where the time of a task goes, or of a robot without tasks, in one unit; None: the log does not say."""
     if run.record.level != "all":
         return None
     by: By = "task" if counted_tasks(run.history) else "robot"
-    of = OF_TASKS if by == "task" else OF_ROBOTS
+    shares = OF_TASKS if by == "task" else OF_ROBOTS
     table = run.account(by)
     parts = table.mean().sort_values(ascending=False)
     whole = float(parts.sum())
@@ -179,7 +210,7 @@ def account(run: RunData) -> Rows | None:
     unit = numbers.times(run.model.units.time, [float(parts.iloc[0])])
     marks = tuple(
         Bar(
-            label=of[str(name)].doing,
+            label=shares[str(name)].doing,
             mean=float(part),
             text=f"{unit.value(float(part))} · {100 * part / whole:.0f} %",
             standing="part",

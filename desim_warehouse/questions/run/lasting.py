@@ -26,9 +26,9 @@ FOR_A_TIME = "PEAK_ABOVE_FLEET"
 
 @dataclass(frozen=True)
 class Lasting:
-    """What speaks against a run that keeps up.
+    """The evidence against a run that keeps up.
 
-    `overload`: the code of the check's finding. `scarce`: the resource of which more than `MOST_ASKED` is asked, and
+    `overload`: the code of the check's finding. `scarce`: the resource asked for more than `MOST_ASKED`, and
     the share of what it can give; "" and 0 where there is none. `grown`: tasks that more are open, and in no robot's
     hands, at the end than when counting began, where these are more than `allowed`, the square root of those that came;
     else 0. `piles_up_at_peak`: in the busiest hour, by the check. `unknown`: why the model could not be checked.

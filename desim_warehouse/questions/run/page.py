@@ -18,7 +18,7 @@ from desim_warehouse.model.facts.charging import said
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.questions.run import words as run_words
-from desim_warehouse.questions.run.drawings import account, drawings, robots, rows_of_floor
+from desim_warehouse.questions.run.drawings import account, course, drawings, robots, rows_of_floor
 from desim_warehouse.questions.run.warehouse import facts, work
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
@@ -69,14 +69,29 @@ def page(run: RunData, folder: Path | None = None, replay: str = "") -> str:
     return page_of(answer(run, folder), figures, replay=replay)
 
 
-def page_with(answer: Answer, run: RunData, replay: str = "") -> str:
-    """Compose the page of another question's answer, which shows a run of the design that the answer is about."""
+def page_with(answer: Answer, run: RunData, worst: RunData | None = None, replay: str = "") -> str:
+    """Compose the page of another question's answer, which shows a run of the design that the answer is about.
+
+    Args:
+        answer: the answer.
+        run: its day, of which all drawings and tables are.
+        worst: the worst day of the design, of which the course is drawn.
+        replay: as `answer.page` has it.
+    """
     warehouse = Folded(title="The warehouse", rows=tuple(facts(run.model)))
     where = Folded(title="Where the time goes")
     lost = lost_time(run)
-    figures: dict[str, list[Rows | Markup]] = {"": drawings(run), where.title: [*_some(account(run))]}
+    day = "" if answer.about is None else answer.about.day
+    shown = drawings(run, day, None if worst is None else worst_course(worst, answer))
+    figures: dict[str, list[Rows | Markup]] = {"": shown, where.title: [*_some(account(run))]}
     figures[lost.title] = [*_some(rows_of_floor(run))]
     return page_of(answer, figures, (where, resources(run), lost, warehouse), replay)
+
+
+def worst_course(run: RunData, answer: Answer) -> Markup | None:
+    """Draw the course of the worst day of the design that an answer is about."""
+    about = answer.about
+    return None if about is None or about.worst is None else course(run, about.worst.words, in_short=True)
 
 
 def in_short(run: RunData) -> StillPage:
@@ -126,7 +141,7 @@ def answer(run: RunData, folder: Path | None = None) -> Answer:
 
 
 def question(run: RunData) -> str:
-    """What was simulated."""
+    """Return the question that a run answers: what a design achieves in the counted time."""
     model = run.model
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:

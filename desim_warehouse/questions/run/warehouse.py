@@ -55,7 +55,7 @@ def facts(model: Model) -> list[tuple[str, str]]:
 
 
 def work(model: Model) -> str:
-    """The demand in words."""
+    """Describe the demand in words."""
     goods = model.tasks.goods
     if model.tasks.flows:
         return "; ".join(f"{name}: {in_words(flow, model.tasks.demand)}" for name, flow in model.tasks.flows.items())
@@ -74,7 +74,7 @@ def work(model: Model) -> str:
 
 
 def _hours(model: Model) -> Iterator[tuple[str, str]]:
-    """The calendars of stations and robots, and their hours."""
+    """Describe the calendars of stations and robots, and their hours."""
     fleet, tasks = model.fleet, model.tasks
     named = {f"station {name}": station.hours for name, station in model.layout.stations.items()}
     pauses = {f"station {name}" for name, station in model.layout.stations.items() if station.at_close == "pause"}
@@ -88,8 +88,8 @@ def _hours(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _motion(robot: RobotSpec) -> str:
-    """Speed with a load, acceleration, deceleration and the distance kept, where the model has them."""
-    said = [
+    """Describe speed with a load, acceleration, deceleration and the distance kept, where the model has them."""
+    parts = [
         f"{numbers.number(value)} {what}"
         for value, what in (
             (robot.speed_loaded, "loaded"),
@@ -99,8 +99,8 @@ def _motion(robot: RobotSpec) -> str:
         if value is not None
     ]
     if robot.keeps == "braking":
-        said.append("keeps its braking distance")
-    return f" ({', '.join(said)})" if said else ""
+        parts.append("keeps its braking distance")
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def _floor(floor: Layout) -> str:
@@ -111,19 +111,19 @@ def _floor(floor: Layout) -> str:
 
 
 def _batteries(model: Model) -> str:
-    """The battery of all robots, or of each kind where they differ."""
+    """Describe the battery of all robots, or of each kind where they differ."""
     if charge_alike(model):
         return _battery(model)
     return "; ".join(f"{said(kind)}: {_battery(alone)}" for kind, alone in by_kind(model).items())
 
 
 def _battery(model: Model) -> str:
-    battery, found = model.battery, levels(model)
+    battery, thresholds = model.battery, levels(model)
     if battery is None:
         return "none: robots never need charging"
     sent = ", when to charge as its policy says"
-    if found is not None:
-        sent = f", sent to charge at {numbers.number(found.critical or found.good)}"
+    if thresholds is not None:
+        sent = f", sent to charge at {numbers.number(thresholds.critical or thresholds.good)}"
     return (
         f"capacity {numbers.number(battery.capacity)}{sent}, charging {numbers.number(battery.charge_rate)} "
         f"per {model.units.time}"
@@ -131,12 +131,12 @@ def _battery(model: Model) -> str:
 
 
 def _policies(model: Model) -> str:
-    """The policies by kind, with their parameters."""
+    """Describe the policies by kind, with their parameters."""
     policies = model.policies
-    said = []
+    parts = []
     for kind in type(policies).model_fields:
         spec = getattr(policies, kind)
         if isinstance(spec, PolicySpec) and spec.name != "single":  # which is no batching at all
             parameters = "".join(f", {key} {words.level(value)}" for key, value in spec.params.items())
-            said.append(f"{words.in_words(f'policies.{kind}')}: {words.policy(kind, spec.name)}{parameters}")
-    return "; ".join(said)
+            parts.append(f"{words.in_words(f'policies.{kind}')}: {words.policy(kind, spec.name)}{parameters}")
+    return "; ".join(parts)

@@ -1,4 +1,4 @@
-"""What came out of a run in a few sentences: what was delivered, whether it lasts, what was busiest, what it costs."""
+"""A run in a few sentences: what was delivered, whether it lasts, what was busiest, what it costs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from desim_warehouse.values.units import SECONDS
 
 
 def text(run: RunData, indicators: Sequence[str] = (), width: int = WIDTH) -> str:
-    """Put a run into text: its sentences, and a table of indicators, by default those that such runs are judged by."""
+    """Put a run into text: its sentences, and a table of indicators, by default the usual ones for such runs."""
     usual = judged_by(run.kpis, never_ends=run.model.tasks.never_end)
     shown = chosen(indicators, run.kpis) if indicators else usual
     title = f"{run.model.name}: {number_of(run.model.fleet.size, 'robot')}, seed {run.seed}"
@@ -33,7 +33,7 @@ def text(run: RunData, indicators: Sequence[str] = (), width: int = WIDTH) -> st
 
 
 def sentences(run: RunData) -> list[str]:
-    """The run in a few sentences."""
+    """Put a run into a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
     lasts = wrong or [*_keeps_up(run), *_departures(run)]
     return [
@@ -49,7 +49,7 @@ def sentences(run: RunData) -> list[str]:
 
 
 def numbers_of(run: RunData) -> list[BigNumber]:
-    """The three numbers of a run that come first."""
+    """Return the three numbers of a run that come first."""
     kpis, model = run.kpis, run.model
     pairs = [(numbers.measured(kpis["throughput_per_hour"]), f"{words.loads(model)} an hour")]
     if piles_up(run.verdicts):
@@ -68,45 +68,45 @@ def numbers_of(run: RunData) -> list[BigNumber]:
 
 
 def waited(run: RunData) -> list[str]:
-    """What robots waited for most, where the log tells."""
+    """Say what robots waited for most, where the log tells."""
     if run.record.level != "all" or not run.history.counted:
         return []
-    whole, found = run.history.counted * run.model.fleet.size, lost_to(run.history)
-    if not found:
+    whole, lost = run.history.counted * run.model.fleet.size, lost_to(run.history)
+    if not lost:
         return []
-    root, (time, _) = next(iter(found.items()))
+    root, (time, _) = next(iter(lost.items()))
     lasted, share = numbers.duration(time, run.model.units.time), numbers.PERCENT.value(time / whole)
     return [f"Robots waited longest {in_words(root, run.model)}: {lasted} in all, {share} of their time."]
 
 
 def counted_time(run: RunData) -> str:
-    """The counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
+    """Write the counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
     unit = run.model.units.time
-    said = numbers.duration(run.history.counted, unit)
+    phrase = numbers.duration(run.history.counted, unit)
     if unit not in SECONDS:
-        said += f" ({numbers.duration(run.history.counted * run.model.units.seconds, 's')})"
+        phrase += f" ({numbers.duration(run.history.counted * run.model.units.seconds, 's')})"
     if run.history.begin:
-        said += f" after a warm-up of {numbers.duration(run.history.begin, unit)}"
-    return said
+        phrase += f" after a warm-up of {numbers.duration(run.history.begin, unit)}"
+    return phrase
 
 
 def _delivered(run: RunData) -> str:
     kpis = run.kpis
-    said = f"{number_of(kpis['tasks'], words.load(run.model))} delivered in {counted_time(run)}"
+    phrase = f"{number_of(kpis['tasks'], words.load(run.model))} delivered in {counted_time(run)}"
     if math.isfinite(kpis["throughput_per_hour"]):
-        said += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
+        phrase += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
     share = kpis.get("on_time", math.nan)
-    told = math.isfinite(share) and not is_no_answer("on_time", run.verdicts)
-    return f"{said}, {numbers.PERCENT.value(share)} on time." if told else f"{said}."
+    has_answer = math.isfinite(share) and not is_no_answer("on_time", run.verdicts)
+    return f"{phrase}, {numbers.PERCENT.value(share)} on time." if has_answer else f"{phrase}."
 
 
 def _asked(run: RunData) -> list[str]:
-    """How many orders a day are asked for, where they come at a rate."""
+    """Say how many orders a day are asked for, where they come at a rate."""
     return [sentence(line) for line in orders_a_day(run.model)]
 
 
 def _left_open(run: RunData) -> list[str]:
-    """What cycle times leave out, where that grows."""
+    """Say what cycle times leave out, where that grows."""
     left = int(run.kpis["backlog"])
     if not left or not piles_up(run.verdicts):
         return []
@@ -115,7 +115,7 @@ def _left_open(run: RunData) -> list[str]:
 
 
 def _keeps_up(run: RunData) -> list[str]:
-    """Whether work piles up, where it comes by itself: proved, or that the run does not show it, and why."""
+    """Say whether work that comes by itself piles up: proved, or why the run does not show it."""
     judged = lasting(run)
     if judged is None:
         return []
@@ -130,7 +130,7 @@ def _keeps_up(run: RunData) -> list[str]:
 
 
 def _against(judged: Lasting) -> str:
-    """What speaks against a run that keeps up, to be added to what is open at its end."""
+    """Say what speaks against a run that keeps up, to be added to what is open at its end."""
     if judged.unknown:
         return f", and its model cannot be checked: {judged.unknown}"
     if judged.overload:
@@ -142,7 +142,7 @@ def _against(judged: Lasting) -> str:
 
 
 def _departures(run: RunData) -> list[str]:
-    """How long before its departure the latest order came that was in time, where lorries or the like leave."""
+    """Say how long before its departure the latest order came that was in time, where lorries or the like leave."""
     lead = run.kpis.get("departure_lead", math.nan)
     if not math.isfinite(lead):
         return []
@@ -153,7 +153,7 @@ def _departures(run: RunData) -> list[str]:
 
 
 def _halts(run: RunData) -> list[str]:
-    """When deliveries stood still though tasks were open: of each cause the longest time, and how often else."""
+    """Say when deliveries stood still though tasks were open: for each cause the longest time, and how often else."""
     by_cause: dict[str, list[Halt]] = {}
     for halt in halts(run.history):
         by_cause.setdefault(halt.cause, []).append(halt)
@@ -167,15 +167,15 @@ def _longest(of_cause: list[Halt], run: RunData) -> str:
 
 def _busiest(run: RunData) -> str:
     """Say who was busiest, and how long robots waited in traffic."""
-    said = busiest.of_run(run.history, run.kpis)
+    workers = busiest.of_run(run.history, run.kpis)
     if not run.history.counted:
         return "No time was counted."
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
-    return f"{said} Robots waited in traffic {waited} of the time.".strip()
+    return f"{workers} Robots waited in traffic {waited} of the time.".strip()
 
 
 def _pods(run: RunData) -> list[str]:
-    """With pods, how many lines a visit served, and how long pickers had none."""
+    """Say, with pods, how many lines a visit served, and how long pickers had none."""
     pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
     if not math.isfinite(pile) or not math.isfinite(idle):
         return []
@@ -184,7 +184,7 @@ def _pods(run: RunData) -> list[str]:
 
 
 def _breakdowns(run: RunData) -> list[str]:
-    """How often robots broke down, what it cost, and what comes so rarely that one run does not know it."""
+    """Say how often robots broke down, what it cost, and what is too rare for one run to tell."""
     rare = [sentence(line) for line in unknown(run.model, 1, run.history.end)]
     if "breakdowns" not in run.kpis:
         return rare

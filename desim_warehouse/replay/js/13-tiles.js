@@ -3,8 +3,20 @@
 const SAMPLES = 160;
 const FORMS = {
   count: (value) => value.toLocaleString("en"), open: (value) => value.toLocaleString("en"),
-  share: percent, lost: percent, chargers: percent, battery: percent, rate: shortNumber, time: shortNumber,
+  share: tenths, lost: tenths, chargers: tenths, battery: percent, rate: shortNumber, time: within,
 };
+
+// A share as sentences of the run have it.
+function tenths(share) {
+  if (share > 0.9995 && share < 1) return "over 99.9 %";
+  return Number.isFinite(share) && share > 0.0005 && share < 1 ? `${(100 * share).toFixed(1)} %` : percent(share);
+}
+
+// A time in a unit that fits, as sentences of the run have it.
+function within(value, { time, seconds }) {
+  const long = value * seconds, [unit, size] = long < 90 ? ["s", 1] : long < 5400 ? ["min", 60] : ["h", 3600];
+  return ["s", "min", "h"].includes(time) && Number.isFinite(value) ? `${shortNumber(long / size)} ${unit}` : shortNumber(value);
+}
 
 class Tiles {
   constructor(root, sides, player) {
@@ -16,7 +28,8 @@ class Tiles {
   }
 
   build(root, key, title, form, drawn) {
-    const text = form === "time" ? `${title} (${this.sides[0].header.units.time})` : title;
+    const { units } = this.sides[0].header, named = ["s", "min", "h"].includes(units.time);
+    const text = form === "time" && !named ? `${title} (${units.time})` : title;
     const head = element("h2", { title: text }, text), out = element("p", { "data-key": key });
     const canvas = drawn ? element("canvas", { "aria-hidden": "true" }) : null;
     root.append(element("div", { class: "tile" }, head, out, canvas ?? ""));
@@ -28,7 +41,7 @@ class Tiles {
     const all = runs.flatMap((run) => (run ? Array.from(run.curve).slice(form === "rate" || form === "lost" ? SAMPLES / 10 : 0) : []));
     const whole = form === "share";
     const most = whole ? 1 : all.filter(Number.isFinite).reduce((a, b) => Math.max(a, b), 0) || 1;
-    return { key, form, head, canvas, runs, most, label: whole ? "100 %" : FORMS[form](most) };
+    return { key, form, head, canvas, runs, most, label: whole ? "100 %" : FORMS[form](most, units) };
   }
 
   times() {
@@ -47,7 +60,7 @@ class Tiles {
       cell.runs.forEach((run, i) => {
         if (run === null) return;
         const time = this.player.in(run.side, until), now = run.side.value(cell.key, cell.form, time);
-        let text = FORMS[cell.form](now);
+        let text = FORMS[cell.form](now, run.side.header.units);
         if (cell.form === "battery" && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
         if (run.value.textContent !== text) run.value.textContent = text;
         if (!ctx) return;

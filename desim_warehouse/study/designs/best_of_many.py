@@ -1,4 +1,4 @@
-"""The best of more designs than can be raced: a search by simulation, whose last word are days that it did not use."""
+"""The best of more designs than can be raced: a search by simulation, judged at last on days that it did not use."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ FEWEST_RUNS = 50
 _JUDGED = 5
 """One run in five is done on days that the search did not use."""
 _CANDIDATES = 4
-"""Designs that are judged on those days at most."""
+"""The most designs that are judged on those days."""
 _FIRST = 10
 """Replications at the first look at a candidate, or of each design where few are raced."""
 
 
 @dataclass(frozen=True)
 class TriedDesign:
-    """A design that the search looked at: means of the indicator and of the target's, over its runs that ended."""
+    """A design that the search looked at: means of the indicator and of the target's, over its completed runs."""
 
     labels: Mapping[str, Label]
     mean: float
@@ -56,7 +56,7 @@ class TriedDesign:
 
 @dataclass(frozen=True)
 class JudgedDesign:
-    """A design on fresh days: what its runs say of the indicator and of the target, and the verdict on the target.
+    """A design on fresh days: estimates of the indicator and of the target's indicator, and the verdict on the target.
 
     `vetoed`: why it cannot last, whatever the target says. Without a target `reached` and `verdict` are None.
     """
@@ -74,8 +74,8 @@ class SearchedDesigns:
     """The best design found, with its value on fresh days.
 
     `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
-    show which is better, that one is `best`, and the other is `runner_up`, whose indicator is `apart` by so much in
-    pairs of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
+    show which is better, it is `best`, and the other is `runner_up`; `apart`: the difference of its indicator, by pairs
+    of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
     but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
     """
 
@@ -139,7 +139,7 @@ def search_designs(
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:
-    """The designs that are searched."""
+    """The space of designs to search."""
     parts: list[DesignPart] = [FactorLevels(model, factor) for factor in factors]
     parts += [] if place_chargers is None else [ChargerNodes(model, place_chargers)]
     parts += [AisleWays(model)] if directions else []
@@ -155,13 +155,13 @@ def are_few(factors: Sequence[Factor], runs: int) -> bool:
 
 
 def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
-    """A factor, each of whose values makes a model by itself."""
-    (found,) = StudyEngine(model, {key: values}, seed=seed).plan.factors
-    return found
+    """A factor; each of its values alone makes a model."""
+    (factor,) = StudyEngine(model, {key: values}, seed=seed).plan.factors
+    return factor
 
 
 class _DesignSearch:
-    """One search, and its last word."""
+    """One search, and its judgement on fresh days."""
 
     def __init__(self, space: DesignSpace, indicator: str, maximise: bool, goal: Target | None, search: Search) -> None:
         self.space, self.indicator, self.maximise, self.goal, self.search = space, indicator, maximise, goal, search
@@ -178,15 +178,15 @@ class _DesignSearch:
         chosen, judge = self._judge(fresh)
         tried = tuple(self._tried(scout.results))
         if delta is None:
-            first = next((abs(one.mean) for one in tried if math.isfinite(one.mean)), math.nan)
+            first = next((abs(design.mean) for design in tried if math.isfinite(design.mean)), math.nan)
             delta = ZONE * first
-        known = [self._known(fresh.results, number, one, judge) for number, one in enumerate(candidates)]
-        other = 1 if not chosen and len(known) > 1 and known[1].value is not None else None
+        judged = [self._known(fresh.results, number, design, judge) for number, design in enumerate(candidates)]
+        other = 1 if not chosen and len(judged) > 1 and judged[1].value is not None else None
         apart = None if other is None else self._apart(fresh.results, other, 0)
-        if other is not None and chosen == 0 and self._is_better(apart) and known[other].verdict in {None, "meets"}:
+        if other is not None and chosen == 0 and self._is_better(apart) and judged[other].verdict in {None, "meets"}:
             chosen, other = other, chosen
             apart = self._apart(fresh.results, other, chosen)
-        best, swapped = known[chosen or 0], other == 0
+        best, swapped = judged[chosen or 0], other == 0
         return SearchedDesigns(
             self.space.model.replace(best.overrides),
             best,
@@ -194,8 +194,8 @@ class _DesignSearch:
             self.maximise,
             self.goal,
             None if self.goal is None else chosen is not None,
-            tuple(known[:chosen]) if chosen and not swapped else (),
-            None if other is None else known[other],
+            tuple(judged[:chosen]) if chosen and not swapped else (),
+            None if other is None else judged[other],
             apart,
             delta,
             tried,
@@ -222,7 +222,7 @@ class _DesignSearch:
         return ", ".join(f"{key}: {label}" for key, label in self.space.labels(design).items())
 
     def _searched(self, scout: StudyEngine) -> list[Combined]:
-        """The designs that the search ends with, the best first; those that it simulates become designs of `scout`."""
+        """Search, and return the final designs, the best first; designs that are simulated are added to `scout`."""
         with scout.session(self.search.under("search")) as runner:
             self.numbers = {self.space.now: 0}
 
@@ -242,7 +242,7 @@ class _DesignSearch:
             return scout.carry_out(runner, steps, self.indicator, failed=math.nan)
 
     def _judge(self, fresh: StudyEngine) -> tuple[int | None, Judge | None]:
-        """The number of the candidate shown to meet the target, and who judged; without a target the first."""
+        """The number of the candidate shown to meet the target, and the judge; without a target the first candidate."""
         first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
         search = replace(self.search.under("judged"), first=first, cap=cap)
         if self.goal is None:
@@ -278,7 +278,7 @@ class _DesignSearch:
         )
 
     def _apart(self, fresh: ResultsData, other: int, chosen: int) -> Estimate | None:
-        """How much another design has more than the chosen one, in the pairs of runs in which both have a value."""
+        """The difference of another design to the chosen one, in the pairs of runs in which both have a value."""
         values = {
             number: {row.replication: row.value(self.indicator) for row in fresh.by_point[number]}
             for number in (other, chosen)
@@ -292,44 +292,44 @@ class _DesignSearch:
         return paired(ours, theirs, fresh.plan.confidence, deterministic=fresh.deterministic)
 
     def _tried(self, scout: ResultsData) -> list[TriedDesign]:
-        found = []
+        tried = []
         for design, number in self.numbers.items():
             rows = scout.by_point[number]
             mean = scout.estimate(rows, self.indicator)
             reached = None if self.goal is None else scout.estimate(rows, self.goal.indicator)
             labels = self.space.labels(design)
             means = math.nan if mean is None else mean.mean, None if reached is None else reached.mean
-            found.append(TriedDesign(labels, *means, len(rows)))
-        return found
+            tried.append(TriedDesign(labels, *means, len(rows)))
+        return tried
 
 
 def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
-    """The first candidate shown to meet the target, in order, as far as the runs go; if it is the first, judge another.
+    """Find the first candidate, in order, shown to meet the target, as far as the runs go; after number 0, judge 1 too.
 
     The second is then judged on the same days, so that the two can be compared.
     """
-    found = None
+    meeting = None
     try:
         for number in range(candidates):
             if (yield from judge.verdict(number)) == "meets":
-                found = number
+                meeting = number
                 if number == 0 and candidates > 1:
                     yield from judge.verdict(1)
                 break
     except RunsEndedError:
         pass
-    return found
+    return meeting
 
 
 def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
-    """A mean with the bounds of its verdict, which allow for looking at it several times."""
+    """A mean with the bounds of its verdict, which allow for several looks (interim analyses)."""
     if mean is None or verdict is None or mean.interval is None or verdict.low is None:
         return mean
     return replace(mean, interval=(verdict.low, verdict.high))
 
 
 def _reached(scout: StudyEngine, runner: StudyRunner, target: Target) -> Any:
-    """What a run reaches of the target; nan where it ended early, or where work or batteries would not last."""
+    """The target's indicator in a run; nan where it ended early, or where work or batteries would not last."""
     models: dict[int, Model] = {}
 
     def reached(number: int, replication: int) -> float:

@@ -27,7 +27,7 @@ _DRAWS = 50
 
 
 class DesignPart(Space[Any], Protocol):
-    """What of a design is chosen by itself."""
+    """A part of a design that is chosen by itself."""
 
     key: str
     """What it is, in tables: a key of the model, or words."""
@@ -38,11 +38,11 @@ class DesignPart(Space[Any], Protocol):
         ...
 
     def changes(self, choice: Any) -> Mapping[str, Any]:
-        """What a choice changes in the model."""
+        """The changes of a choice to the model."""
         ...
 
     def label(self, choice: Any) -> Label:
-        """What tables show for a choice."""
+        """The label of a choice in tables."""
         ...
 
 
@@ -53,7 +53,7 @@ class FactorLevels:
         self.key = factor.key
         self.levels = factor.levels
         labels = [level.label for level in factor.levels]
-        self.is_ordered = all(isinstance(one, int | float) and not isinstance(one, bool) for one in labels)
+        self.is_ordered = all(isinstance(label, int | float) and not isinstance(label, bool) for label in labels)
         middle = len(labels) // 2 if self.is_ordered else 0
         now = (rank for rank, level in enumerate(factor.levels) if model.replace(level.overrides) == model)
         self.now = next(now, middle)
@@ -64,7 +64,7 @@ class FactorLevels:
         return len(self.levels)
 
     def first(self) -> Iterator[int]:
-        """The value that the model has, or else the middle one of numbers, the first of others."""
+        """The model's own value, or else the middle one of numbers, the first of other values."""
         yield self.now
 
     def sample(self, random: Random) -> int:
@@ -72,13 +72,13 @@ class FactorLevels:
         return random.randrange(len(self.levels))
 
     def neighbours(self, choice: int) -> Iterator[int]:
-        """One step and one leap up and down; of categories all others."""
+        """One step and one leap up and down; for categories all others."""
         leap = max(2, len(self.levels) // _LEAP)
         near = (choice + by for by in (-1, 1, -leap, leap)) if self.is_ordered else range(len(self.levels))
         return (rank for rank in near if rank != choice and 0 <= rank < len(self.levels))
 
     def allows(self, choice: int) -> bool:
-        """Every value is one that a model may have, as factors are checked before."""
+        """Allow every value: factors are checked before."""
         return 0 <= choice < len(self.levels)
 
     def effort(self, choice: int) -> int:
@@ -86,7 +86,7 @@ class FactorLevels:
         return int(choice != self.now)
 
     def changes(self, choice: int) -> Mapping[str, Any]:
-        """What a value changes."""
+        """The changes of a value to the model."""
         return self.levels[choice].overrides
 
     def label(self, choice: int) -> Label:
@@ -95,7 +95,7 @@ class FactorLevels:
 
 
 class ChargerNodes:
-    """At which nodes chargers stand, one at each; where robots parked there, they park where chargers left."""
+    """The nodes at which chargers stand, one at each; robots that parked there park where chargers left."""
 
     key = "chargers at"
 
@@ -105,12 +105,12 @@ class ChargerNodes:
         if zone is None:
             raise StudyError("--place-chargers: this model has no chargers, expected bays with chargers and a battery")
         floor, bays = model.floor, model.layout.bays
-        at = {name: tuple(node for node, bay in floor.bays.items() if bay.zone == name) for name in bays}
+        nodes_of = {name: tuple(node for node, bay in floor.bays.items() if bay.zone == name) for name in bays}
         self.zone, self.bays = zone, bays
-        self.now = at[zone]
+        self.now = nodes_of[zone]
         self.parking = {
             name: nodes
-            for name, nodes in at.items()
+            for name, nodes in nodes_of.items()
             if not bays[name].in_lane and 0 in (bays[name].chargers, bays[name].total_chargers)
         }
         taken = {*floor.stations, *floor.bays}.difference(self.now, *self.parking.values())
@@ -127,7 +127,7 @@ class ChargerNodes:
         return math.comb(len(self.nodes), self.count)
 
     def first(self) -> Iterator[tuple[str, ...]]:
-        """The nodes that have chargers now, fewer of them, or the nearest to them besides."""
+        """Start from today's charger nodes: drop some, or add their nearest neighbours."""
         others = sorted((node for node in self.nodes if node not in self.now), key=self._from_now)
         yield self._in_order([*self.now, *others][: self.count])
 
@@ -139,46 +139,46 @@ class ChargerNodes:
         """One charger moved to a free node nearby."""
         for node in choice:
             free = [other for other in self.nodes if other not in choice]
-            for other in sorted(free, key=lambda one: abs(self.points[one] - self.points[node]))[:_NEAREST]:
-                yield self._in_order([other if one == node else one for one in choice])
+            for other in sorted(free, key=lambda free_node: abs(self.points[free_node] - self.points[node]))[:_NEAREST]:
+                yield self._in_order([other if old == node else old for old in choice])
 
     def allows(self, choice: Sequence[str]) -> bool:
         """Any of the nodes may have a charger."""
         return len(choice) == self.count
 
     def effort(self, choice: Sequence[str]) -> int:
-        """How many chargers stand where none does now."""
+        """How many chargers stand at nodes that have none now."""
         return len({*choice}.difference(self.now))
 
     def changes(self, choice: Sequence[str]) -> Mapping[str, Any]:
         """The bays with these nodes."""
-        found = self._stand(self.zone, choice) | {f"layout.bays.{self.zone}.total_chargers": len(choice)}
+        changes = self._stand(self.zone, choice) | {f"layout.bays.{self.zone}.total_chargers": len(choice)}
         if self.bays[self.zone].chargers is not None:
-            found[f"layout.bays.{self.zone}.chargers"] = None
+            changes[f"layout.bays.{self.zone}.chargers"] = None
         left = [node for node in self.now if node not in choice]
         for name, nodes in self.parking.items():
             stay = [node for node in nodes if node not in choice]
             if left or len(stay) < len(nodes):
-                found |= self._stand(name, [*stay, *left])
+                changes |= self._stand(name, [*stay, *left])
             left = []
-        return found
+        return changes
 
     def label(self, choice: Sequence[str]) -> Label:
         """The nodes."""
         return ", ".join(choice)
 
     def _stand(self, name: str, nodes: Sequence[str]) -> dict[str, Any]:
-        key, found = f"layout.bays.{name}", dict[str, Any]()
-        found[f"{key}.at"] = list(nodes)
+        key, changes = f"layout.bays.{name}", dict[str, Any]()
+        changes[f"{key}.at"] = list(nodes)
         if self.bays[name].along is not None:
-            found |= {f"{key}.along": None, f"{key}.every": 1}
-        return found
+            changes |= {f"{key}.along": None, f"{key}.every": 1}
+        return changes
 
     def _in_order(self, nodes: Iterable[str]) -> tuple[str, ...]:
         return tuple(sorted(nodes, key=self.nodes.index))
 
     def _from_now(self, node: str) -> float:
-        return min((abs(self.points[node] - self.points[one]) for one in self.now), default=0.0)
+        return min((abs(self.points[node] - self.points[other]) for other in self.now), default=0.0)
 
 
 class AisleWays(Floor):
@@ -192,12 +192,12 @@ class AisleWays(Floor):
         return math.prod(map(len, self.turnable.ways))
 
     def label(self, design: tuple[Way, ...]) -> Label:
-        """What is turned."""
+        """The aisles that are turned, in words."""
         return "; ".join(self.turnable.turned(design)) or self.drawn_label
 
 
 class DesignSpace:
-    """All combinations of the choices of several parts that are models which can be simulated."""
+    """All combinations of the choices of several parts that can be simulated."""
 
     def __init__(self, model: Model, parts: Sequence[DesignPart]) -> None:
         """Combine parts; raises StudyError where two change the same key, or no design can be simulated."""
@@ -219,7 +219,7 @@ class DesignSpace:
         return math.prod(part.many for part in self.parts)
 
     def first(self) -> Iterator[Combined]:
-        """The design nearest to the model as it is, then with what else a part would begin with."""
+        """The design nearest to the model as it is, then designs with the other first choices of a part."""
         yield self.now
         for rank, part in enumerate(self.parts):
             for choice in part.first():
@@ -246,16 +246,16 @@ class DesignSpace:
         return self._why_not(design) is None
 
     def effort(self, design: Combined) -> float:
-        """How much is changed in all."""
+        """The sum of the efforts of all parts."""
         return sum(part.effort(choice) for part, choice in zip(self.parts, design, strict=True))
 
     def changes(self, design: Combined) -> dict[str, Any]:
-        """What a design changes in the model."""
+        """The changes of a design to the model."""
         chosen = zip(self.parts, design, strict=True)
         return {key: value for part, choice in chosen for key, value in part.changes(choice).items()}
 
     def labels(self, design: Combined) -> dict[str, Label]:
-        """What tables show for each part of a design."""
+        """The label of each part of a design in tables."""
         return {part.key: part.label(choice) for part, choice in zip(self.parts, design, strict=True)}
 
     def _why_not(self, design: Combined) -> str | None:

@@ -33,15 +33,15 @@ LONGEST_WALK = 120
 _JUDGED = 5
 """One run in five is done on days that the search did not use."""
 _PAIRS, _PAIRS_ELSEWHERE = 20, 5
-"""On those days, the most pairs that compare both floors, and those for each other fleet or demand."""
+"""The most pairs of runs that compare both floors on those days, and for each other fleet or demand."""
 _FLEETS, _DEMANDS = (0.5, 0.75, 1.25, 1.5), (0.8, 1.2)
-"""Fleets and demands for which the gain is looked at, too, in times those of the model."""
+"""Other fleets and demands for which the gain is measured, as multiples of the model's."""
 _DRAWN = "as drawn"
 
 
 @dataclass(frozen=True)
 class DirectionGain:
-    """How much more an indicator is on the turned floor than as drawn, by pairs of runs, as a share of the latter.
+    """The gain of an indicator on the turned floor over the drawn one, by pairs of runs, as a share of the latter.
 
     `is_better`: whether that is shown to be an improvement (True) or a loss (False), or neither (None).
     """
@@ -56,7 +56,7 @@ class DirectionGain:
 
 @dataclass(frozen=True)
 class SearchedDirections:
-    """The best directions found: the `model` with them, what is `turned` of so many `units`, and what that gains.
+    """The best directions found: the `model` with them, its units that are `turned` of all `units`, and the gain.
 
     `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
     and demands, `ways` the way of every lane that can be turned.
@@ -74,12 +74,12 @@ class SearchedDirections:
 
     @property
     def cost(self) -> float:
-        """What turning these aisles costs once, by `prices.turned_aisle`."""
+        """The cost of turning these aisles once, by `prices.turned_aisle`."""
         return 0.0 if self.model.prices is None else self.model.prices.turned_aisle * len(self.turned)
 
 
 class Floor:
-    """The designs of a search: the ways of what can be turned of a model's floor."""
+    """The designs of a search: the ways of the units of a model's floor that can be turned."""
 
     def __init__(self, model: Model) -> None:
         """Find what can be turned; raises StudyError where nothing can."""
@@ -96,7 +96,7 @@ class Floor:
         return self.turnable.drawn
 
     def changes(self, design: Design) -> dict[str, Any]:
-        """What makes the model be of a design."""
+        """The changes that make the model into a design."""
         return changes(self.model, self.turnable.lanes(design))
 
     def first(self) -> Iterator[Design]:
@@ -127,7 +127,7 @@ class Floor:
         return self.turnable.neighbours(design)
 
     def allows(self, design: Design) -> bool:
-        """Whether every node can be reached from every other, and all that the model says of its lanes still holds."""
+        """Whether every node can be reached from every other, and the changed model is valid."""
         if design not in self._allowed:
             self._allowed[design] = self.turnable.is_connected(design) and self._is_model(design)
         return self._allowed[design]
@@ -178,7 +178,7 @@ def search_directions(model: Model, indicator: str, search: Search = USUAL) -> S
 
 
 def _found(floor: Floor, indicator: str, runs: int, search: Search, *, maximise: bool) -> SearchedDirections:
-    """The best directions of a floor, judged where they differ from those drawn."""
+    """The best directions of a floor, judged where they differ from the drawn ones."""
     model = floor.model
     judged = runs // _JUDGED
     scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)
@@ -192,7 +192,7 @@ def _found(floor: Floor, indicator: str, runs: int, search: Search, *, maximise:
 
 
 def _judged(floor: Floor, best: Design, nothing: SearchedDirections, runs: int, search: Search) -> SearchedDirections:
-    """What the best directions gain on days that the search did not use."""
+    """Measure the gain of the best directions on days that the search did not use."""
     model, changed, indicator = floor.model, floor.changes(best), nothing.indicator
     maximise = more_is_better(indicator)
     fresh = _fresh(model, changed, runs, search)
@@ -204,13 +204,13 @@ def _judged(floor: Floor, best: Design, nothing: SearchedDirections, runs: int, 
         ways=floor.turnable.lanes(best),
         turned=tuple(floor.turnable.turned(best)),
         gain=gain,
-        elsewhere=tuple(one for one in elsewhere if one is not None),
+        elsewhere=tuple(other for other in elsewhere if other is not None),
         runs=nothing.runs + len(fresh.rows),
     )
 
 
 def _searched(floor: Floor, scout: StudyEngine, indicator: str, search: Search, *, maximise: bool) -> list[Design]:
-    """The designs that a search ends with, the best first; those that it simulates become designs of `scout`."""
+    """Search, and return the final designs, the best first; designs that are simulated are added to `scout`."""
     with scout.session(search) as runner:
         numbers = {floor.drawn: 0}
 
@@ -232,7 +232,7 @@ def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, search:
 
 
 def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -> StudyEngine:
-    """Both floors as they are, then with other fleets and demands, each in as many runs as there may be."""
+    """Both floors with the model's fleet and demand, then with others, each in as many runs as allowed."""
     others = list(_elsewhere(model, turned))[: max(0, runs // (2 * _PAIRS_ELSEWHERE) - 2)]
     cases: dict[str, Mapping[str, Any]] = {_DRAWN: {}, "turned": turned}
     for name, more in others:
@@ -272,11 +272,11 @@ def _gain(study: StudyEngine, number: int, indicator: str, *, maximise: bool) ->
         return None
     turned, drawn = zip(*both, strict=True)
     exact = all(row.outcome.deterministic for row in rows.values())
-    found = paired(turned, drawn, study.plan.confidence, deterministic=exact)
+    difference = paired(turned, drawn, study.plan.confidence, deterministic=exact)
     whole = abs(sum(drawn)) / len(drawn) or math.nan
-    low, high = found.interval or (found.mean, found.mean)
+    low, high = difference.interval or (difference.mean, difference.mean)
     is_better = None if low <= 0 <= high else (low > 0) == maximise
     label = str(study.points[number + 1].labels["directions"])
     return DirectionGain(
-        "" if number == 0 else label, found.mean / whole, low / whole, high / whole, len(both), is_better
+        "" if number == 0 else label, difference.mean / whole, low / whole, high / whole, len(both), is_better
     )

@@ -1,4 +1,4 @@
-"""Search among more designs than can be run: local search whose neighbours race on common random numbers.
+"""Search among more designs than can be run: a local search whose neighbours race on common random numbers.
 
 From the best of some designs it moves to a neighbour that does better in the same replications, and where none does, it
 begins again at the best design that it has not stood on. The best designs found then race with more replications. On
@@ -27,30 +27,30 @@ if TYPE_CHECKING:
 
 D = TypeVar("D")
 Score: TypeAlias = tuple[float, ...]
-"""What designs are compared by: larger for better ones."""
+"""The key by which designs are compared: larger for better ones."""
 
 _FIRST, _AGAIN = 20, 8
-"""Designs looked at before the first climb, and before every other one."""
+"""Designs looked at before the first climb, and before every later one."""
 _LOOK, _SURE = 2, 4
-"""Replications of a neighbour, and of one that seems better before the search moves to it."""
+"""Replications of a neighbour, and of a neighbour that seems better before the search moves to it."""
 _AT_ONCE = 4
 """Neighbours whose runs are asked for together."""
 _FINALISTS, _LAP = 8, 3
 """Designs in the race, and the replications that each does in a lap."""
 _HOPE, _LADDER = 1.0, (0.0, -1.0, -2.0)
-"""Standard errors granted to what a design reaches of a target: in the race, and of those that are judged next."""
+"""Standard errors granted to a design in its target's indicator: in the race, and in the order of judgement."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A target, and what a run reaches of it by number of design and replication: nan where it cannot count at all."""
+    """A target, and its indicator in a run by number of design and replication: nan where the run cannot count."""
 
     target: Target
     reached: Callable[[int, int], float]
 
 
 class Space(Protocol[D]):
-    """Designs of one kind, of which not all can be simulated."""
+    """Designs of one kind, too many to simulate all."""
 
     def first(self) -> Iterable[D]:
         """Designs to begin with, the present one first."""
@@ -61,7 +61,7 @@ class Space(Protocol[D]):
         ...
 
     def neighbours(self, design: D) -> Iterable[D]:
-        """The designs that differ little from one, and are others."""
+        """Other designs that differ little from a design."""
         ...
 
     def allows(self, design: D) -> bool:
@@ -69,7 +69,7 @@ class Space(Protocol[D]):
         ...
 
     def effort(self, design: D) -> float:
-        """How much must be changed for it: of designs that do equally well the one with the least is better."""
+        """The effort of changing the model into a design; among equally good designs the least effort is best."""
         ...
 
 
@@ -78,7 +78,7 @@ class _SpentError(Exception):
 
 
 class LocalSearch(Generic[D]):
-    """One search: `steps` is a procedure that asks for runs and returns the finalists, the best first."""
+    """A local search: `steps` is a procedure that asks for runs and returns the finalists, the best first."""
 
     def __init__(
         self,
@@ -124,12 +124,12 @@ class LocalSearch(Generic[D]):
         return list(dict.fromkeys([ranked[0], *surer, *ranked]))
 
     def score(self, design: D, count: int | None = None, hope: float = 0.0) -> Score:
-        """How well a design does in its first so many runs, or all; -inf where a run failed.
+        """Score a design by its first so many runs, or all; -inf where a run failed.
 
         `hope`: standard errors by which what it reaches of the target may be better than its runs say.
         """
-        found = self.values[design][:count]
-        mean = self.sign * sum(found) / len(found)
+        values = self.values[design][:count]
+        mean = self.sign * sum(values) / len(values)
         if math.isnan(mean):
             return (-math.inf,)
         if self.goal is None:
@@ -141,13 +141,13 @@ class LocalSearch(Generic[D]):
         return (min(0.0, beyond + hope * self._noise / len(reached) ** 0.5), mean)
 
     def _rank(self, design: D, hope: float = _HOPE) -> Score:
-        """Larger for better designs; of those that do equally well, for those with less effort."""
+        """Rank a design: larger for better designs; among equally good ones, larger for less effort."""
         return (*self.score(design, hope=hope), -self.space.effort(design))
 
-    def _is_better(self, one: D, other: D) -> bool:
+    def _is_better(self, design: D, other: D) -> bool:
         """Whether one design does better in the replications that both have."""
-        common = min(len(self.values[one]), len(self.values[other]))
-        return self.score(one, common) > self.score(other, common)
+        common = min(len(self.values[design]), len(self.values[other]))
+        return self.score(design, common) > self.score(other, common)
 
     def _climb(self) -> Generator[list[RunNumber], Sequence[float], None]:
         begin = list(dict.fromkeys(self.space.first()))
@@ -165,7 +165,7 @@ class LocalSearch(Generic[D]):
             yield from self._replicate(dict.fromkeys(self._drawn(_AGAIN, self.values), _LOOK))
 
     def _step(self, current: D, stood: set[D]) -> Generator[list[RunNumber], Sequence[float], D | None]:
-        """The first neighbour found that does better; those that do not are not looked at again."""
+        """The first neighbour drawn that does better; neighbours that do not are not looked at again."""
         near = [design for design in dict.fromkeys(self.space.neighbours(current)) if design not in stood]
         self.random.shuffle(near)
         allowed = filter(self.space.allows, near)
@@ -194,20 +194,20 @@ class LocalSearch(Generic[D]):
             alive.sort(key=self._rank, reverse=True)
         return [*alive, *out]
 
-    def _drawn(self, count: int, known: Iterable[D]) -> list[D]:
-        """At most so many designs drawn at random that are not known."""
-        seen, found = set(known), list[D]()
+    def _drawn(self, count: int, excluded: Iterable[D]) -> list[D]:
+        """Draw at most so many designs at random that are not excluded."""
+        seen, designs = set(excluded), list[D]()
         for _ in range(10 * count):
-            if len(found) == count:
+            if len(designs) == count:
                 break
             design = self.space.sample(self.random)
             if design not in seen:
                 seen.add(design)
-                found.append(design)
-        return found
+                designs.append(design)
+        return designs
 
     def _replicate(self, wanted: Mapping[D, int]) -> Generator[list[RunNumber], Sequence[float], None]:
-        """See that designs have so many replications; raises _SpentError where too few runs are left for that."""
+        """Run designs up to so many replications; raises _SpentError where too few runs are left for that."""
         missing = [
             (design, rank)
             for design, count in wanted.items()
@@ -226,7 +226,7 @@ class LocalSearch(Generic[D]):
         self._noise = self._spread()
 
     def _spread(self) -> float:
-        """The standard deviation of what one run reaches of the target, over all designs whose runs can count."""
+        """The standard deviation of the target's indicator in one run, over all designs whose runs can count."""
         several = (reached for reached in self._reached.values() if len(reached) > 1)
         variances = [statistics.variance(reached) for reached in several if not any(map(math.isnan, reached))]
         return math.sqrt(statistics.fmean(variances)) if variances else 0.0

@@ -40,7 +40,7 @@ class Executor(Protocol):
         ...
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
-        """Wait for runs that were submitted here: each of them as soon as it has ended or was cancelled.
+        """Wait for runs that were submitted here, and yield each as soon as it has ended or was cancelled.
 
         What is simulated in this process is simulated now, in the thread that asks.
         """

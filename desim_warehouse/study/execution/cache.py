@@ -7,7 +7,7 @@ The folder is named by the variable DESIM_CACHE, else it is `desim-warehouse` wh
 
 PROGRAM is the digest of our code and of the packages that results depend on, MODEL that of a model and the code of its
 own policies. Files are only appended to, a whole line at a time, so commands may share the folder, and a kill loses
-nothing. They take 1 GB at most: those that were not used for longest go first. Whatever goes wrong here costs time, and
+nothing. They take 1 GB at most: the files unused for longest go first. Whatever goes wrong here costs time, and
 never an answer: runs that cannot be read are simulated again.
 """
 
@@ -34,7 +34,7 @@ _PACKAGES = ("simpy", "networkx", "numpy", "scipy", "pydantic")
 
 
 def versions() -> dict[str, str]:
-    """The versions that results depend on: ours, Python's and those of packages."""
+    """The versions that results depend on: of desim-warehouse, Python and packages."""
     return {
         "desim-warehouse": _version.__version__,
         "python": platform.python_version(),
@@ -45,11 +45,11 @@ def versions() -> dict[str, str]:
 @cache
 def program() -> str:
     """A digest of these versions and of our code, which somebody may be changing."""
-    found = hashlib.sha256(repr(sorted(versions().items())).encode())
+    digest = hashlib.sha256(repr(sorted(versions().items())).encode())
     home = Path(_version.__file__).parent
     for path in sorted(home.rglob("*.py")):
-        found.update(f"\0{path.relative_to(home)}\0".encode() + path.read_bytes())
-    return found.hexdigest()[:16]
+        digest.update(f"\0{path.relative_to(home)}\0".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 MOST = 1_000_000_000
@@ -61,10 +61,10 @@ _LEFT = 7 / 8
 
 
 def cache_folder() -> Path:
-    """Where runs of the user are kept: DESIM_CACHE, or below the caches of the system."""
-    given = os.environ.get("DESIM_CACHE")
-    if given:
-        return Path(given).absolute()
+    """The folder of the user's cached runs: DESIM_CACHE, or below the caches of the system."""
+    folder = os.environ.get("DESIM_CACHE")
+    if folder:
+        return Path(folder).absolute()
     if sys.platform == "win32":
         usual = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
@@ -89,7 +89,7 @@ def intact(line: bytes) -> bytes:
 
 
 class Cache:
-    """The runs that the user's cache has of each model. It says once where it cannot be used, and is then empty."""
+    """The cached runs of each model. If the cache cannot be used, it says so once, and is then empty."""
 
     def __init__(self, say: Callable[[str], None], folder: Path | None = None) -> None:
         """Open the user's cache; `folder`: another folder of journals, which is there."""
@@ -109,7 +109,7 @@ class Cache:
             self.folder = root / f"runs-{program()}"
 
     def lines(self, model: str) -> list[bytes]:
-        """The whole lines of a model's journal, which is then the one used last."""
+        """The whole lines of a model's journal, which becomes the journal used last."""
         if self.folder is None:
             return []
         path = self.folder / f"{model}.jsonl"
@@ -128,7 +128,7 @@ class Cache:
         if self.folder is None:
             return
         flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-        whole = b"\n" + line  # on a line of its own, even after one that was cut short by a full disk
+        whole = b"\n" + line  # on a line of its own, even after a line cut short by a full disk
         try:
             file = os.open(self.folder / f"{model}.jsonl", flags, 0o600)
             try:
@@ -149,20 +149,20 @@ class Cache:
             self.sweep()
 
     def sweep(self) -> None:
-        """Delete what was not used for longest where there is too much."""
+        """Delete the journals unused for longest when there is too much."""
         assert self.folder is not None
         self.written = 0
-        found = []
+        journals = []
         for path in self.folder.parent.glob("runs-*/*.jsonl"):
             try:
                 is_ = path.lstat()
             except OSError:  # another command made room
                 continue
-            found.append((is_.st_mtime_ns, is_.st_size, path))
-        total = sum(size for _, size, _ in found)
+            journals.append((is_.st_mtime_ns, is_.st_size, path))
+        total = sum(size for _, size, _ in journals)
         if total <= (1 - _SWEEP) * MOST:
             return
-        for _, size, path in sorted(found):
+        for _, size, path in sorted(journals):
             if total <= _LEFT * MOST:
                 return
             path.unlink(missing_ok=True)
@@ -177,9 +177,9 @@ class Cache:
 
 
 def refuse_foreign(folder: Path) -> None:
-    """Others could lay results into a folder of theirs; raises PermissionError."""
+    """Refuse a folder in which others could put results; raises PermissionError."""
     if not hasattr(os, "getuid"):
         return
-    found = folder.stat()
-    if found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    status = folder.stat()
+    if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PermissionError(errno.EACCES, "others may write there, expected a folder of your own (chmod 700)")

@@ -25,7 +25,7 @@ _BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some millise
 
 
 def make_simulator(version: str) -> Simulator:
-    """On a worker: made once and kept there. Every worker makes its own."""
+    """Make the simulator of a worker, once for each."""
     if version != __version__:
         raise StudyError(
             f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
@@ -35,12 +35,12 @@ def make_simulator(version: str) -> Simulator:
 
 
 def read_base(base: bytes) -> Model:
-    """On a worker: a base model, read once and kept there."""
+    """Read a base model on a worker, which keeps it."""
     return cast("Model", pickle.loads(base))  # noqa: S301 - our own model, from our own process
 
 
 def simulate_batch(simulator: Simulator, base: Model, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
-    """On a worker: simulate a batch."""
+    """Simulate a batch on a worker."""
     return simulator.batch(base, batch, timeout)
 
 
@@ -70,7 +70,7 @@ class Cluster(SharedExecutor):
         self._children = ExitStack()
 
     def wake(self) -> None:
-        """There is something to do."""
+        """Wake our thread, as there is something to do."""
         self.finished.put(None)
 
     def turn(self) -> None:
@@ -110,7 +110,7 @@ class Cluster(SharedExecutor):
         self._children.close()
 
     def _heed(self) -> None:
-        """Batches of which every run was cancelled are not begun. One that has begun is not stopped."""
+        """Cancel batches all of whose runs were cancelled; a batch that has begun is not stopped."""
         with suppress(queue.Empty):
             while True:
                 self.to_stop.get_nowait()
@@ -150,10 +150,10 @@ class Cluster(SharedExecutor):
             self.say(f"cluster {self.address}: no workers yet; waiting for them")
 
     def _sent(self, base: Model) -> Any:
-        """A base model on the cluster, sent there the first time."""
-        for known, there in self.bases:
-            if known is base:
-                return there
+        """Send a base model to the cluster the first time, and return its future."""
+        for sent_base, future in self.bases:
+            if sent_base is base:
+                return future
         sent = self.client.submit(read_base, pickle.dumps(base))
         self.bases.append((base, sent))
         return sent

@@ -1,4 +1,4 @@
-"""What simulates for a command, all its studies included: processes that start once, and the fleets that settled."""
+"""The crew that simulates for a command and all its studies: processes that start once, and settled fleets."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Crew:
         self._told: Callable[[str], None] = lambda _: None
 
     def executor(self, timeout: float | None, say: Callable[[str], None]) -> Executor:
-        """The executor for runs that may take so many seconds, and who is told of workers lost from now on.
+        """The executor for runs with this time-out; `say` is told of lost workers from now on.
 
         Raises:
             StudyError: where the number of workers is out of range.
@@ -52,7 +52,7 @@ class Crew:
                 ending.callback(executor.close)
 
     def _elsewhere(self) -> Executor:
-        """One more process on this machine."""
+        """Make one more process on this machine."""
         from desim_warehouse.study.execution.pool import Pool
 
         return Pool(1, None, self._say, self.interrupts, self.fleets)

@@ -26,7 +26,7 @@ _LOCKS = 2
 
 
 class KeptFleets(SettledFleets):
-    """Settled fleets that processes share which keep them in one folder of journals; without one, of this process."""
+    """Settled fleets shared by processes that keep them in one folder of journals; without one, of this process."""
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__()
@@ -34,18 +34,18 @@ class KeptFleets(SettledFleets):
 
     @property
     def folder(self) -> Path | None:
-        """Where they are kept, None where they cannot be."""
+        """The folder that keeps the fleets, None where none can."""
         return None if self.cache is None else self.cache.folder
 
     @cached_property
     def cache(self) -> Cache | None:
-        """The cache that has them."""
+        """The cache that keeps the fleets."""
         return None if self._folder is None else Cache(_in_silence, self._folder)
 
     def once(
         self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """What the settling run of a model sees, looked up, or simulated by one process at a time."""
+        """Look up the fleets of a model's settling run, or have one process at a time simulate it."""
         if self.cache is None or self.cache.folder is None:
             return settle()
         digest = model.digest()
@@ -71,7 +71,7 @@ class FleetsOfACommand(KeptFleets):
 
     @cached_property
     def cache(self) -> Cache | None:
-        """The cache that has them, made when the first is wanted."""
+        """The cache that keeps the fleets, made when the first is wanted."""
         if self._cached:
             return Cache(_in_silence)
         try:
@@ -89,7 +89,7 @@ class FleetsOfACommand(KeptFleets):
 
 
 def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
-    """The settled fleets of a model in a cache, None where there are none that are intact."""
+    """The settled fleets of a model in a cache, None where it has no intact ones."""
     for line in reversed(cache.lines(f"settled-{digest}")):
         with suppress(ValueError, KeyError, TypeError):
             content = json.loads(intact(line))
@@ -99,4 +99,4 @@ def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
 
 
 def _in_silence(_: str) -> None:
-    """Who keeps runs says what is wrong with the cache."""
+    """Say nothing: the store of the runs reports what is wrong with the cache."""

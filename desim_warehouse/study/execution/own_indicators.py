@@ -23,16 +23,16 @@ _COLUMNS = ("replication", "seed", "deterministic", "run_time", "error")
 
 @dataclass(frozen=True)
 class OwnIndicator:
-    """An indicator of the user's own, known by its name and a digest of its code and of the values that it closes over.
+    """An indicator of the user's own, identified by its name and a digest of its code and of the values it closes over.
 
     `function`: None where only its values are here, as in the folder of a study; bytes in another process, until a run
-    asks for it. `of`: makes a run what it is given.
+    asks for it. `as_given`: makes the argument of the function from a run.
     """
 
     name: str
     digest: str
     function: Callable[[Any], float] | bytes | None = field(default=None, compare=False)
-    of: Callable[[RunData], Any] | None = field(default=None, compare=False)
+    as_given: Callable[[RunData], Any] | None = field(default=None, compare=False)
 
     def value(self, run: RunData) -> float:
         """The indicator of a run.
@@ -44,7 +44,7 @@ class OwnIndicator:
         function: Any = None
         try:
             function = pickle.loads(self.function) if isinstance(self.function, bytes) else self.function  # noqa: S301
-            return float(function(run if self.of is None else self.of(run)))
+            return float(function(run if self.as_given is None else self.as_given(run)))
         except PASSED_ON:
             raise
         except BaseException as error:
@@ -56,13 +56,13 @@ class OwnIndicator:
 
     def __reduce__(self) -> tuple[Any, ...]:
         function = _packed(self.name, self.function) if callable(self.function) else self.function
-        return OwnIndicator, (self.name, self.digest, function, self.of)
+        return OwnIndicator, (self.name, self.digest, function, self.as_given)
 
 
 def own_indicators(
-    functions: Mapping[str, Callable[[Any], float]], of: Callable[[RunData], Any] | None
+    functions: Mapping[str, Callable[[Any], float]], as_given: Callable[[RunData], Any] | None
 ) -> tuple[OwnIndicator, ...]:
-    """The indicators that a study is given as functions.
+    """Make the indicators of a study from functions.
 
     Raises:
         StudyError: the name of an indicator of ours or of another column, or no function.
@@ -72,11 +72,11 @@ def own_indicators(
             raise StudyError(f"indicators, {name}: there is one of this name already, expected another")
         if not callable(function):
             raise StudyError(f"indicators, {name}: {shown(function):.60}, expected a function of a run")
-    return tuple(OwnIndicator(name, _digest(function), function, of) for name, function in functions.items())
+    return tuple(OwnIndicator(name, _digest(function), function, as_given) for name, function in functions.items())
 
 
 def _digest(function: Callable[[Any], float]) -> str:
-    """A digest of what a function does itself; functions that it calls are not looked into."""
+    """The digest of a function's own code; functions that it calls are not looked into."""
     code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
     closed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
     content = repr(
@@ -88,12 +88,12 @@ def _digest(function: Callable[[Any], float]) -> str:
 def _content(code: CodeType | None) -> object:
     if code is None:
         return None
-    constants = tuple(_content(one) if isinstance(one, CodeType) else one for one in code.co_consts)
+    constants = tuple(_content(constant) if isinstance(constant, CodeType) else constant for constant in code.co_consts)
     return code.co_code, constants, code.co_names, code.co_varnames
 
 
 def _packed(name: str, function: Callable[[Any], float]) -> bytes:
-    """A function for another process: by its module and name, or as a whole where the process has no such module."""
+    """Pack a function for another process: by its module and name, or as a whole if the process has no such module."""
     if getattr(function, "__module__", "__main__") != "__main__":
         try:
             return pickle.dumps(function)

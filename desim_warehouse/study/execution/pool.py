@@ -46,7 +46,7 @@ ALONE = 1.0
 
 
 class Worker:
-    """A process as the parent sees it, and the runs it is simulating, none while it is idle."""
+    """A worker process as its parent sees it, and the runs it is simulating, none while it is idle."""
 
     def __init__(self) -> None:
         """Start the process.
@@ -72,16 +72,16 @@ class Worker:
             theirs.close()
 
     def send(self, message: Any) -> None:
-        """Send what it is waiting for."""
+        """Send the process a message that it waits for."""
         self.since = monotonic()
         self._write(message)
 
     def give(self, handles: list[Handle]) -> None:
-        """Have it simulate a batch."""
+        """Give the process a batch to simulate."""
         self.handles, self.told_to_stop = handles, None
         self.batches += 1
         base = handles[0].base
-        number = next((n for n, one in enumerate(self.bases) if one is base), None)
+        number = next((n for n, model in enumerate(self.bases) if model is base), None)
         if number is None:
             self.bases.append(base)
         runs = [handle.wanted for handle in handles]
@@ -90,7 +90,7 @@ class Worker:
         )
 
     def stop(self, handle: Handle) -> None:
-        """Have it stop a run, or not begin it."""
+        """Tell the process to stop a run, or not to begin it."""
         self.told_to_stop = monotonic()
         self._write((self.batches, self.handles.index(handle)))
 
@@ -99,7 +99,7 @@ class Worker:
             self.connection.send(message)
 
     def late(self, timeout: float | None) -> bool:
-        """Whether it does not start, or its run can neither end nor be interrupted."""
+        """Whether the process does not start, or its run can neither end nor be interrupted."""
         taken = monotonic() - self.since
         if not self.begun:
             return taken > _START
@@ -109,7 +109,7 @@ class Worker:
 
     @property
     def deaf(self) -> bool:
-        """Whether it does not stop a run that it was told to stop."""
+        """Whether the process does not stop a run that it was told to stop."""
         if not self.handles or self.told_to_stop is None:
             return False
         return monotonic() - self.told_to_stop > self._before + _HEED
@@ -120,7 +120,7 @@ class Worker:
         return ENOUGH if len(self.handles) > 1 else 0.0
 
     def kill(self) -> None:
-        """Kill the process, and those that policies started in it."""
+        """Kill the process, and all processes that policies started in it."""
         assert self.process.pid
         if hasattr(os, "killpg"):
             with suppress(OSError):  # it may have no group of its own yet
@@ -155,12 +155,12 @@ class Pool(SharedExecutor):
         self._awake = True  # or there is nobody to wake
 
     def connect(self) -> None:
-        """Make what wakes our thread."""
+        """Make the pipe that wakes our thread."""
         self._woken, self._wake = _CONTEXT.Pipe(duplex=False)
         self._awake = False
 
     def wake(self) -> None:
-        """There is something to do."""
+        """Wake our thread, as there is something to do."""
         with self._waking:
             if not self._awake:
                 self._awake = True
@@ -202,7 +202,7 @@ class Pool(SharedExecutor):
             self._wake.close()
 
     def _heed(self) -> None:
-        """Runs that were cancelled are stopped where they are simulated."""
+        """Stop cancelled runs where they are simulated."""
         with self._waking:
             self._woken.recv_bytes()
             self._awake = False
@@ -232,7 +232,7 @@ class Pool(SharedExecutor):
                 worker.give(handles)
 
     def _receive(self, worker: Worker) -> None:
-        """Handle a worker's message. It works on its next batch while the outcomes of this one are written down."""
+        """Handle a worker's message. The worker goes on with its next batch while these outcomes are written down."""
         try:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
@@ -255,7 +255,7 @@ class Pool(SharedExecutor):
         worker.close()
 
     def _replace(self, worker: Worker, *, stuck: bool = False) -> None:
-        """A process died, or is stuck: others retry its runs, and `turn` starts a new one."""
+        """Replace a process that died or is stuck: others retry its runs, and `turn` starts a new one."""
         if not stuck:
             worker.process.join(_END)  # so that its exit status is its own
         self._end(worker)
@@ -296,7 +296,7 @@ def _inheriting_nothing() -> Iterator[None]:
 
 
 class Auto:
-    """The executor that simulates in this process at first, and in a pool what is then left."""
+    """The executor that simulates in this process at first, and the runs that are then left in a pool."""
 
     def __init__(self, alone: Serial, pool: Pool) -> None:
         self.alone = alone

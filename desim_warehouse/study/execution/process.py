@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 def alone() -> None:
-    """Numerical libraries imported later start no threads, which cost more than they save; what users set is kept."""
+    """Keep numerical libraries imported later from starting threads, which cost more than they save."""
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
@@ -18,7 +18,7 @@ _SAFE = "PYTHONSAFEPATH"
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Python started meanwhile begins without the working directory in its path (as by `python -P`).
+    """Have Python processes started meanwhile leave the working directory out of their path (as by `python -P`).
 
     `multiprocessing` starts `python -c`, which would look for its first modules there. It then gives the process our
     own path and working directory, so policies of model files find what they find in this process.

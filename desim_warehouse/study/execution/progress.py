@@ -1,4 +1,4 @@
-"""How far a study is, and what it knows so far: a bar that moves on a terminal and in a cell of Jupyter, else lines."""
+"""Progress of a study, with results so far: a bar that moves on a terminal and in a cell of Jupyter, else lines."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from desim_warehouse.errors import number_of
 def in_notebook() -> bool:
     """Whether a notebook's kernel runs this program."""
     shell = sys.modules.get("IPython")
-    found = shell.get_ipython() if shell is not None else None
-    return found is not None and "IPKernelApp" in found.config
+    ipython = shell.get_ipython() if shell is not None else None
+    return ipython is not None and "IPKernelApp" in ipython.config
 
 
 class CellBar:
-    """The bar; shown when it is made."""
+    """The progress bar of a cell; shown when it is made."""
 
     def __init__(self) -> None:
         from IPython.display import display
@@ -30,7 +30,7 @@ class CellBar:
         self._shown = display(self, display_id=True)  # type: ignore[no-untyped-call]
 
     def update(self, done: int, total: int, lines: Sequence[str]) -> None:
-        """Show how many runs are done, with some lines of text, in the place of what was shown."""
+        """Show how many runs are done, with some lines of text, in the place of the last update."""
         self.done, self.total, self.lines = done, total, tuple(lines)
         self._shown.update(self)
 
@@ -48,14 +48,20 @@ _REFRESH = 0.1
 
 
 class Progress:
-    """Shows how many of the runs wanted so far are finished. More may be wanted later."""
+    """Shows how many runs are finished, and how many are left where that is known: not while designs are searched.
+
+    Attributes:
+        is_search: more runs may be wanted later.
+        looked: designs looked at so far.
+    """
 
     def __init__(self, name: str, *, shown: bool = True, stream: TextIO | None = None) -> None:
         self.name = name
         self.shown = shown
         self.stream = stream or sys.stderr
-        self.total = self.done = self.reused = self.failed = 0
-        self.begin = self.said = monotonic()
+        self.total = self.done = self.reused = self.failed = self.looked = 0
+        self.is_search = False
+        self.begin = self.shown_at = monotonic()
         self.known = ""
         self.bar: Any = None
         self.task: Any = None
@@ -64,29 +70,23 @@ class Progress:
         self.below: list[str] = []
 
     def __enter__(self) -> Self:
-        self.begin = self.said = monotonic()
+        self.begin = self.shown_at = monotonic()
         if self.shown and in_notebook():
             self.cell = CellBar()
         elif self.shown and self.stream.isatty():
             from rich.console import Console, Group
             from rich.live import Live
-            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import BarColumn, TextColumn
             from rich.progress import Progress as Bar
 
-            self.bar = Bar(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                MofNCompleteColumn(),
-                TextColumn("{task.fields[rate]}"),
-                TimeRemainingColumn(),
-            )
+            self.bar = Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"))
             self.live = Live(
                 get_renderable=lambda: Group(self.bar, self.known) if self.known else self.bar,
                 console=Console(file=self.stream),
                 transient=True,
             )
             self.live.start()
-            self.task = self.bar.add_task(self.name, total=None, rate="")
+            self.task = self.bar.add_task(self.name, total=None, said="")
         return self
 
     def __exit__(
@@ -110,34 +110,43 @@ class Progress:
             return f"{self.rate:,.{0 if self.rate >= 100 else 1}f} runs/s"  # noqa: PLR2004 - three digits count
         return f"{1 / self.rate:,.1f} s a run"
 
-    def want(self, wanted: int, reused: int) -> None:
-        """Count further runs as wanted, and runs that are already there."""
+    @property
+    def said(self) -> str:
+        """How far it is: what a search has looked at, else the runs and the time that are left."""
+        if self.is_search:
+            return f"{number_of(self.looked, 'design')} looked at, {number_of(self.done, 'run')}, {self.pace}"
+        left = _time((self.total - self.done) / self.rate)
+        return f"{self.done} of {self.total} runs, {self.pace}, {left} left"
+
+    def want(self, wanted: int, reused: int, looked: int = 0) -> None:
+        """Count further runs as wanted, and runs that are already there, of so many designs looked at by now."""
         self.total += wanted
         self.reused += reused
+        self.looked = looked
 
     def step(self, *, failed: bool) -> None:
-        """One more run is finished."""
+        """Count one more run as finished."""
         self.done += 1
         self.failed += failed
         now = monotonic()
-        if not self.shown or now - self.said < (_EVERY if self.bar is None and self.cell is None else _REFRESH):
+        if not self.shown or now - self.shown_at < (_EVERY if self.bar is None and self.cell is None else _REFRESH):
             return
-        self.said = now
-        left = (self.total - self.done) / self.rate
-        line = f"{self.name}: {self.done} of {self.total} runs, {self.pace}, {_time(left)} left"
+        self.shown_at = now
+        line = f"{self.name}: {self.said}"
         if self.bar is not None:
-            self.bar.update(self.task, completed=self.done, total=self.total, rate=self.pace)
+            total = None if self.is_search else self.total
+            self.bar.update(self.task, completed=self.done, total=total, said=self.said)
         elif self.cell is not None:
             self._show_in_cell(line, *[self.known] * bool(self.known))
         else:
             self.print(line)
 
-    def tell(self, known: str) -> None:
-        """Show what the runs tell so far beside the bar, and where Ctrl-C ends them."""
-        self.known = known
+    def tell(self, text: str) -> None:
+        """Show results so far beside the bar, and where Ctrl-C ends the runs."""
+        self.known = text
 
     def print(self, text: str) -> None:
-        """A line of its own, beside the bar."""
+        """Print a line of its own, beside the bar."""
         if not self.shown:
             return
         if self.cell is not None:

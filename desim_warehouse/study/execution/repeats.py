@@ -1,4 +1,4 @@
-"""Are policies of the user's own reproducible? The first run with them is done again in another process, meanwhile.
+"""Check that policies of the user's own are reproducible: another process repeats the first run with them, meanwhile.
 
 There it is done twice, and once more after one with another seed. All must be equal: else the policy draws numbers that
 no seed fixes, or keeps something between runs, and no run of the study could be done again.
@@ -24,7 +24,7 @@ Name = tuple[str, int]
 
 
 class Repeats:
-    """The runs that a command does again, one for each set of policies of the user's own."""
+    """The runs that a command repeats, one for each set of policies of the user's own."""
 
     def __init__(self, make: Callable[[], Executor]) -> None:
         """`make` an executor in another process, when the first run is to be done again."""
@@ -34,7 +34,7 @@ class Repeats:
         self._open: list[tuple[Sequence[str], Name, Outcome, list[Handle]]] = []
 
     def begin(self, own: Sequence[str], name: Name, done: Handle) -> None:
-        """Have a run done again, if it is the first that ended with these policies; nobody waits for it."""
+        """Repeat a run, if it is the first that ended with these policies; nobody waits for it."""
         if not own or tuple(own) in self._known or done.outcome is None or done.outcome.error is not None:
             return
         self._known.add(tuple(own))
@@ -45,7 +45,7 @@ class Repeats:
         self._open.append((own, name, done.outcome, again))
 
     def wrong(self, *, wait: bool = False) -> tuple[Name, str] | None:
-        """A run that was not the same again, with what is wrong; None so far. `wait`: for all that are under way."""
+        """A run whose repetition differed, with the difference; None so far. `wait`: for all repetitions under way."""
         for item in list(self._open):
             own, name, here, again = item
             if wait and self._executor is not None:

@@ -1,4 +1,4 @@
-"""What executors share that simulate in other processes: a thread of their own hands out the runs of all callers.
+"""The base of executors that simulate in other processes: its own thread hands out the runs of all callers.
 
 A worker gets one run at first, then as many as take about a tenth of a second.
 """
@@ -27,10 +27,10 @@ _RECENT = 0.2  # weight of the latest run in the mean time of a run
 
 
 class Batches:
-    """The runs still to be handed out. Those lost with a worker are handed out one by one.
+    """The runs still to be handed out; runs lost with a worker are handed out one by one.
 
     One by one, because any run of the lost batch may be the one that kills workers. Any thread may add runs. All else
-    is for the one that hands them out.
+    is for the thread that hands them out.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class Batches:
 
     @property
     def open(self) -> int:
-        """How many are handed out, or still to be."""
+        """How many runs are handed out, or still to be."""
         return self.out + len(self.waiting) + len(self.alone)
 
     def add(self, handle: Handle) -> None:
@@ -71,7 +71,7 @@ class Batches:
         return batch
 
     def finish(self, handles: Sequence[Handle], outcomes: Sequence[Outcome]) -> None:
-        """These runs are finished. Those without an outcome were not begun, and are put back."""
+        """Take these runs as finished. Runs without an outcome were not begun, and are put back."""
         self.out -= len(handles)
         self.waiting.extendleft(reversed(handles[len(outcomes) :]))
         for handle, outcome in zip(handles, outcomes, strict=False):
@@ -81,7 +81,7 @@ class Batches:
             handle.end(outcome)
 
     def died(self, handles: Sequence[Handle]) -> None:
-        """A worker died at these runs, which are retried. A run that killed several workers alone is given up."""
+        """Retry these runs, at which a worker died. A run that killed several workers alone is given up."""
         self.out -= len(handles)
         for handle in handles:
             if len(handles) == 1:
@@ -92,7 +92,7 @@ class Batches:
                 handle.end(_DIED)
 
     def stuck(self, handles: Sequence[Handle], outcome: Outcome) -> None:
-        """A worker was stuck at one of these runs. A single one has this outcome, several are retried one by one."""
+        """Take a worker as stuck at one of these runs: a single run has this outcome, several are retried alone."""
         self.out -= len(handles)
         if len(handles) == 1:
             handles[0].end(outcome)
@@ -140,21 +140,21 @@ class SharedExecutor(ABC):
         self.wake()
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
-        """These runs, each as soon as it has ended or was cancelled.
+        """Yield these runs, each as soon as it has ended or was cancelled.
 
         Raises:
             StudyError: where nothing more can be simulated.
             KeyboardInterrupt: on Ctrl-C.
         """
-        told: SimpleQueue[Handle] = SimpleQueue()
+        queue: SimpleQueue[Handle] = SimpleQueue()
         with self.interrupts.held():
             for handle in handles:
-                handle.tell(told)
+                handle.tell(queue)
             left = len(handles)
             while left:
                 self.interrupts.heed()
                 try:
-                    handle = told.get(timeout=_POLL)
+                    handle = queue.get(timeout=_POLL)
                 except Empty:
                     if self.error is not None:
                         raise self.error from None
@@ -185,11 +185,11 @@ class SharedExecutor(ABC):
 
     @abstractmethod
     def connect(self) -> None:
-        """Before the first run, in the thread of its caller."""
+        """Prepare for the first run, in the thread of its caller."""
 
     @abstractmethod
     def wake(self) -> None:
-        """There is something to do: from any thread."""
+        """Wake our thread, from any thread, as there is something to do."""
 
     @abstractmethod
     def turn(self) -> None:

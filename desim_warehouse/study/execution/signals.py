@@ -12,12 +12,12 @@ from typing import NoReturn, Self
 
 
 def interrupt(number: int, _frame: FrameType | None) -> NoReturn:
-    """As Python's own handler of Ctrl-C, with the number of the signal as the argument of the exception."""
+    """Raise KeyboardInterrupt as Python's own handler does, with the number of the signal as its argument."""
     raise KeyboardInterrupt(number)
 
 
 class Interrupts:
-    """Remembers Ctrl-C: Python drops what is raised while it closes a generator, as it does after every run.
+    """Remembers Ctrl-C, as Python drops exceptions raised while it closes a generator, which happens after every run.
 
     Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and SIGTERM where its handler is `interrupt`.
     Both belong to the main thread. A study in another thread handles none. It can be entered several times in turn.
@@ -58,7 +58,7 @@ class Interrupts:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Defers Ctrl-C until `heed`: a half-started process or a half-imported module cannot be repaired."""
+        """Defer Ctrl-C until `heed`: a half-started process or a half-imported module cannot be repaired."""
         before, self.holding = self.holding, True
         try:
             yield
@@ -66,7 +66,7 @@ class Interrupts:
             self.holding = before
 
     def _dropped(self, what: sys.UnraisableHookArgs) -> None:
-        """Ctrl-C was dropped by Python: the study ends after this run."""
+        """Remember a Ctrl-C that Python dropped: the study ends after this run."""
         if self.struck is None or what.exc_type is not KeyboardInterrupt:
             self.hook(what)
 

@@ -39,7 +39,7 @@ from desim_warehouse.study.execution.work import Outcome
 
 
 class FolderLock:
-    """Held from its creation until `release`, or until the process ends, even by kill -9."""
+    """A lock held from its creation until `release`, or until the process ends, even by kill -9."""
 
     def __init__(self, folder: Path) -> None:
         """Take the lock.
@@ -155,7 +155,7 @@ class Store:
         self.again.discard((model, seed))
 
     def reload(self) -> None:
-        """Take what the journal says. After Ctrl-C it may be one run ahead of what we remember."""
+        """Read the journal again. After Ctrl-C it may be one run ahead of this store."""
         if self.folder is not None:
             say, self.say = self.say, lambda _: None
             self.runs.clear()
@@ -177,7 +177,7 @@ class Store:
     # The journal
 
     def _recall(self, model: str) -> None:
-        """Read what the cache has of a model, once. Lines that are damaged are not used."""
+        """Read the runs of a model from the cache, once. Damaged lines are not used."""
         if self.cache is not None and model not in self.recalled:
             self.recalled.add(model)
             for line in self.cache.lines(model):
@@ -251,7 +251,7 @@ class Store:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> NoReturn:
-        """The disk is full or gone: leave a journal of whole lines, and say what is kept."""
+        """Leave a journal of whole lines when the disk is full or gone, and say what is kept."""
         assert self.folder is not None
         with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)

@@ -43,7 +43,7 @@ class TimeLimit:
         if self.raised:
             with suppress(TimeOutError):
                 self._raise()
-                while True:  # it arrives here at the latest; Python 3.11 would wait for ever for one that is withdrawn
+                while True:  # it arrives here at the latest; Python 3.11 would wait for ever for a withdrawn one
                     pass
 
     def _watch(self) -> None:

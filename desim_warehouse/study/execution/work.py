@@ -1,4 +1,4 @@
-"""Simulating runs of a study, in whatever process: each ends with an outcome, which may be an error."""
+"""Simulation of the runs of a study, in any process: each ends with an outcome, which may be an error."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Outcome(NamedTuple):
 
 
 class Handle:
-    """A run that was submitted: its outcome once it has ended, None before that and where it was cancelled.
+    """A submitted run: its outcome once it has ended, None before that and if it was cancelled.
 
     It is used from any thread.
     """
@@ -88,16 +88,16 @@ class Handle:
         return self.cancelled or self.outcome is not None
 
     def cancel(self) -> None:
-        """Have it stopped, or not begun. Nothing happens where it has ended."""
+        """Have the run stopped, or not begun; do nothing if it has ended."""
         if self._end(None):
             self._stop(self)
 
     def end(self, outcome: Outcome) -> None:
-        """It has an outcome, of which nothing is known where it was cancelled before."""
+        """Store the outcome; a cancelled run has none."""
         self._end(outcome)
 
     def tell(self, queue: SimpleQueue[Handle]) -> None:
-        """Put it into a queue when it has ended."""
+        """Put the run into a queue when it has ended."""
         with _ending:
             if not self.ended:
                 self._told = queue
@@ -109,9 +109,9 @@ class Handle:
             if self.ended:
                 return False
             self.outcome, self.cancelled = outcome, outcome is None
-            told, self._told = self._told, None
-        if told is not None:
-            told.put(self)
+            queue, self._told = self._told, None
+        if queue is not None:
+            queue.put(self)
         return True
 
 
@@ -138,9 +138,9 @@ class Simulator:
     def model(self, base: Model, wanted: Wanted) -> Model:
         """The model of a wanted run."""
         name = id(base), wanted.design
-        known = self.models.get(name)
-        if known is not None and known.base is base and known.overrides == wanted.overrides:
-            return known.model
+        design = self.models.get(name)
+        if design is not None and design.base is base and design.overrides == wanted.overrides:
+            return design.model
         model = base.replace(wanted.overrides) if wanted.overrides else base
         if len(self.models) >= _KEPT:
             self.models.pop(next(iter(self.models)), None)
@@ -148,7 +148,7 @@ class Simulator:
         return model
 
     def run(self, base: Model, wanted: Wanted, timeout: float | None = None, stop: StopSignal | None = None) -> Outcome:
-        """Simulate one run. Whatever goes wrong in it is its outcome."""
+        """Simulate one run; its outcome has whatever goes wrong in it."""
         begin = perf_counter()
         try:
             model = self.model(base, wanted)
@@ -221,7 +221,7 @@ class Serial:
             stop.ask()
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
-        """These runs, which are simulated now, in this order."""
+        """Simulate these runs now, in this order, and yield each."""
         if self.simulator is None:
             with self.interrupts.held():
                 self.simulator = Simulator(self.fleets)

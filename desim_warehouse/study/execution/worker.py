@@ -25,7 +25,7 @@ _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
 
 def main(parent: Connection[Any, Any]) -> None:
-    """Take the place of settled fleets and the time-out, then answer batches until the parent ends.
+    """Receive the place of settled fleets and the time-out, then answer batches until the parent ends.
 
     It sends ("hello", None) when it waits for these. Then
     come ("ready", []), ("done", outcomes) after each batch, and ("failed", text) for an error of ours. Meanwhile it is
@@ -43,9 +43,9 @@ def main(parent: Connection[Any, Any]) -> None:
         gc.freeze()
         gc.enable()
         parent.send(("ready", []))
-        given: SimpleQueue[Given | None] = SimpleQueue()
-        threading.Thread(target=_listen, args=(parent, given), daemon=True).start()
-        while (batch := given.get()) is not None:
+        batches: SimpleQueue[Given | None] = SimpleQueue()
+        threading.Thread(target=_listen, args=(parent, batches), daemon=True).start()
+        while (batch := batches.get()) is not None:
             outcomes = simulator.batch(batch.base, batch.runs, timeout, batch.stops)
             if os.getpid() != process:  # a policy forked: the copy has nothing to say
                 os._exit(0)
@@ -57,7 +57,7 @@ def main(parent: Connection[Any, Any]) -> None:
 
 
 class RunBatch(NamedTuple):
-    """What a worker is given at once: designs of one base model, which comes along the first time.
+    """A batch for a worker: designs of one base model, which is sent along the first time.
 
     Base models are known by the order in which they came.
     """
@@ -68,15 +68,15 @@ class RunBatch(NamedTuple):
 
 
 class Given(NamedTuple):
-    """A batch, and what stops each of its runs."""
+    """A batch with the stop signal of each of its runs."""
 
     base: Model
     runs: list[Wanted]
     stops: list[StopSignal]
 
 
-def _listen(parent: Connection[Any, Any], given: SimpleQueue[Given | None]) -> None:
-    """Pass on batches; else a message is the number of a batch and the place in it of a run to be stopped."""
+def _listen(parent: Connection[Any, Any], batches: SimpleQueue[Given | None]) -> None:
+    """Pass on batches, and stop the runs named by other messages: the number of a batch, and a run's place in it."""
     from desim_warehouse.run.stop import StopSignal
 
     bases: list[Model] = []
@@ -88,10 +88,10 @@ def _listen(parent: Connection[Any, Any], given: SimpleQueue[Given | None]) -> N
                 if message.base is not None:
                     bases.append(message.base)
                 count, stops = count + 1, [StopSignal() for _ in message.runs]
-                given.put(Given(bases[message.number], message.runs, stops))
+                batches.put(Given(bases[message.number], message.runs, stops))
             elif message[0] == count:
                 stops[message[1]].ask()
-    given.put(None)
+    batches.put(None)
 
 
 def _prepare() -> None:

@@ -1,4 +1,4 @@
-"""How many robots and chargers a warehouse needs."""
+"""Fleet sizing: how many robots and chargers a warehouse needs."""
 
 from desim_warehouse.study.fleet.designs import Designs, OneKey, refused
 from desim_warehouse.study.fleet.loads import loads_at

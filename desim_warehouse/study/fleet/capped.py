@@ -1,4 +1,4 @@
-"""What a cap on the robots under way (`traffic.most_out`) gives a fleet whose robots stand in each other's way.
+"""The gain of a cap on the robots under way (`traffic.most_out`) in a fleet whose robots stand in each other's way.
 
 A floor lets less through beyond some number of robots (`outcome.verdicts` has the source). Where robots wait much, a
 few caps are held against no cap on the same days. The best cap of all is `desim size --key traffic.most_out`.
@@ -42,12 +42,12 @@ class Capped:
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """What caps the model."""
+        """The changes that cap the model."""
         return {KEY: self.cap}
 
 
 def caps(model: Model) -> list[int]:
-    """The caps that are tried for a model: none where it has one."""
+    """The caps to try for a model: none where it has one."""
     if model.traffic.most_out is not None:
         return []
     most = {math.ceil(part * model.fleet.size) for part in PARTS}
@@ -65,7 +65,7 @@ def tried_cap(
     indicator: str,
     search: Search = USUAL,
 ) -> tuple[Capped | None, int]:
-    """The cap that gains most, if one is shown to gain, or None; and how many runs that took.
+    """Find the cap that gains most, if one is shown to gain, else None; and how many runs that took.
 
     Args:
         model: the fleet as it is, without a cap.
@@ -94,9 +94,9 @@ def tried_cap(
             )
         )
 
-    found = study.follow(steps, indicator, failed=math.nan, search=search)
-    gain = next((one for one in found.gains if one.low > 0 and not one.failed), None)
+    result = study.follow(steps, indicator, failed=math.nan, search=search)
+    gain = next((gain for gain in result.gains if gain.low > 0 and not gain.failed), None)
     if gain is None:
-        return None, found.runs
-    mean = found.base + (gain.mean if better == "more" else -gain.mean)
-    return Capped(model.fleet.size, tried[gain.change - 1], indicator, mean, gain), found.runs
+        return None, result.runs
+    mean = result.base + (gain.mean if better == "more" else -gain.mean)
+    return Capped(model.fleet.size, tried[gain.change - 1], indicator, mean, gain), result.runs

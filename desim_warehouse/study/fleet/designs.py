@@ -26,7 +26,7 @@ ROOM_TO_PACK = 1.5
 
 @dataclass(frozen=True)
 class Packers:
-    """Who packs in a station, at each of its nodes: `key` of the model says how many, `values` could be (None: any)."""
+    """The packers at each node of a station: `key` of the model has their number, `values` could be (None: any)."""
 
     station: str
     key: str
@@ -36,14 +36,14 @@ class Packers:
 
     @classmethod
     def of(cls, model: Model, station: str, values: Sequence[int] | None) -> Packers:
-        """Those of a station of a model: its workers where loads are worked on there, else its servers.
+        """The packers of a station of a model: its workers where loads are worked on there, else its servers.
 
         Raises StudyError where the model has no such station, or it has no room for so many.
         """
         spec = model.layout.stations.get(station)
         if spec is None:
-            known = ", ".join(model.layout.stations) or "none"
-            raise StudyError(f"--packers {station}: no station of this model, expected one of its stations: {known}")
+            stations = ", ".join(model.layout.stations) or "none"
+            raise StudyError(f"--packers {station}: no station of this model, expected one of its stations: {stations}")
         of_work = spec.work_time is not None
         most = spec.places if not of_work else spec.buffer or math.inf
         if values is not None and values[-1] > most:
@@ -57,17 +57,17 @@ class Packers:
             None if values is None else tuple(values),
         )
 
-    def searched(self, found: QuickEstimate, model: Model) -> list[int]:
-        """How many are searched: by default from those without whom work piles up to more than a peak needs."""
+    def searched(self, quick: QuickEstimate, model: Model) -> list[int]:
+        """The numbers to search: by default from the least without a growing backlog to more than a peak needs."""
         if self.values is not None:
             return list(self.values)
-        at = [load for load in found.stations if model.floor.stations[load.node].zone == self.station]
+        loads = [load for load in quick.stations if model.floor.stations[load.node].zone == self.station]
         of_work = self.key.endswith("workers")
         busy = [
-            (load.work_busy or 0) * load.workers if of_work else (load.serve_busy or 0) * load.servers for load in at
+            (load.work_busy or 0) * load.workers if of_work else (load.serve_busy or 0) * load.servers for load in loads
         ]
         needed = math.fsum(busy) / self.nodes
-        peak = 1.0 if not found.rate or found.peak is None else found.peak / found.rate
+        peak = 1.0 if not quick.rate or quick.peak is None else quick.peak / quick.rate
         most = int(min(max(math.ceil(ROOM_TO_PACK * peak * needed) + 1, 2), self.most))
         return list(range(min(max(math.ceil(needed), 1), most), most + 1))
 
@@ -75,8 +75,8 @@ class Packers:
 class Designs:
     """The designs that could be built of a model, by their counts: robots, chargers and, where asked for, packers.
 
-    Chargers are those in the bays that have most of them, 0 where there are none. Robots that are bought are of no
-    kind, so chargers are too, where some are for kinds alone. Packers are those at each node of one station.
+    Chargers are counted in the bays that have most of them, 0 where there are none. Robots that are bought are of no
+    kind, and so are chargers, where some are for kinds alone. Packers are counted at each node of one station.
     """
 
     scan = False
@@ -104,7 +104,7 @@ class Designs:
         return design[0]
 
     def overrides(self, design: Counts) -> dict[str, Any]:
-        """What makes the model into a design."""
+        """The changes that make the model into a design."""
         robots, chargers, *packers = design
         return {"fleet.size": robots, **self.of_chargers(chargers), **self.of_packers(*packers)}
 
@@ -113,19 +113,19 @@ class Designs:
         return {} if self.packers is None or packers is None else {self.packers.key: packers}
 
     def factors(self, counts: Sequence[Sequence[int]]) -> dict[str, Any]:
-        """The factors of a study of all designs with these counts; packers are all those of the station."""
+        """The factors of a study of all designs with these counts; packers are the total of the station."""
         robots, chargers, *packers = counts
-        found: dict[str, Any] = {"fleet.size": robots}
+        factors: dict[str, Any] = {"fleet.size": robots}
         if self.zone is not None:
-            found["chargers"] = {"cases": {f"{number}": self.of_chargers(number) for number in chargers}}
+            factors["chargers"] = {"cases": {f"{number}": self.of_chargers(number) for number in chargers}}
         if self.packers is not None:
-            found["packers"] = {
+            factors["packers"] = {
                 "cases": {f"{number * self.packers.nodes}": self.of_packers(number) for number in packers[0]}
             }
-        return found
+        return factors
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """The changes that give the model this number of chargers, and slots for those beyond its slots alone.
+        """The changes that give the model this number of chargers, with more slots only where slots are too few.
 
         As a slot is also where robots rest, fewer slots with fewer chargers would compare two things at once. Where
         the model's slots are as many as its chargers, each node keeps the slots that all nodes have.
@@ -135,16 +135,16 @@ class Designs:
         bay = self.model.layout.bays[self.zone]
         nodes = sum(item.zone == self.zone for item in self.model.floor.bays.values())
         key = f"layout.bays.{self.zone}"
-        found: dict[str, Any] = {f"{key}.total_chargers": chargers}
+        changes: dict[str, Any] = {f"{key}.total_chargers": chargers}
         if bay.chargers is not None:
-            found[f"{key}.chargers"] = None
+            changes[f"{key}.chargers"] = None
         slots = max(self.today // nodes, 1) if bay.places is None else bay.places
         if not bay.in_lane and (bay.places is None or chargers > slots * nodes):
-            found |= {f"{key}.places": slots, f"{key}.grows": True}
-        return found
+            changes |= {f"{key}.places": slots, f"{key}.grows": True}
+        return changes
 
     def cost(self, design: Counts) -> float | None:
-        """What a design costs a year before it runs, or None where nothing that is sized has a price."""
+        """The cost of a design a year before it runs, or None where nothing that is sized has a price."""
         prices, who = self.model.prices, self.packers
         if prices is None or not (prices.of_fleet or (who and prices.station_hour)):
             return None
@@ -155,20 +155,20 @@ class Designs:
         return year_of(self.model, kinds, others + chargers, packing)
 
     def key(self, design: Counts) -> tuple[float, ...]:
-        """What to sort designs by: cost, then robots, chargers and packers."""
+        """The sort key of a design: cost, then robots, chargers and packers."""
         return (self.cost(design) or 0.0, *map(float, design))
 
     def counts(self, growth: float) -> list[list[int]]:
-        """Robots, chargers and packers that are searched, by default from the quick estimate."""
+        """The robots, chargers and packers to search, by default from the quick estimate."""
         model = self.model.replace(more_demand(self.model, growth))
-        found = estimate(model)
-        packers = [] if self.packers is None else [self.packers.searched(found, model)]
+        quick = estimate(model)
+        packers = [] if self.packers is None else [self.packers.searched(quick, model)]
         if packers:
             model = model.replace(self.of_packers(packers[0][-1]))
-            found = estimate(model)
-        needed = found.robots_busy
-        if found.robots_needed is not None and math.isfinite(found.robots_needed):
-            needed = found.robots_needed  # else chargers are too few, and searched as well
+            quick = estimate(model)
+        needed = quick.robots_busy
+        if quick.robots_needed is not None and math.isfinite(quick.robots_needed):
+            needed = quick.robots_needed  # else chargers are too few, and searched as well
         if self._robots is not None:
             robots = list(self._robots)
         elif needed is None:
@@ -184,7 +184,7 @@ class Designs:
             return [robots, [0], *packers]
         if self._chargers is not None:
             return [robots, list(self._chargers), *packers]
-        short = 0 if found.power is None or found.power.needed is None else found.power.needed * robots[-1]
+        short = 0 if quick.power is None or quick.power.needed is None else quick.power.needed * robots[-1]
         most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
         return [robots, list(range(1, min(most, robots[-1]) + 1)), *packers]
 
@@ -222,7 +222,7 @@ class OneKey(Designs):
         return self.study.points[design[0]].labels[self.of]
 
     def overrides(self, design: Counts) -> dict[str, Any]:
-        """Return what makes the model into a design."""
+        """Return the changes that make the model into a design."""
         return dict(self.study.points[design[0]].overrides)
 
     def cost(self, design: Counts) -> float | None:  # noqa: ARG002 - of all alike
@@ -237,11 +237,11 @@ class OneKey(Designs):
 def _chargers(model: Model) -> dict[str, int]:
     """The chargers of each zone of bays."""
     layout = model.floor
-    found: dict[str, int] = {}
+    by_zone: dict[str, int] = {}
     for node, chargers in chargers_at(model, layout).items():
         zone = layout.bays[node].zone
-        found[zone] = found.get(zone, 0) + chargers
-    return found
+        by_zone[zone] = by_zone.get(zone, 0) + chargers
+    return by_zone
 
 
 def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
@@ -250,7 +250,7 @@ def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
         changed = model.replace(overrides)
     except WarehouseError as error:
         return str(error).splitlines()[0]
-    return next((found.text for found in errors(changed) if found.code not in changed.accept), None)
+    return next((finding.text for finding in errors(changed) if finding.code not in changed.accept), None)
 
 
 def more_demand(model: Model, growth: float) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a plan believes after its scouts, for those who wait: the fleet, and about how many are to be judged."""
+"""The first answer of a plan, after its scouts, for people who wait: the fleet, and about how many are to be judged."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from desim_warehouse.study.statistics.cheapest import Cost, Counts, within_count
 
 
 def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int], name: Callable[[int], str]) -> str:
-    """What the scouts of a plan say, in a line.
+    """The first answer, by the scouts of a plan, in a line.
 
-    Judged are the cheapest fleet that they do not doubt, and of the cheaper ones those that rule out all others, unless
-    their verdicts turn out otherwise.
+    The plan goes on to judge the cheapest fleet that scouts do not doubt, and the cheaper fleets that rule out all
+    others, unless their verdicts turn out otherwise.
 
     Args:
         designs: all counts that could be built.
@@ -26,15 +26,15 @@ def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int]
     for number in order:
         if not any(within_counts(designs[number], other) for other in failed):
             judged = 1 + len(_largest(cheaper))
-            return f"by the scout {name(number)}, about {number_of(judged, 'fleet')} to judge"
+            return f"about {name(number)}, by single days; some {number_of(judged, 'fleet')} to judge"
         cheaper.append(designs[number])
-    return "by the scout no fleet is enough"
+    return "no fleet is enough, by single days"
 
 
 def _largest(designs: Sequence[Counts]) -> list[Counts]:
-    """Those of designs that have no more of all counts than another."""
-    found: list[Counts] = []
+    """The designs that no other design exceeds in every count."""
+    largest: list[Counts] = []
     for design in sorted(designs, reverse=True):
-        if not any(within_counts(design, other) for other in found):
-            found.append(design)
-    return found
+        if not any(within_counts(design, other) for other in largest):
+            largest.append(design)
+    return largest

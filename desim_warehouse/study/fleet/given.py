@@ -1,4 +1,4 @@
-"""What people ask of a fleet, as they write it: `30%` more demand, `6..20` robots, a zone of `1 %`."""
+"""Inputs of a plan, as people write them: `30%` more demand, `6..20` robots, a zone of `1 %`."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ MOST_TIMES = 10.0
 A_YEAR = "/year"
 
 
-def growth_of(given: float | str | None, named: str) -> float | None:
-    """The factor of demand that a growth such as `30%`, or a factor from 1 to 10 such as `1.3`, is; None: not given.
+def growth_of(growth: float | str | None, named: str) -> float | None:
+    """Read a growth such as `30%`, or a factor from 1 to 10 such as `1.3`, as a factor of demand; None: not given.
 
     Raises StudyError, which calls it `named`.
     """
-    if given is None:
+    if growth is None:
         return None
-    text = f"{given}".strip()
+    text = f"{growth}".strip()
     is_share = text.endswith("%")
     try:
         number = quantity(text, "share", UnitNames())
@@ -44,7 +44,7 @@ def growth_of(given: float | str | None, named: str) -> float | None:
 
 
 def demands_of(growth: float | str | None, years: int | None, named: str) -> list[float]:
-    """The factors of the demands after today's: of one growth, or of each of so many years that grow by `20%/year`.
+    """The factors of demand after today's: for one growth, or for each of so many years that grow by `20%/year`.
 
     Raises as `growth_of`.
     """
@@ -63,35 +63,35 @@ def demands_of(growth: float | str | None, years: int | None, named: str) -> lis
     return [round(times**year, 9) for year in range(1, years + 1)]
 
 
-def packers_of(given: str | None, named: str) -> tuple[str, list[int] | None] | None:
-    """A station and how many packers it could have, such as `packing=1..4`; `packing`: by estimate; None: not given.
+def packers_of(packers: str | None, named: str) -> tuple[str, list[int] | None] | None:
+    """Read a station and its possible numbers of packers, `packing=1..4`; `packing`: by estimate; None: not given.
 
     Raises as `growth_of`.
     """
-    if given is None:
+    if packers is None:
         return None
-    station, _, values = (part.strip() for part in given.partition("="))
+    station, _, values = (part.strip() for part in packers.partition("="))
     return station, counts_of(values or None, f"{named} {station}")
 
 
-def counts_of(given: Sequence[int] | str | None, named: str) -> list[int] | None:
-    """Whole numbers from 1 upwards, such as `1..8` or `4,6,8`, or a sequence of them; None: not given.
+def counts_of(counts: Sequence[int] | str | None, named: str) -> list[int] | None:
+    """Read whole numbers from 1 upwards, such as `1..8` or `4,6,8`, or a sequence of them; None: not given.
 
     Raises as `growth_of`.
     """
-    if given is None:
+    if counts is None:
         return None
-    values: Any = given
-    if isinstance(given, str):
-        written = read_yaml(f"[{given}]", named)
+    values: Any = counts
+    if isinstance(counts, str):
+        written = read_yaml(f"[{counts}]", named)
         values = [] if written.problems else written.data
     try:
-        found = listed(values)
+        items = listed(values)
     except (TypeError, ValueError):
-        found = []
-    numbers = [value for value in found if isinstance(value, int) and not isinstance(value, bool) and value > 0]
-    if not numbers or len(numbers) < len(found) or numbers != sorted(set(numbers)):
-        text = given if isinstance(given, str) else got(given)
+        items = []
+    numbers = [value for value in items if isinstance(value, int) and not isinstance(value, bool) and value > 0]
+    if not numbers or len(numbers) < len(items) or numbers != sorted(set(numbers)):
+        text = counts if isinstance(counts, str) else got(counts)
         raise StudyError(f"{named} {text}: expected whole numbers upwards from 1, such as 1..8")
     return numbers
 
@@ -102,8 +102,8 @@ def goals_of(
     """Read the first target with its indifference zone, and the further ones with theirs."""
     units = model.units.names
     goal, *others = read_targets(target, units)
-    for one in (goal, *others):
-        refuse_unknown(one.indicator, [model])
+    for each_goal in (goal, *others):
+        refuse_unknown(each_goal.indicator, [model])
     if others and zone is not None:
         raise StudyError(f"--zone {zone}: for one target alone, expected none beside several targets")
     return goal, indifference(goal, zone, units), tuple((other, indifference(other, None, units)) for other in others)

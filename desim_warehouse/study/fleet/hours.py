@@ -1,4 +1,4 @@
-"""How the orders of a day fare by the time at which they come: the worst hour of a design that is enough over all."""
+"""Orders on time by the hour at which they come: the worst hour of a design that is enough over the whole day."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SURE = 0.95
 
 @dataclass(frozen=True)
 class Hour:
-    """A part of the day (`parts_of_the_day`): of the orders that come in it, how many a day, and the share on time.
+    """A part of the day (`parts_of_the_day`): how many orders come in it a day, and the share of them on time.
 
     `indicator`: whose mean the share is, such as `on_time@11:30-13:00`.
     """
@@ -33,37 +33,37 @@ class Hour:
 
     @property
     def named(self) -> str:
-        """It by the clock: `11:30 to 13:00`."""
+        """The part of the day by the clock: `11:30 to 13:00`."""
         return said_part(split(self.indicator)[2])
 
 
 @dataclass(frozen=True)
 class Lead:
-    """How long before its departure an order has to come to be in time on `SURE` of `days` days that were run."""
+    """The order lead time: how long before its departure an order must come to be in time on `SURE` of `days` days."""
 
     time: float
     days: int
 
 
 def lead_of(days: Sequence[Row]) -> Lead | None:
-    """The lead before departures at a design that was run on some days; None where nothing departs."""
+    """The order lead time at a design that was run on some days; None where nothing departs."""
     leads = sorted(lead for row in days if math.isfinite(lead := row.value(DEPARTURE_LEAD)))
     return Lead(leads[math.ceil(SURE * len(leads)) - 1], len(leads)) if leads else None
 
 
 def by_hour(model: Model, days: Sequence[Row], confidence: float) -> tuple[Hour, ...]:
-    """The orders on time by the part of the day in which they come, on the days of a design that were run.
+    """The orders on time by the part of the day in which they come, on the days that a design was run.
 
     All intervals hold at once with the confidence.
     """
     parts = parts_of_the_day(model)
     level = 1 - (1 - confidence) / max(len(parts), 1)
-    found = []
+    hours = []
     for part in parts:
         indicator = f"{ON_TIME}{AT}{part}"
         values = [row.value(indicator) for row in days]
         shares = [value for value in values if isinstance(value, TaskShare)]  # of the days on which orders came then
         if len(shares) > 1:
             orders = math.fsum(share.of for share in shares) / len(shares)
-            found.append(Hour(indicator, orders, estimate(shares, level, within=(0.0, 1.0))))
-    return tuple(found)
+            hours.append(Hour(indicator, orders, estimate(shares, level, within=(0.0, 1.0))))
+    return tuple(hours)

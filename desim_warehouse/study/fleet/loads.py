@@ -1,8 +1,9 @@
-"""How busy everybody is at a design, by its runs: the loads of `model.facts.workers`, means over them.
+"""How busy each group is at a design, by its runs: the loads of `model.facts.workers`, as means over runs.
 
-Runs of a study keep indicators alone. Of robots and chargers these say all; the time of servers and of people is that
-of all stations together, and is shared among them as the quick estimate shares the work. The estimate stands where a
-group is asked for more than it can give, which no run shows, and where runs that begin empty show less of a station.
+Runs of a study keep indicators alone. These have the whole load of robots and chargers, but the time of servers and of
+people only for all stations together, which is shared among stations as the quick estimate shares the work. The
+estimate is used for a group with more work than it can do, which no run shows, and where runs that begin empty show
+less of a station.
 """
 
 from __future__ import annotations
@@ -101,9 +102,9 @@ def _part_of_lift(quick: QuickEstimate | None, group: Group) -> float:
 
 
 def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
-    """How many times the load of all of its kind together is that of a group at a station, by what a task takes there.
+    """The load of a whole kind as a multiple of one group's load at a station, by the time a task takes there.
 
-    That of a kind has the hours of all its groups as its time, those without work too.
+    The time of a kind is the hours of all its groups, including groups without work.
     """
     loads_of_stations = {item.node: item for item in quick.stations}
     work, time = dict[Group, float](), dict[Group, float]()
@@ -126,7 +127,7 @@ def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
 
 @lru_cache(maxsize=64)
 def _quick_estimate(model: Model) -> QuickEstimate | None:
-    """The quick estimate; None where a robot by itself does no task, so that nothing is foreseen."""
+    """The quick estimate; None where a robot by itself does no task, so that there is no estimate."""
     try:
         return quick_estimate(model)
     except SimulationError:

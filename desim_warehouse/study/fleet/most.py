@@ -1,7 +1,7 @@
-"""With pods more robots may do worse, as each visit of a pod serves fewer lines: which fleet does most.
+"""The fleet that does most: with pods more robots may do worse, as each visit of a pod serves fewer lines.
 
-Fleets are judged beside each other, by a few runs of some of them, then of those beside the best. Up to it, more does
-not do worse, as everywhere, and a plan searches there. The runs are not those that judge.
+Fleets are compared by a few runs of some of them, then of the neighbours of the best. Up to the best, more robots do
+not do worse, and a plan searches there. These runs are not the ones that judge the plan.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from desim_warehouse.study.statistics.procedure import Procedure, request
 
 RUNS = 3
 APART = 12
-"""Fleets that are looked at first, spread over all, and then between those beside the best."""
+"""Fleets compared at first, spread over all, and then between the neighbours of the best."""
 
 
 @dataclass(frozen=True)
 class Most:
     """The fleet with the best mean, the largest fleet, and both means. `up_to`: the largest that does not do worse.
 
-    A fleet does worse whose mean is beyond the indifference zone.
+    A fleet does worse if its mean is worse by more than the indifference zone.
     """
 
     robots: int
@@ -35,9 +35,9 @@ class Most:
 
 
 def most_steps(robots: Sequence[int], target: Target, zone: float, budget: Budget) -> Procedure[Most | None]:
-    """The fleet that does most, among numbers of `robots` in order; None where the largest does not do worse.
+    """Find the fleet that does most, among numbers of `robots` in order; None where the largest does not do worse.
 
-    So it is where the runs allowed end before.
+    None, too, where the runs allowed end before.
     """
     last = len(robots) - 1
     means: dict[int, float] = {}

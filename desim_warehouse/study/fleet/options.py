@@ -1,7 +1,7 @@
-"""Named options, such as the robots of two vendors: each is planned, and those that are enough meet on the same days.
+"""Named options, such as the robots of two vendors: each is planned, and sufficient ones meet on the same days.
 
-Where prices have nothing to do with chance, what a year costs follows from the counts. Then the one thing that is not
-known is whether fewer would do: how far the cost could fall to that of a fleet that is not shown to miss the target.
+Where no price depends on chance, the cost of a year follows from the counts. Then the only uncertainty is whether fewer
+would do: how far the cost could fall to the cost of a fleet that is not shown to miss the target.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ COST = "annual_cost"
 
 @dataclass(frozen=True)
 class Against:
-    """By how much an option differs from the first in an indicator, with the ends of its interval."""
+    """The difference of an option to the first in an indicator, with the ends of its interval."""
 
     name: str
     mean: float
@@ -38,16 +38,16 @@ class Against:
 
     @property
     def told(self) -> bool:
-        """Whether it is shown to differ."""
+        """Whether the difference is significant."""
         return self.low > 0 or self.high < 0
 
 
 @dataclass(frozen=True)
 class ComparedOptions:
-    """The plans of named options, and the cheapest of those that are enough, `first`, against each of the others.
+    """The plans of named options, and the cheapest option that is enough, `first`, against each of the others.
 
-    `indicator`: in which they are compared: what a year costs. Where there are no prices it is that of the target, and
-    `first` has the fewest robots.
+    `indicator`: the one compared: the cost of a year or, without prices, the target's indicator; then `first` has the
+    fewest robots.
     """
 
     plans: Mapping[str, FleetSizes]
@@ -64,7 +64,7 @@ class ComparedOptions:
 
     @property
     def undecided(self) -> bool:
-        """Whether of some option it is not known if any design is enough."""
+        """Whether for some option it is open if any design is enough."""
         return any(plan.undecided for plan in self.plans.values())
 
     @property
@@ -74,7 +74,7 @@ class ComparedOptions:
 
 
 def compare_options(models: Mapping[str, Model], target: str, *, search: Search = USUAL, **how: Any) -> ComparedOptions:
-    """Size the fleet of each of some options, and compare the cheapest designs that are enough on the same days.
+    """Size the fleet of each of some options, and compare the cheapest designs that are enough on shared days.
 
     The arguments are those of `questions.plan_options.plan_options`.
 
@@ -120,7 +120,7 @@ def _are_priced(enough: Mapping[str, Shown]) -> bool:
 
 
 def _on_days(plan: FleetSizes, best: Shown, indicator: str, search: Search) -> Sequence[float]:
-    """An indicator of a design on some days, which are the same for each option."""
+    """Run a design on some days, shared by all options, and return its values of an indicator."""
     changes = {**plan.today.overrides, **best.overrides}
     days = StudyEngine(
         plan.model, changes=changes, replications=DAYS, seed=search.seed + 2, name="days", timeout=search.timeout
@@ -132,15 +132,15 @@ def _on_days(plan: FleetSizes, best: Shown, indicator: str, search: Search) -> S
 def _against(
     name: str, first: str, values: Mapping[str, Sequence[float]], plans: Mapping[str, FleetSizes], confidence: float
 ) -> Against:
-    """An option against the first: on the same days, and as far as fewer could do of either."""
-    fixed = all(is_fixed(plans[one].model.prices) for one in (name, first))
-    found = paired(values[name], values[first], confidence, deterministic=fixed)
-    low, high = found.interval or (found.mean, found.mean)
-    return Against(name, found.mean, low - _could_save(plans[name]), high + _could_save(plans[first]))
+    """Compare an option with the first on shared days; the interval allows for cheaper designs that may do."""
+    fixed = all(is_fixed(plans[option].model.prices) for option in (name, first))
+    difference = paired(values[name], values[first], confidence, deterministic=fixed)
+    low, high = difference.interval or (difference.mean, difference.mean)
+    return Against(name, difference.mean, low - _could_save(plans[name]), high + _could_save(plans[first]))
 
 
 def _could_save(plan: FleetSizes) -> float:
-    """By how much the cost of the design named may exceed that of the cheapest that is not shown to miss the target."""
+    """The most by which the cost of the design named may exceed the cost of a design not shown to miss the target."""
     sized, best = plan.today, plan.today.best
     if best is None or best.cost is None:
         return 0.0
@@ -150,11 +150,11 @@ def _could_save(plan: FleetSizes) -> float:
 
 
 def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetSizes) -> bool:
-    """Whether a design, or where more never does worse one that is larger, was shown to miss the target."""
+    """Whether a design, or a larger one where larger is never worse, was shown to miss the target."""
     return any(
-        (within_counts(counts, one.counts) if sized.ordered else counts == one.counts)
-        for one in sized.below
-        if one.vetoed or _shown_to_miss(one, plan)
+        (within_counts(counts, design.counts) if sized.ordered else counts == design.counts)
+        for design in sized.below
+        if design.vetoed or _shown_to_miss(design, plan)
     )
 
 

@@ -65,18 +65,18 @@ from desim_warehouse.study.target import days_of, first_look
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
 ENDS = 2
-"""Years, the first and the last, that are planned before those between."""
+"""The first and the last year, which are planned before the years between."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
 _COUNTED = {"fleet.size": "robot", "chargers": "charger", "packers": "packer"}
 """Factors of a plan, and what each counts."""
 SAME = 0.2
-"""Part of the zone by which days with another strategy may differ from those with the model's own and be alike."""
+"""Share of the zone within which days with another strategy count as equal to days with the model's own."""
 
 
 @dataclass(frozen=True)
 class _Demand:
-    """A demand in times today's: the designs that failed, those that a scout or a close verdict doubts, the answer."""
+    """A demand as a factor of today's: designs that failed, designs in doubt after a scout, the answer."""
 
     growth: float
     failing: frozenset[Counts]
@@ -86,7 +86,7 @@ class _Demand:
 
 @dataclass
 class Planner:
-    """What all parts of a plan share, and how its designs are searched."""
+    """The settings that all parts of a plan share, and the search through its designs."""
 
     model: Model
     target: Target
@@ -98,38 +98,38 @@ class Planner:
     sized: dict[str, dict[Counts, Sequence[Row]]] = field(default_factory=dict)
     """The runs of the designs that were judged, by the name of a demand."""
     shared: list[_Demand] = field(default_factory=list)
-    """What is known of other demands, with which runs are shared; see `_known`."""
+    """The results of other demands, with which runs are shared; see `_known`."""
     beside: tuple[tuple[Target, float], ...] = ()
     """Further targets that a fleet has to meet, with their indifference zones."""
-    known: str = ""
-    """What is known of the demands before, as people who wait see it."""
+    answers: str = ""
+    """The answers for the demands before, as people who wait see them."""
     believed: str = ""
-    """What the scouts of this one say, until more is known."""
+    """The first answer of the demand under way, by its scouts, until it is decided."""
 
     @property
     def more_helps(self) -> bool:
-        """Whether more robots, or more of another key, are guessed to do no worse."""
+        """Whether more robots, or more of another key, are assumed to do no worse."""
         return not self.designs.is_fleet or all(goal.more_helps for goal in self.targets)
 
     @property
     def of_key(self) -> OneKey | None:
-        """The designs where they are the values of one key."""
+        """The values of one key as designs, None where robots are counted."""
         return self.designs if isinstance(self.designs, OneKey) else None
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """All that a fleet has to meet."""
+        """All targets that a fleet has to meet."""
         return self.target, *(goal for goal, _ in self.beside)
 
     def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
-        """Who judges the designs of a study."""
+        """The judge of the designs of a study."""
         return judge_of(
             study,
             runner,
             self.target,
             self.search,
             exact=exact,
-            before=f"{self.known}{study.plan.name}: ",
+            before=f"{self.answers}{study.plan.name}: ",
             name=lambda n: _named(study.points[n]),
             zone=self.zone,
             budget=self.budget,
@@ -141,12 +141,12 @@ class Planner:
         return searched(self.model, factors, self.search, changes=changes, target=self.target.text, name=name, **more)
 
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
-        """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
-        where = self.search.under(study.plan.name) if self.of_key is None else self.search  # which is a study's folder
+        """Carry out a procedure that is made with the judge of the designs of a study, and with its runner."""
+        where = self.search.under(study.plan.name) if self.of_key is None else self.search  # has a folder
         with study.session(where) as runner:
             if self.believed:
                 runner.progress.print(f"{study.plan.name}: {self.believed}")
-            runner.progress.tell(f"{self.known}{self.believed}")
+            runner.progress.tell(f"{self.answers}{self.believed}")
             return study.carry_out(
                 runner,
                 lambda exact: make(self.judge(study, runner, exact), runner),
@@ -155,14 +155,14 @@ class Planner:
             )
 
     def plan(self, times: Sequence[float], strategies: Mapping[str, Any] | None, *, yearly: bool) -> FleetSizes:
-        """The answers for today's demand and those after it; with a better strategy once more, with that."""
+        """Plan for today's demand and those after it; where a better strategy turns up, plan once more with that."""
         own = self.model.policies.allocation.content()
         factors = {"policies.allocation": list(dict.fromkeys((own, *STRATEGIES)))} if strategies is None else strategies
         demands = self._sizes(times, {}, "", yearly=yearly)
         tried = self.strategies(demands[-1], factors)
         better = max(
             (strategy for strategy in tried if strategy.saves),
-            key=lambda strategy: max(self.target.sign * one.verdict.mean for one in strategy.shown),
+            key=lambda strategy: max(self.target.sign * shown.verdict.mean for shown in strategy.shown),
             default=None,
         )
         if better is not None:
@@ -187,16 +187,16 @@ class Planner:
     def _sizes(
         self, times: Sequence[float], changes: Mapping[str, Any], suffix: str, *, yearly: bool
     ) -> tuple[Sized, ...]:
-        """The answers for today's demand and those after it, of years the last one before those between."""
+        """The answers for today's demand and the later ones; the last year is planned before the years between."""
         if not yearly:
             today = self.size(1.0, changes, f"today{suffix}")
             return today, *(self.size(growth, changes, f"growth{suffix}") for growth in times)
         years = {0: 1.0, len(times): times[-1], **dict(enumerate(times, 1))}
-        found = {n: self.size(growth, changes, f"year {n}{suffix}", n) for n, growth in years.items()}
-        return tuple(found[n] for n in sorted(found))
+        sized = {n: self.size(growth, changes, f"year {n}{suffix}", n) for n, growth in years.items()}
+        return tuple(sized[n] for n in sorted(sized))
 
     def size(self, growth: float, changes: Mapping[str, Any], name: str, year: int | None = None) -> Sized:
-        """The cheapest design for a demand; for a year's, with what is known of other years."""
+        """Find the cheapest design for a demand; for a year's demand, with what other years have shown."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
         most = (
@@ -208,32 +208,32 @@ class Planner:
         counts = list(itertools.product(*ranges))
         of_key = self.of_key
         study = self.study(name, self.designs.factors(ranges), changes) if of_key is None else of_key.study
-        known = NOTHING if year is None or not self.more_helps else self._known(growth, counts)
-        found, doubts = self._cheapest(study, counts, known)
+        earlier = NOTHING if year is None or not self.more_helps else self._known(growth, counts)
+        cheapest, doubts = self._cheapest(study, counts, earlier)
         if year is not None:
-            self._share(growth, found, doubts, counts)
-        self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
-        too_small = found.below
-        if of_key is not None:  # all that were looked at, as each is a row of the answer
-            too_small = tuple(sorted(n for n, verdict in found.verdicts.items() if verdict.verdict != "meets"))
+            self._share(growth, cheapest, doubts, counts)
+        self.sized[name] = {counts[number]: study.results.by_point[number] for number in cheapest.verdicts}
+        too_small = cheapest.below
+        if of_key is not None:  # all designs judged, as each is a row of the answer
+            too_small = tuple(sorted(n for n, verdict in cheapest.verdicts.items() if verdict.verdict != "meets"))
         shown = {
-            number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
-            for number in (*too_small, *([] if found.design is None else [found.design]))
+            number: self._shown(study, number, counts[number], cheapest.verdicts[number], cheapest.vetoed.get(number))
+            for number in (*too_small, *([] if cheapest.design is None else [cheapest.design]))
         }
-        best = None if found.design is None else shown[found.design]
+        best = None if cheapest.design is None else shown[cheapest.design]
         below = tuple(shown[number] for number in too_small)
         base = study.plan.base
-        used, trip, shown_by = self._used(study, found, counts) if shown else ({}, None, ())
-        left = tuple(counts[number] for number in found.open)
+        used, trip, shown_by = self._used(study, cheapest, counts) if shown else ({}, None, ())
+        left = tuple(counts[number] for number in cheapest.open)
         worse = tuple(
             (
-                counts[one.number],
-                counts[one.base],
-                None if _first_flat(study.results.by_point[one.number]) else one.difference,
-                one.target,
+                counts[comparison.number],
+                counts[comparison.base],
+                None if _first_flat(study.results.by_point[comparison.number]) else comparison.difference,
+                comparison.target,
             )
-            for one in found.larger
-            if one.worse
+            for comparison in cheapest.larger
+            if comparison.worse
         )
         capped = (
             self._capped(study, below[-1], name, changes)
@@ -257,28 +257,28 @@ class Planner:
             tuple(counts),
             () if best is None else by_hour(base, study.results.by_point[best.verdict.value], self.search.confidence),
             year,
-            frozenset(counts[number] for number in known.failing),
+            frozenset(counts[number] for number in earlier.failing),
             most,
             None if best is None else lead_of(study.results.by_point[best.verdict.value]),
             not self.more_helps,
-            found.against,
+            cheapest.against,
             self.designs.scan,
         )
 
     def _used(
-        self, study: StudyEngine, found: Cheapest, counts: list[Counts]
+        self, study: StudyEngine, cheapest: Cheapest, counts: list[Counts]
     ) -> tuple[dict[Load, Estimate], Estimate | None, tuple[str, ...]]:
-        """Who is busy at the design found, or the largest; what a trip takes if nobody is; the indicators of both."""
-        busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
+        """The loads at the chosen design, or the largest; the trip time if nobody is busy; the indicators of both."""
+        busiest = cheapest.design if cheapest.design is not None else max(cheapest.below, key=lambda n: counts[n])
         used, by = loads_at(study, study.points[busiest]), indicators_of(study.plan.base)
-        if found.design is not None or scarce(used):
+        if cheapest.design is not None or scarce(used):
             return used, None, by
         trip = study.results.estimate(study.results.by_point[busiest], TRIP)
         return used, trip, (*by, *(() if trip is None else (TRIP,)))
 
-    def _with_its_days(self, found: Procedure[Cheapest], judge: Judge) -> Procedure[Cheapest]:
-        """A search, and where orders come by the clock some days of what it finds, which show how they fare by hour."""
-        cheapest = yield from found
+    def _with_its_days(self, search: Procedure[Cheapest], judge: Judge) -> Procedure[Cheapest]:
+        """Search, and where orders come by the clock, run the design found on more days, to show orders by hour."""
+        cheapest = yield from search
         if cheapest.design is not None and due_within(self.model) is not None and parts_of_the_day(self.model):
             days = range(judge.runs(cheapest.design), DAYS)
             if days and self.budget.allows(len(days)):
@@ -286,36 +286,38 @@ class Planner:
                 yield from request([(cheapest.design, day) for day in days])
         return cheapest
 
-    def _share(self, growth: float, found: Cheapest, doubts: set[int], counts: list[Counts]) -> None:
-        """Keep what is known of a year for the others."""
-        fails = frozenset(counts[n] for n, one in found.verdicts.items() if one.verdict == "fails")
-        answer = None if found.design is None or found.open else counts[found.design]
+    def _share(self, growth: float, cheapest: Cheapest, doubts: set[int], counts: list[Counts]) -> None:
+        """Keep the results of a year for the others."""
+        fails = frozenset(counts[n] for n, verdict in cheapest.verdicts.items() if verdict.verdict == "fails")
+        answer = None if cheapest.design is None or cheapest.open else counts[cheapest.design]
         self.shared.append(_Demand(growth, fails, frozenset(counts[n] for n in doubts), answer))
 
     def _known(self, growth: float, counts: list[Counts]) -> Earlier:
-        """What other years say of designs: what fails with less demand fails, what is enough for more is enough.
+        """Verdicts known from other years: a design that fails with less demand fails, one enough for more is enough.
 
         Larger designs are compared in the first and the last year alone, which are planned first.
         """
-        less = [one for one in self.shared if one.growth <= growth]
+        less = [demand for demand in self.shared if demand.growth <= growth]
         number = {design: n for n, design in enumerate(counts)}
-        enough = [number[one.best] for one in self.shared if one.growth >= growth and one.best in number]
+        enough = [number[demand.best] for demand in self.shared if demand.growth >= growth and demand.best in number]
 
-        largest = max(counts)  # which is judged each year, for its number
+        largest = max(counts)  # judged each year, for its figures
 
         def among(designs: Iterable[Counts]) -> frozenset[int]:
-            smaller = (n for design in designs for n, one in enumerate(counts) if within_counts(one, design))
+            smaller = (
+                n for design in designs for n, candidate in enumerate(counts) if within_counts(candidate, design)
+            )
             return frozenset(n for n in smaller if counts[n] != largest)
 
         return Earlier(
-            among(design for one in less for design in one.failing),
-            among(design for one in less for design in one.doubted),
+            among(design for demand in less for design in demand.failing),
+            among(design for demand in less for design in demand.doubted),
             min(enough, key=lambda n: self.designs.key(counts[n]), default=None),
             compare=len(self.shared) < ENDS,
         )
 
     def _most(self, ranges: Sequence[Sequence[int]], changes: Mapping[str, Any], name: str) -> Most | None:
-        """The fleet that does most, where a larger one does worse."""
+        """Find the fleet that does most, where a larger one does worse."""
         robots, *others = ranges
         largest = self.designs.overrides((robots[-1], *(side[-1] for side in others)))
         seed = self.search.seed + 1
@@ -330,27 +332,28 @@ class Planner:
             )
 
     def _capped(self, study: StudyEngine, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
-        """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""
+        """Try caps on the robots under way for the largest fleet, where none is enough and robots wait much."""
         rows = study.results.by_point[largest.verdict.value]
         if not waits_much(row.indicators for row in rows) or not self.budget.allows(CAPPED * (len(PARTS) + 1)):
             return None
         first = min(self.search.first or first_look(self.target, CAPPED), CAPPED)
-        found, runs = tried_cap(
+        capped, runs = tried_cap(
             self.model.replace({**changes, **largest.overrides}),
             self.target.indicator,
             replace(self.search.under("cap" if self.of_key else f"cap-{name}"), first=first, cap=CAPPED),
         )
         self.budget.take(runs)
-        return found
+        return capped
 
-    def _cheapest(self, study: StudyEngine, counts: list[Counts], known: Earlier) -> tuple[Cheapest, set[int]]:
-        """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
+    def _cheapest(self, study: StudyEngine, counts: list[Counts], earlier: Earlier) -> tuple[Cheapest, set[int]]:
+        """Find the cheapest design of a study that meets the target, and the designs that a scout doubts."""
         where = self.search.under(f"{study.plan.name} scout")
         doubts: set[int] | None = set()
         scan = self.designs.scan
         if self.more_helps and not scan:
             doubts = scouted(
-                study, self.target, counts, self.designs.key, self.budget, where, self.known, known, self.targets[1:]
+                *(study, self.target, counts, self.designs.key, self.budget, where, self.answers, earlier),
+                *(self.targets[1:], lambda number: _named(study.points[number])),
             )
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
@@ -358,47 +361,47 @@ class Planner:
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
         if self.more_helps and not scan:  # else there was no scout
             self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
-        found: Cheapest = self.follow(
+        cheapest: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
                 cheapest_meeting_steps(
-                    counts, self.designs.key, judge, doubts, scan=scan, fewer=not self.more_helps, known=known
+                    counts, self.designs.key, judge, doubts, scan=scan, fewer=not self.more_helps, earlier=earlier
                 ),
                 judge,
             ),
         )
         self.believed = ""
-        found = self._as_cheap(study, found, counts, known)
-        if found.design is not None:
-            self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
-        return found, doubts
+        cheapest = self._as_cheap(study, cheapest, counts, earlier)
+        if cheapest.design is not None:
+            self.answers += f"{study.plan.name}: {_named(study.points[cheapest.design])}; "
+        return cheapest, doubts
 
-    def _as_cheap(self, study: StudyEngine, found: Cheapest, counts: list[Counts], known: Earlier) -> Cheapest:
-        """The same, naming the cheapest of the designs whose runs are day by day those of the design that was found.
+    def _as_cheap(self, study: StudyEngine, result: Cheapest, counts: list[Counts], earlier: Earlier) -> Cheapest:
+        """Name the cheapest of the designs whose runs equal, day by day, the runs of the design that was chosen.
 
-        So are those of fleets with a charger for each robot and with more; the first may be open when the other is not.
+        Fleets with a charger for each robot and with more run alike; the first may be undecided when the other is not.
         """
-        best, runs = found.design, study.results.by_point
+        best, runs = result.design, study.results.by_point
         if best is None:
-            return found
+            return result
 
         def dear(number: int) -> tuple[float, ...]:
             return self.designs.key(counts[number])
 
-        open_ = [n for n, one in found.verdicts.items() if one.verdict == "undecided" and dear(n) < dear(best)]
+        open_ = [n for n, verdict in result.verdicts.items() if verdict.verdict == "undecided" and dear(n) < dear(best)]
         cheapest = min((n for n in open_ if _equal(runs[n], runs[best])), key=dear, default=best)
         if cheapest == best:
-            return found
-        verdicts = {**found.verdicts, cheapest: replace(found.verdicts[best], value=cheapest)}
-        cheaper = {n: one.verdict for n, one in verdicts.items() if dear(n) < dear(cheapest)}
-        told = {n for n, verdict in cheaper.items() if verdict == "fails"}.union(known.failing)
-        below = ruling_out(counts, told.union(cheaper), told) - known.failing
-        return replace(found, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)
+            return result
+        verdicts = {**result.verdicts, cheapest: replace(result.verdicts[best], value=cheapest)}
+        cheaper = {n: verdict.verdict for n, verdict in verdicts.items() if dear(n) < dear(cheapest)}
+        failing = {n for n, verdict in cheaper.items() if verdict == "fails"}.union(earlier.failing)
+        below = ruling_out(counts, failing.union(cheaper), failing) - earlier.failing
+        return replace(result, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)
 
     def _shown(
         self, study: StudyEngine, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
-        rows = [row for row in study.results.by_point[number] if row.replication < verdict.n]  # those it rests on
+        rows = [row for row in study.results.by_point[number] if row.replication < verdict.n]  # the runs of the verdict
         mean = study.results.estimate(rows, self.target.indicator)
         if mean is not None and mean.interval is not None and verdict.low is not None and verdict.high is not None:
             mean = replace(mean, interval=(verdict.low, verdict.high))
@@ -407,7 +410,8 @@ class Planner:
         done = study.results.estimate(rows, "throughput_per_hour")
         name, days, to_tell = self.target.indicator, None, None
         if mean is not None:
-            days = days_of([row.value(name) for row in rows if math.isfinite(row.value(name))], self.target)
+            by_run = {row.replication: row.value(name) for row in rows}
+            days = days_of([by_run.get(run, math.nan) for run in range(verdict.n)], self.target)
         if not verdict.closed:
             to_tell = self._to_tell(rows, verdict)
         why = _first_flat(rows).partition(": ")[2]
@@ -415,7 +419,7 @@ class Planner:
         return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
 
     def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
-        """What a design costs a year: where runs have a part in it by these."""
+        """The cost of a design a year, by these runs where runs have a part in it."""
         cost = self.designs.cost(counts)
         if cost is None or is_fixed(self.model.prices):
             return cost
@@ -423,22 +427,22 @@ class Planner:
         return fmean(years) if years else cost
 
     def _to_tell(self, rows: Sequence[Row], verdict: DesignVerdict[int]) -> int | None:
-        """How many runs of a design would tell of all targets that it leaves open."""
+        """How many runs of a design would decide on all targets that it leaves open; None: too many."""
         each = zip(self.targets, verdict.each or (verdict,), strict=True)
-        left = [goal for goal, one in each if not one.closed]
+        left = [goal for goal, judged in each if not judged.closed]
         needed = [
             runs_to_tell([measured(row, goal) for row in rows], goal, verdict.level, goal.measure.within, verdict.least)
             for goal in left
         ]
-        known = [runs for runs in needed if runs is not None]
-        return max(known) if known and len(known) == len(needed) else None
+        numbers = [runs for runs in needed if runs is not None]
+        return max(numbers) if numbers and len(numbers) == len(needed) else None
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
-        """What other strategies do with the designs that are too small with the model's own."""
+        """Try other strategies at the designs that are too small with the model's own."""
         counts = [shown.counts for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
-        cases = {_said(one): self.designs.overrides(one) for one in counts}
+        cases = {_said(design): self.designs.overrides(design) for design in counts}
         study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides)
         others = self._others(study, factors)
         if not others:
@@ -454,19 +458,19 @@ class Planner:
                 same.add(number)
             return number in same
 
-        found = self.follow(
+        judged = self.follow(
             study,
             lambda judge, runner: verdict_steps(list(fleets), judge, lambda number: changes_nothing(runner, number)),
         )
-        known = same.union(found.verdicts)
-        tried = {label: points for label, points in others.items() if all(point.number in known for point in points)}
+        tested = same.union(judged.verdicts)
+        tried = {label: points for label, points in others.items() if all(point.number in tested for point in points)}
         self.untried += tuple(label for label in others if label not in tried)
         return tuple(
             Strategy(
                 label,
                 {key: value for key, value in points[0].overrides.items() if key in factors},
                 tuple(
-                    self._shown(study, number, fleets[number], found.verdicts[number], found.vetoed.get(number))
+                    self._shown(study, number, fleets[number], judged.verdicts[number], judged.vetoed.get(number))
                     for number in (point.number for point in points)
                     if number not in same
                 ),
@@ -475,21 +479,21 @@ class Planner:
             for label, points in tried.items()
         )
 
-    def _alike(self, one: Row, other: Row) -> bool:
-        """Whether two runs of a day differ for each target by far less than matters, or both failed alike."""
-        if one.outcome.error or other.outcome.error:
-            return one.outcome.error == other.outcome.error
+    def _alike(self, row: Row, other: Row) -> bool:
+        """Whether two runs of a day differ by far less than matters in each target, or failed with the same error."""
+        if row.outcome.error or other.outcome.error:
+            return row.outcome.error == other.outcome.error
         zones = ((self.target, self.zone), *self.beside)
-        return all(abs(one.value(goal.indicator) - other.value(goal.indicator)) <= SAME * zone for goal, zone in zones)
+        return all(abs(row.value(goal.indicator) - other.value(goal.indicator)) <= SAME * zone for goal, zone in zones)
 
     def _others(self, study: StudyEngine, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
-        """The points of a study that have another strategy than the model, by what it is called."""
+        """The points of a study that have another strategy than the model, by the strategy's label."""
         own = {key: level_of(self.model, key) for key in factors}
-        found: dict[str, list[Point]] = {}
+        points_by_label: dict[str, list[Point]] = {}
         for point in study.points:
             if any(point.overrides.get(key) != own[key] for key in factors):
-                found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
-        return found
+                points_by_label.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
+        return points_by_label
 
 
 def _values(runner: StudyRunner, goal: Target, number: int, runs: int) -> list[float]:
@@ -503,10 +507,10 @@ def _first_flat(rows: Iterable[Row]) -> str:
 
 
 def _equal(ours: Sequence[Row], others: Sequence[Row]) -> bool:
-    """Whether of two designs the same came out on each day that both were run."""
+    """Whether two designs had the same outcome on each day that both were run."""
     theirs = {row.replication: row for row in others}
     both = [(row, theirs[row.replication]) for row in ours if row.replication in theirs]
-    return bool(both) and all(outcome_of(one) == outcome_of(other) for one, other in both)
+    return bool(both) and all(outcome_of(row) == outcome_of(other) for row, other in both)
 
 
 def _hourly(model: Model) -> float | None:
@@ -521,7 +525,7 @@ def _said(counts: Counts) -> str:
 
 
 def _named(point: Point) -> str:
-    """A design for those who wait: `10 robots + 1 charger`."""
+    """A design in words for people who wait: `10 robots + 1 charger`."""
     labels = dict(point.labels)
     fleet = [number_of(int(str(labels.pop(key))), what) for key, what in _COUNTED.items() if key in labels]
     return " + ".join([*fleet, *map(str, labels.values())])

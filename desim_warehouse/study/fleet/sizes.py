@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown:
-    """A design that was judged: its counts (`Designs`), what changes the model into it, and what its runs say.
+    """A design that was judged: its counts (`Designs`), its changes to the model, and the result of its runs.
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these have a
-    part in it; None where nothing that is sized has a price. `wrong`: the verdicts on its runs. `delivered`: tasks an
-    hour, which is what counts of one that cannot keep up. `days`: the worst of its days, and how many missed the
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these
+    affect it; None where nothing that is sized has a price. `wrong`: the verdicts on its runs. `delivered`: tasks an
+    hour, the figure for a design that cannot keep up. `days`: the worst of its days, and how many missed the
     target. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of the first run
     in which a robot ran flat.
     """
@@ -48,48 +48,47 @@ class Shown:
 
     @property
     def is_open(self) -> bool:
-        """Whether it was neither shown to meet the target nor to miss it."""
+        """Whether the design was neither shown to meet the target nor to miss it."""
         return self.vetoed is None and not self.wrong_for_good and self.verdict.verdict == "undecided"
 
     @property
     def wrong_for_good(self) -> bool:
         """Whether the time to come is worse than the time simulated."""
-        return any(one.is_lasting for one in self.wrong)
+        return any(verdict.is_lasting for verdict in self.wrong)
 
     @property
     def robots(self) -> int:
-        """How many robots it has."""
+        """The number of robots."""
         return self.counts[0]
 
     @property
     def chargers(self) -> int:
-        """How many chargers, 0 where they are not sized."""
+        """The number of chargers, 0 where they are not sized."""
         return self.counts[1]
 
     @property
     def packers(self) -> int:
-        """How many packers at each node of the station, 0 where they are not sized."""
+        """The number of packers at each node of the station, 0 where they are not sized."""
         return self.counts[2] if len(self.counts) > 2 else 0  # noqa: PLR2004
 
 
 @dataclass(frozen=True)
 class Sized:
-    """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
+    """The answer for one demand: the cheapest design shown to meet the target, and designs that rule out cheaper ones.
 
-    `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
-    failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at the
-    largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts. They
-    follow from the indicators `shown_by`; there are none where no design was judged.
-    `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs that do worse than one with fewer robots or chargers, with that one, by how much, and for which
-    target; None: their robots ran flat.
-    `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
-    `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
-    `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
+    `name`: of its study. `best` is None if no design was shown to meet the target, and `below` are then the largest
+    that failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at
+    the largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts.
+    They follow from the indicators `shown_by`; there are none where no design was judged.
+    `open`: designs without a result, as the runs allowed ended before; `best` may not be the cheapest then.
+    `worse`: designs that do worse than a smaller one: both, the difference (None: robots ran flat), and the target.
+    `capped`: the gain of a cap on robots under way at the largest design, where none is enough as robots wait.
+    `counts`: of all designs searched. `hours`: how the target is met by the hour at `best`.
+    `year`: from today, where years are planned. `failed_before`: designs that failed in an earlier year.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
-    `fewer`: fewer robots were guessed to do no worse, from the target's indicator. `against`: the smallest and the
-    largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were on demand.
-    `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
+    `fewer`: the target's indicator made fewer robots the guess to do no worse. `against`: the smallest and the
+    largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were, as asked.
+    `trip`: where no design is enough though nothing is scarce: the mean time from release of a task until it is done.
     `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
 
@@ -123,17 +122,17 @@ class Sized:
 
     @property
     def undecided(self) -> bool:
-        """Whether the runs do not tell that all are too small, the largest for all where more never does worse."""
+        """Whether the runs leave open if all designs are too small; where larger does no worse, the largest decides."""
         telling = self.below[-1:] if self.ordered else self.below
-        return self.best is None and any(one.is_open for one in telling)
+        return self.best is None and any(design.is_open for design in telling)
 
 
 @dataclass(frozen=True)
 class Strategy:
-    """Another strategy at designs that are too small with the model's own: whether they would do with it.
+    """Another strategy at designs that are too small with the model's own: whether they meet the target with it.
 
-    `same`: the counts of those whose first runs it leaves as they are, in every indicator; only the others
-    were judged with it.
+    `same`: the counts of designs whose first runs it leaves unchanged in every indicator; only the others were judged
+    with it.
     """
 
     label: str
@@ -144,12 +143,12 @@ class Strategy:
     @property
     def saves(self) -> bool:
         """Whether a cheaper design meets the target with it."""
-        return any(one.verdict.verdict == "meets" for one in self.shown)
+        return any(design.verdict.verdict == "meets" for design in self.shown)
 
 
 @dataclass(frozen=True)
 class FleetSizes:
-    """The sizes for each demand; `strategy` is the better one that they are for, None: the model's own.
+    """The sizes for each demand; `strategy` is the better strategy that they are for, None: the model's own.
 
     `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice. `beside`: further
     targets that a fleet has to meet, with their indifference zones.
@@ -171,7 +170,7 @@ class FleetSizes:
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """All that a fleet has to meet."""
+        """All targets that a fleet has to meet."""
         return self.target, *(goal for goal, _ in self.beside)
 
     @property
@@ -191,7 +190,7 @@ class FleetSizes:
 
     @property
     def undecided(self) -> bool:
-        """Whether for some demand it is not known if any fleet is enough."""
+        """Whether for some demand it is open if any fleet is enough."""
         return any(sized.undecided for sized in self.demands)
 
     @property

@@ -1,17 +1,17 @@
 """The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
 
 A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
-and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
+and the designs that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
 
-A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is
-close. So a candidate whose looks lean to failing waits for the design with as much of the first count and all of the
-others. If that fails, all are settled at once; if it meets the target, the cheapest of the others and the one that
-halves them are tried by turns, as one a little larger than a candidate that failed mostly meets. Going there after any
-open look costs more, as a candidate that leans to meeting the target mostly does.
+A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is close. So a
+candidate whose looks lean to failing waits for the design with the same first count and the most of all others. If that
+design fails, all with this first count fail at once. If it meets the target, the cheapest of them and the one that
+halves them are tried by turns, as a design a little larger than a candidate that failed mostly meets. Trying the
+largest after any undecided look costs more, as a candidate that leans to meeting the target mostly does meet it.
 
-A design is vetoed after three runs if half of what its backlog grows, or its batteries fall, is still too much. Where
-the backlog grows by just as much as is put down to chance (3 √n for n arrivals), and what leaves varies as what
-comes, the mean of three runs has a standard deviation of √(2n/3). Twice the threshold is then 3.7 of those away: an
+A design is vetoed after three runs if half of its backlog growth, or of the fall of its batteries, is still too much.
+Where the backlog grows by exactly the allowance for chance (3 √n for n arrivals), and departures vary as arrivals do,
+the mean of three runs has a standard deviation of √(2n/3). Twice the threshold is then 3.7 standard deviations away: an
 error of 1 in 8,000, where a plan's first verdict may be wrong once in 240, its fourth once in 2,400.
 
 With one count it finds the smallest value of a key, as `desim size` does.
@@ -40,7 +40,7 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 
 @dataclass(frozen=True)
 class Earlier:
-    """What is known of designs before they are judged, by number: `failing` fail, `doubted` may, `enough` may suffice.
+    """Earlier results on designs, by number: `failing` fail, `doubted` may fail, `enough` may suffice.
 
     `compare`: whether the answer is held against larger designs.
     """
@@ -70,15 +70,15 @@ class Larger:
 
 @dataclass(frozen=True)
 class Cheapest:
-    """The cheapest design shown to meet the target, and what shows it.
+    """The cheapest design shown to meet the target, and the verdicts that show it.
 
-    `design` is None if none was shown to. `verdicts` are those judged, by number, in their order; `below` are the
-    designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
-    from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
-    the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
-    designs with one more of a count than the answer, those with more of the others than the first that rule out designs
-    with as much of them as the answer, or the largest where it fails and does worse than one with half of the first
-    count; where one of them does worse, no design was ruled out by another. `against`: the largest and the smallest
+    `design` is None if none was shown to meet it. `verdicts` are on the designs judged, by number, in their order;
+    `below` are the designs that rule out all cheaper ones, each of them judged; `close` are the undecided ones among
+    these. `vetoed`: why designs fail whatever the target says. `open`: designs without a result, as the runs allowed
+    ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`: comparisons with
+    larger designs: with one more of a count than the answer; with more of the other counts than the first, where such a
+    design rules out a smaller fleet; or of the largest, where it fails and does worse than one with half of the first
+    count. If any larger design does worse, no design was ruled out by another. `against`: the largest and the smallest
     design contradict the guess of which is better, so cheaper ones were judged one after the other.
     """
 
@@ -104,10 +104,10 @@ def scout_steps(
     cost: Cost,
     target: Target,
     budget: Budget,
-    known: Earlier = NOTHING,
+    earlier: Earlier = NOTHING,
     hopeless: Callable[[int], bool] = lambda _: False,
 ) -> Procedure[set[int]]:
-    """Look for the cheapest design with a single run of each probe; returns the numbers of those that failed.
+    """Look for the cheapest design with a single run of each probe; returns the numbers of the designs that failed.
 
     Each probe leaves fewest designs, whichever way it turns out. A single run is no proof. One that is `hopeless` by it
     fails whatever it says of the target.
@@ -116,9 +116,9 @@ def scout_steps(
         RunsEndedError: a budget that ends before the search does.
     """
     order = sorted(range(len(designs)), key=lambda number: cost(designs[number]))
-    if known.enough is not None:
-        order = order[: order.index(known.enough)]
-    failed = {*known.failing, *known.doubted}
+    if earlier.enough is not None:
+        order = order[: order.index(earlier.enough)]
+    failed = {*earlier.failing, *earlier.doubted}
     order = [n for n in order if not _covered(designs, n, failed)]
     while order:
         rank = _halving([designs[number] for number in order])
@@ -133,23 +133,23 @@ def scout_steps(
     return failed
 
 
-def within_counts(one: Counts, other: Counts) -> bool:
+def within_counts(design: Counts, other: Counts) -> bool:
     """Whether a design has no more of any count than another."""
-    return all(map(int.__le__, one, other))
+    return all(map(int.__le__, design, other))
 
 
 def _covered(designs: Sequence[Counts], number: int, by: Collection[int]) -> bool:
-    """Whether a design has no more of any count than one of others."""
+    """Whether another design is at least as large in every count."""
     return any(within_counts(designs[number], designs[other]) for other in by)
 
 
-def ruling_out(designs: Sequence[Counts], failing: set[int], told: set[int]) -> set[int]:
-    """The failing designs that no other rules out; one that was told to fail is not ruled out by one that was not."""
-    return {n for n in failing if not _covered(designs, n, (told if n in told else failing) - {n})}
+def ruling_out(designs: Sequence[Counts], failing: set[int], shown: set[int]) -> set[int]:
+    """The failing designs that no other one rules out; designs shown to fail are ruled out by such designs alone."""
+    return {n for n in failing if not _covered(designs, n, (shown if n in shown else failing) - {n})}
 
 
 def _halving(designs: Sequence[Counts]) -> int:
-    """Which of designs, the cheapest first, leaves fewest of them: those cheaper if it meets, none smaller if not."""
+    """The design to judge, of designs in order of cost, so that fewest are left, whether it meets the target or not."""
     places = [np.unique(side, return_inverse=True)[1] for side in zip(*designs, strict=True)]
     smaller = np.zeros([place.max() + 1 for place in places], int)
     smaller[tuple(places)] = 1
@@ -166,9 +166,9 @@ def cheapest_meeting_steps(
     *,
     scan: bool = False,
     fewer: bool = False,
-    known: Earlier = NOTHING,
+    earlier: Earlier = NOTHING,
 ) -> Procedure[Cheapest]:
-    """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than its zone.
+    """Find the cheapest design whose mean meets the target, such that no cheaper design does by more than the zone.
 
     Args:
         designs: all counts that could be built.
@@ -177,7 +177,7 @@ def cheapest_meeting_steps(
         doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
         scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
         fewer: more of a count is guessed to do worse, not better, for one of the targets at least.
-        known: what other demands have shown; the designs that fail by it are not judged, nor are larger ones compared.
+        earlier: what other demands have shown; designs that fail by it are not judged, nor are larger ones compared.
 
     Source: see `Judge`.
     Assumes: as `Judge`; that no design does worse than one with less of all counts, or better where `fewer`. Where one
@@ -187,7 +187,7 @@ def cheapest_meeting_steps(
     if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
         raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
     before = judge.budget.spent
-    proof = _Proof(designs, cost, judge, set(doubted), known)
+    proof = _Proof(designs, cost, judge, set(doubted), earlier)
     try:
         yield from proof.scan(proof.order) if scan else proof.fewest() if fewer else proof.steps()
     except RunsEndedError:
@@ -207,15 +207,15 @@ def cheapest_meeting_steps(
 
 
 class _Proof:
-    """The state of `cheapest_meeting_steps`: the best design so far, and those known to fail."""
+    """The state of `cheapest_meeting_steps`: the best design so far, and the designs known to fail."""
 
-    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int], known: Earlier) -> None:
+    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int], earlier: Earlier) -> None:
         self.designs = designs
         self.judge = judge
         self.doubts = doubts
-        self.known = known
+        self.earlier = earlier
         self.order = sorted(range(len(designs)), key=lambda n: cost(designs[n]))
-        self.failing = set(known.failing)
+        self.failing = set(earlier.failing)
         self.best: int | None = None
         self.open: list[int] = []
         self.larger: tuple[Larger, ...] = ()
@@ -238,7 +238,7 @@ class _Proof:
             yield from self._largest(top)
         else:
             yield from self._compare(self._named_beside_most(self.best))
-        if any(one.worse for one in self.larger):
+        if any(comparison.worse for comparison in self.larger):
             yield from self.scan(self._before_best())
         elif self.best is None and (yield from self._meets(self.order[0])):
             self.monotone, self.against = False, True
@@ -246,8 +246,9 @@ class _Proof:
     def fewest(self) -> Procedure[None]:
         """Judge designs from the cheapest on, where more is taken to be worse, until one meets the target.
 
-        Those with as much of all counts as one that misses it are left out, and those with no more than one that cannot
-        last. Where none meets it, the largest is judged: if it does, all cheaper ones are judged by themselves.
+        Designs at least as large in all counts as one that misses it are left out, and designs no larger than one that
+        cannot last. If none meets it, the largest is judged; if that meets it, all cheaper ones are judged by
+        themselves.
         """
         self.monotone, self.fewer = False, True
         for number in self.order:
@@ -258,28 +259,28 @@ class _Proof:
             yield from self.scan(self._before_best())
 
     def _worse_than_failing(self, number: int) -> bool:
-        """Whether a design has no less of any count than one that misses the target, or no more than a vetoed one."""
-        vetoed, one = set(self.judge.vetoed), self.designs[number]
+        """Whether a design is as large in all counts as one that misses the target, or no larger than a vetoed one."""
+        vetoed, counts = set(self.judge.vetoed), self.designs[number]
         missed = (n for n in self.failing - vetoed if any(not goal.more_helps for goal in self.judge.missed(n)))
-        return self._covers(number, vetoed) or any(within_counts(self.designs[n], one) for n in missed)
+        return self._covers(number, vetoed) or any(within_counts(self.designs[n], counts) for n in missed)
 
     def _rule_out(self) -> Procedure[None]:
-        """Judge designs cheaper than the best until none is left that nothing rules out, and its larger neighbours."""
+        """Judge designs cheaper than the best until all are ruled out, and compare it with its larger neighbours."""
         self.open = self._cheaper()
         compared = None  # the design whose larger neighbours are known
         while (best := self.best) is not None and (self.open or compared != best):
             judged = [self._next(best)] if self.open else []
             tasks: list[Procedure[object]] = [self._meets(number) for number in judged]
             if compared != best and all(self._covers(number, set(judged)) for number in self.open):
-                tasks.append(self._compare(self._more(best)))  # the last one to be judged, if it fails
+                tasks.append(self._compare(self._more(best)))  # the last design to be judged, if it fails
                 self.larger, compared = (), best
             yield from together(tasks)
             self.open = self._cheaper()
 
     def _under_open(self) -> int | None:
-        """The largest design with less of the first count than one that was not told, unless it was told to fail.
+        """The largest design with less of the first count than an undecided one, unless it was shown to fail.
 
-        What is not told of a design says nothing of those with less, which are ruled out by default only.
+        An undecided design says nothing of smaller ones, which are ruled out by default only.
         """
         for number in self.needed():
             less = [n for n in self.order if self.designs[n][0] < self.designs[number][0]]
@@ -291,7 +292,7 @@ class _Proof:
 
     def _told(self, number: int) -> bool:
         """Whether a design was shown to fail."""
-        return number in self.known.failing or self.judge.verdicts[number].verdict == "fails"
+        return number in self.earlier.failing or self.judge.verdicts[number].verdict == "fails"
 
     def scan(self, numbers: Sequence[int]) -> Procedure[None]:
         """Judge designs one after the other, until one meets the target; none rules out another."""
@@ -301,11 +302,11 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate, and where that does not tell, the design with most of all counts but the first beside it.
+        """Judge a candidate, and where that is undecided, the design with its first count and most of all others.
 
-        If that fails, all with as much of the first count do. It is judged as soon as looks at the candidate lean to a
-        failure that is not clear, or where the candidate is not told in the end: those between would not be, either. Of
-        three counts the last one, packers, comes next, and one more of them mostly tells.
+        If that design fails, all with this first count fail. It is judged as soon as looks at the candidate lean to a
+        failure that is not clear, or if the candidate stays undecided in the end, as designs between the two would,
+        too. Of three counts the last one, packers, is tried next, and one more packer mostly decides.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -315,82 +316,84 @@ class _Proof:
                 number = most
         if (yield from self._meets(number)) or number == most:
             return
-        told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
-        if not told and not (three and judge.leans(number)):
+        is_told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
+        if not is_told and not (three and judge.leans(number)):
             yield from self._meets(most)
-        elif told and three:  # with all packers, as with one more so little changes
+        elif is_told and three:  # with all packers, as one more changes so little
             as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
-        """Of the cheaper designs that nothing rules out yet, the one to judge next: by turns (see the module)."""
+        """The next cheaper design to judge, alternating between two rules (see the module)."""
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
         if not beside:
-            return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of all
+            return max(self.open, key=lambda n: self.designs[n])  # no other open design is larger in all counts
         self.halves = not self.halves
         return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
-        """The best design, with those that have one more of a count."""
+        """Pairs of the best design and each design with one more of a count."""
         counts = self.designs[best]
         return [(counts, (*counts[:i], counts[i] + 1, *counts[i + 1 :])) for i in range(len(counts))]
 
     def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Designs with less of the first count than the best that one with more of the others rules out, with that."""
+        """Pairs of the best with less of its first count, and the design with more of the others that rules it out."""
         first, *others = self.designs[best]
         below = [self.designs[number] for number in self.needed()]
         pairs = [((less[0], *others), less) for less in below if less[0] < first]
         return [(less, more) for less, more in pairs if less != more and within_counts(less, more)]
 
     def _compare(self, pairs: Sequence[tuple[Counts, Counts]]) -> Procedure[None]:
-        """Hold designs against those with more of a count, day by day, as none of these is taken to do worse."""
-        if not self.known.compare:
+        """Compare designs with larger ones, day by day, as these are assumed to do no worse."""
+        if not self.earlier.compare:
             return
         numbers = {design: number for number, design in enumerate(self.designs)}
-        known = [(numbers[less], numbers[more]) for less, more in pairs if less in numbers and more in numbers]
-        found = yield from together([self._larger(*pair) for pair in known])
-        self.larger = (*self.larger, *filter(None, found))
+        numbered = [(numbers[less], numbers[more]) for less, more in pairs if less in numbers and more in numbers]
+        larger = yield from together([self._larger(*pair) for pair in numbered])
+        self.larger = (*self.larger, *filter(None, larger))
 
     def _largest(self, top: int) -> Procedure[None]:
-        """Hold the largest design, where that fails, against the one with half of the first count."""
+        """Compare the largest design, where it fails, with the design of half its first count."""
         firsts = sorted({design[0] for design in self.designs})
         middle = (firsts[(len(firsts) - 1) // 2], *self.designs[top][1:])
         half = next((n for n, design in enumerate(self.designs) if design == middle and n != top), None)
-        found = None if half is None else (yield from self._larger(half, top))
-        self.larger = (found,) if found is not None and found.worse else ()
+        larger = None if half is None else (yield from self._larger(half, top))
+        self.larger = (larger,) if larger is not None and larger.worse else ()
 
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
-        """A design against one with less of a count, at half of the error that is allowed; None: no runs are left.
+        """Compare a design with a smaller one, at half of alpha; None: no runs are left.
 
         They are looked at again, up to as many runs as one of them has, while the larger leans to being worse. With
         several targets that one counts for which it is worse, else the first.
         """
         judge = self.judge
         most = max(judge.runs(base), judge.runs(number))
-        pairs, found = list[tuple[float, float]](), None
+        pairs, result = list[tuple[float, float]](), None
         for n, part in looks(min(judge.first, most), most):
-            fresh = sum(max(0, n - max(len(pairs), judge.runs(one))) for one in (base, number))
+            fresh = sum(max(0, n - max(len(pairs), judge.runs(design))) for design in (base, number))
             if not judge.budget.allows(fresh):
                 break
             judge.budget.take(fresh)
-            asked = [(one, r) for r in range(len(pairs), n) for one in (base, number)]
+            asked = [(design, r) for r in range(len(pairs), n) for design in (base, number)]
             values = yield from request(asked)
             pairs += zip(values[::2], values[1::2], strict=True)
             held = [self._held((base, number), judge.target, judge.zone, pairs, part)]
-            for one in judge.beside:
-                both = list(zip(one.values(base, n), one.values(number, n), strict=True))
-                held.append(self._held((base, number), one.target, one.zone, both, part))
-            found = next((one for one in held if one.worse), held[0])
+            for further in judge.beside:
+                both = list(zip(further.values(base, n), further.values(number, n), strict=True))
+                held.append(self._held((base, number), further.target, further.zone, both, part))
+            result = next((comparison for comparison in held if comparison.worse), held[0])
             signs = [goal.sign for goal in judge.targets]
-            if found.worse or all(sign * one.difference.mean >= 0 for sign, one in zip(signs, held, strict=True)):
+            if result.worse or all(
+                sign * comparison.difference.mean >= 0 for sign, comparison in zip(signs, held, strict=True)
+            ):
                 break
-        return found
+        return result
 
     def _held(
         self, pair: tuple[int, int], goal: Target, zone: float, values: Sequence[tuple[float, float]], part: float
     ) -> Larger:
-        """A design against a smaller one for one target, by the values of both on some days."""
+        """Compare a design with a smaller one for one target, by the values of both on some days."""
         judge = self.judge
         less, more = zip(*values, strict=True)
         level = 1 - (1 - judge.confidence) / 2 * part / len(judge.targets)
@@ -409,7 +412,7 @@ class _Proof:
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
-        kept = ruling_out(self.designs, among, set(filter(self._told, among))) - self.known.failing
+        kept = ruling_out(self.designs, among, set(filter(self._told, among))) - self.earlier.failing
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
@@ -426,7 +429,7 @@ class _Proof:
         return self.order if self.best is None else self.order[: self.order.index(self.best)]
 
     def _cheaper(self) -> list[int]:
-        """Designs cheaper than the best that nothing rules out yet."""
+        """Designs cheaper than the best that no failing design rules out yet."""
         return [] if self.best is None else [n for n in self._before_best() if not self._ruled_out(n)]
 
     def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:

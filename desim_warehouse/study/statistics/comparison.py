@@ -85,12 +85,15 @@ def paired(
     ours, base = finite(values, "design"), finite(baseline_values, "baseline")
     if ours.size != base.size:
         raise StudyError(f"paired: {ours.size} replications against {base.size} of the baseline")
-    found, reach = gaps(ours, base)
-    if deterministic and np.ptp(found):
-        raise StudyError(f"deterministic models gave differences from {found.min():g} to {found.max():g}")
-    known = deterministic or found.size == 1
+    differences, reach = gaps(ours, base)
+    if deterministic and np.ptp(differences):
+        raise StudyError(f"deterministic models gave differences from {differences.min():g} to {differences.max():g}")
+    is_exact = deterministic or differences.size == 1
     return described(
-        found, None if known else bounds(found, 0.5 + confidence / 2, reach=reach), deterministic, confidence
+        differences,
+        None if is_exact else bounds(differences, 0.5 + confidence / 2, reach=reach),
+        deterministic,
+        confidence,
     )
 
 
@@ -123,7 +126,7 @@ def compare_pairs(
     *,
     deterministic: bool | Collection[D] = False,
 ) -> Differences:
-    """Designs minus the baseline of each, with intervals and p-values that hold for all of them at once.
+    """Designs minus their baselines, with intervals and p-values that hold for all at once.
 
     Args:
         table: design -> values by replication number, in the indicator's unit, nan for a failed run. Designs
@@ -149,8 +152,8 @@ def compare_pairs(
     m = len(against)
     each = 1.0 - (1.0 - confidence) / m
     pairs = {d: _common(d, table[d], table[base]) for d, base in against.items()}
-    known = set(table if deterministic is True else deterministic or ())
-    exact = {d for d, base in against.items() if {d, base} <= known}
+    without_chance = set(table if deterministic is True else deterministic or ())
+    exact = {d for d, base in against.items() if {d, base} <= without_chance}
     estimates = {d: paired(ours, base, each, deterministic=d in exact) for d, (ours, base, _) in pairs.items()}
     p_values = {d: p_value(*gaps(*pairs[d][:2])) for d, e in estimates.items() if e.interval}
     adjusted = _adjusted(p_values, method, m)
@@ -201,7 +204,7 @@ def _common(
     ours: Sequence[float] | NDArray[np.float64],
     base: Sequence[float] | NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """The replications that both designs have, and how many only one of them has or both failed."""
+    """The replications that both designs have, and how many are missing from one or failed in both."""
     a, b = np.asarray(ours, dtype=float), np.asarray(base, dtype=float)
     n = min(a.size, b.size)
     both = np.isfinite(a[:n]) & np.isfinite(b[:n])

@@ -1,4 +1,4 @@
-"""What each of several changes gains over a base: replicated until the one that gains most is clear."""
+"""The gains of several changes over a base: replicated until the change that gains most is clear."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Gain:
-    """What a change gains, in the indicator's unit, more is better: mean, bounds and replications.
+    """The gain of a change, in the indicator's unit, more is better: mean, bounds and replications.
 
     The bounds are equal to the mean where the values are exact. `same`: no replication differed from the base, so that
     there are no bounds (nan): how much a rare difference would be is unknown. `failed`: replications without a value;
-    where there are some, the mean is that of the others and has no bounds. `scale` makes a gain into that of an equal
-    dose, by which changes are ranked; None: the change stands beside the contest. `beaten`: another one is shown to
-    gain more for an equal dose.
+    where there are some, the mean is over the others and has no bounds. `scale`: the factor that scales a gain to an
+    equal dose, by which changes are ranked; None: the change stands beside the contest. `beaten`: another change is
+    shown to gain more for an equal dose.
     """
 
     change: int
@@ -49,13 +49,13 @@ class Gain:
 
     @property
     def competes(self) -> bool:
-        """Whether it may be the one that gains most: in the contest, always with a value, and of some effect."""
+        """Whether the change may be the one that gains most: in the contest, always with a value, of some effect."""
         return self.scale is not None and not self.same and not self.failed
 
 
 @dataclass(frozen=True)
 class Gains:
-    """All gains: those that compete first, the largest of an equal dose before others.
+    """All gains: competing changes first, the largest gain of an equal dose before others.
 
     All intervals hold at once with `confidence`, at every look of the procedure. `clear`: whether the first is shown to
     gain more for an equal dose than every other. `none`: whether every change that competes is shown to gain less than
@@ -72,7 +72,7 @@ class Gains:
 
     @property
     def competing(self) -> tuple[Gain, ...]:
-        """Those among which the largest is sought."""
+        """The gains among which the largest is sought."""
         return tuple(gain for gain in self.gains if gain.competes)
 
     @property
@@ -105,23 +105,23 @@ def gains_steps(
     """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
 
     All are looked at together (`judge.looks`). A change drops out if it is shown to gain less than another for an equal
-    dose, or made no difference in any replication. It also drops out if a replication has no value (nan). The procedure
-    ends when one is left that is shown to gain, or no change can gain `delta`, the least gain that matters.
+    dose, made no difference in any replication, or has no value in a replication (nan). The procedure ends when one
+    change is left that is shown to gain, or no change can gain `delta`, the least gain that matters.
 
     Args:
-        scales: of each change, what makes its gain into that of an equal dose; None: it is looked at once, beside the
-            contest.
+        scales: of each change, the factor that scales its gain to an equal dose; None: it is looked at once, beside
+            the contest.
         delta: least gain of a change that matters, in the indicator's unit.
-        confidence: that all intervals hold, and that none drops out that gains most.
+        confidence: that all intervals hold, and that the change that gains most does not drop out.
         maximise: more is better.
         first: replications at the first look.
         cap: most replications.
         deterministic: the values are exact.
 
-    Source: paired differences with common random numbers (Law 2015, section 10.2.1), one-sided bounds
-    (`intervals.bounds`), those of gains over the base each at half of the error allowed / (2 · changes), those of one
-    change over another at the other half / (changes - 1), as only those of the one that gains most can be wrong in what
-    matters; at each look its part of that (Bonferroni), so that stopping early costs nothing.
+    Source: paired differences with common random numbers (Law 2015, section 10.2.1) and one-sided bounds
+    (`intervals.bounds`): for gains over the base each at alpha / 2 / (2 · changes), for one change over another at
+    alpha / 2 / (changes - 1), as only comparisons with the change that gains most can be wrong in what matters; at each
+    look its part of that (Bonferroni), so that stopping early costs nothing.
     Assumes: as `bounds`.
     """
     check_confidence(confidence)
@@ -131,7 +131,7 @@ def gains_steps(
     sign = 1.0 if maximise else -1.0
     data: dict[int, list[float]] = {design: [] for design in range(changes + 1)}
     alive = list(range(1, changes + 1))
-    found: dict[int, Gain] = {}
+    by_design: dict[int, Gain] = {}
     beaten: set[int] = set()
     for n, part in schedule(first, cap, exact=deterministic):
         error = (1.0 - confidence) / 2 * part
@@ -143,8 +143,8 @@ def gains_steps(
             break
         for design in alive:
             gain = _gain(design, data[design], data[0], sign, 1.0 - error / (2 * changes), deterministic)
-            found[design] = replace(gain, scale=scales[design - 1])
-        competing = [design for design in alive if found[design].competes]
+            by_design[design] = replace(gain, scale=scales[design - 1])
+        competing = [design for design in alive if by_design[design].competes]
         doses = {design: sign * _dose(scales[design - 1], data[design], data[0]) for design in competing}
         beaten |= {
             design
@@ -152,11 +152,11 @@ def gains_steps(
             if any(_is_less(doses[design], doses[other], error / max(changes - 1, 1)) for other in competing)
         }
         alive = [design for design in competing if design not in beaten]
-        if not alive or (len(alive) == 1 and found[alive[0]].low > 0):
+        if not alive or (len(alive) == 1 and by_design[alive[0]].low > 0):
             break
-        if all(gain.high < delta for gain in found.values() if gain.competes):
+        if all(gain.high < delta for gain in by_design.values() if gain.competes):
             break
-    return _ranked(found, data, delta, confidence, beaten)
+    return _ranked(by_design, data, delta, confidence, beaten)
 
 
 def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> NDArray[np.float64]:
@@ -166,34 +166,34 @@ def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> 
 
 def _is_less(ours: NDArray[np.float64], other: NDArray[np.float64], error: float) -> bool:
     """Whether one change is shown to gain less than another on the same days."""
-    found, reach = gaps(ours, other)
-    return bool((found[0] if found.size == 1 else bounds(found, 1.0 - error, reach=reach)[1]) < 0)
+    differences, reach = gaps(ours, other)
+    return bool((differences[0] if differences.size == 1 else bounds(differences, 1.0 - error, reach=reach)[1]) < 0)
 
 
 def _ranked(
-    found: dict[int, Gain], data: dict[int, list[float]], delta: float, confidence: float, beaten: set[int]
+    by_design: dict[int, Gain], data: dict[int, list[float]], delta: float, confidence: float, beaten: set[int]
 ) -> Gains:
     """The gains in their order, with the mean of the base."""
-    gains = [replace(gain, beaten=gain.change in beaten) for gain in found.values()]
+    gains = [replace(gain, beaten=gain.change in beaten) for gain in by_design.values()]
     ordered = tuple(sorted(gains, key=lambda gain: (not gain.competes, gain.beaten, -gain.each.mean, gain.change)))
     base = np.array(data[0])
-    there = base[np.isfinite(base)]
-    mean = float(there.mean()) if there.size else math.nan
-    return Gains(ordered, mean, delta, confidence, sum(map(len, data.values())), int(base.size - there.size))
+    measured = base[np.isfinite(base)]
+    mean = float(measured.mean()) if measured.size else math.nan
+    return Gains(ordered, mean, delta, confidence, sum(map(len, data.values())), int(base.size - measured.size))
 
 
 def _gain(
     design: int, ours: Sequence[float], base: Sequence[float], sign: float, level: float, deterministic: bool
 ) -> Gain:
-    there = np.isfinite(ours)
-    n, failed = len(ours), int((~there).sum())
+    has_value = np.isfinite(ours)
+    n, failed = len(ours), int((~has_value).sum())
     if failed == n:
         return Gain(design, math.nan, math.nan, math.nan, n, failed=failed)
-    found, reach = gaps(sign * np.array(ours)[there], sign * np.array(base[:n])[there])
-    mean = float(found.mean())
+    differences, reach = gaps(sign * np.array(ours)[has_value], sign * np.array(base[:n])[has_value])
+    mean = float(differences.mean())
     if deterministic and not failed:
         return Gain(design, mean, mean, mean, n, same=mean == 0)
-    if failed or not found.any():
+    if failed or not differences.any():
         return Gain(design, mean, math.nan, math.nan, n, same=not failed, failed=failed)
-    low, high = bounds(found, level, reach=reach)
+    low, high = bounds(differences, level, reach=reach)
     return Gain(design, mean, low, high, n)

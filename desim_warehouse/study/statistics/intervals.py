@@ -1,6 +1,6 @@
-"""A mean, a quantile or a share with its interval: which kind the values allow, by the one rule of all methods.
+"""A mean, a quantile or a share with its interval, of the kind that the values allow: one rule for all methods.
 
-Of shares, such as what was delivered on time, tasks are counted, and those of one day depend on each other.
+For shares, such as tasks delivered on time, tasks are counted, and tasks of one day depend on each other.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ QUANTILES = (0.05, 0.25, 0.75, 0.95)
 ANYTHING: Interval = (-math.inf, math.inf)
 SKEWED_FROM = 10  # values: the skewness of fewer is mostly chance
 AGREEING = 5
-"""Runs that agree in what is measured, without which it is not taken to be the same in all runs."""
+"""The fewest runs that must agree in an indicator for it to count as equal in all runs."""
 ALIKE = 0.04
-"""The least correlation that tasks of one day are taken to have, however little few days differ.
+"""The least correlation assumed between tasks of one day (intra-class), however little few days differ.
 
 Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
 FEW = 18
-"""Fewer days say little of how days differ. So many show it, and the least correlation falls in proportion."""
+"""Days from which on the variation between days is seen, and the least correlation falls in proportion."""
 RARE = 5
-"""Of the tasks that days count for at most, those that are taken to be missed at least, however many days show."""
+"""The fewest missed tasks assumed in the upper limit of the effective sample size, however many days there are."""
 
 
 def t_quantile(df: int, probability: float) -> float:
@@ -49,7 +49,7 @@ def t_quantile(df: int, probability: float) -> float:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What the replications of one design say about one indicator; numbers in the indicator's unit.
+    """The replications of one design summed up for one indicator; numbers in the indicator's unit.
 
     `interval` is None where none can be given: one replication of a random model, or a `deterministic` one, whose
     mean is exact. `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without
@@ -124,7 +124,7 @@ def estimate(
 
 
 def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
-    """The bounds of the mean of an indicator over runs: by tasks where the values of several are shares of them."""
+    """The bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
     array, tasks = finite(values), tasks_of(values)
     return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
 
@@ -132,7 +132,7 @@ def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, withi
 def described(
     array: NDArray[np.float64], interval: Interval | None, deterministic: bool, confidence: float
 ) -> Estimate:
-    """The values of an indicator, or of a difference, with the interval of their mean."""
+    """Describe the values of an indicator, or of a difference, given the interval of their mean."""
     n = array.size
     constant = is_constant(array)
     return Estimate(
@@ -193,20 +193,22 @@ def p_value(array: NDArray[np.float64], reach: float) -> float:
 
 
 def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Differences replication by replication, and how far from them, if all agree, another one may lie.
+    """Differences replication by replication, and how far from them, if all agree, another difference may lie.
 
     That is as far as either design varied, at least 1, and as far as the opposite difference. Differences that are
     equal but for the rounding of the values are made equal.
     """
-    found = ours - base
+    differences = ours - base
     scale = float(max(np.abs(ours).max(), np.abs(base).max()))
-    if is_constant(found, scale):
-        found = np.full_like(found, 0.0 if np.allclose(ours, base, rtol=ROUNDING, atol=0.0) else np.median(found))
-    return found, float(max(1.0, 2.0 * abs(found.mean()), np.ptp(ours), np.ptp(base)))
+    if is_constant(differences, scale):
+        differences = np.full_like(
+            differences, 0.0 if np.allclose(ours, base, rtol=ROUNDING, atol=0.0) else np.median(differences)
+        )
+    return differences, float(max(1.0, 2.0 * abs(differences.mean()), np.ptp(ours), np.ptp(base)))
 
 
 def does_not_vary(values: Sequence[float] | NDArray[np.float64], within: Interval) -> bool:
-    """Whether what is measured comes out the same in all runs: it agrees to 12 digits in five runs or more.
+    """Whether an indicator counts as equal in all runs: it agrees to 12 digits in five runs or more.
 
     Counts, and shares and rates made of counts, may agree by chance: do not ask of them. Nor is it said of a value at
     an end of the range `within`, as of waiting times that are all 0.
@@ -237,7 +239,7 @@ def _to_symmetric(t: float, a: float) -> float:
 
 
 def _from_symmetric(x: float, a: float) -> float:
-    """The t statistic that `_to_symmetric` makes into x: at most twice as far, whatever an outlier says."""
+    """The t statistic that `_to_symmetric` maps to x: at most twice as far, whatever an outlier says."""
     made = x if abs(a) < 1e-6 else 3 / a * (float(np.cbrt(1 + a * (x - a / 6))) - 1)  # noqa: PLR2004 - digits lost
     return min(made, 2 * x) if x > 0 else max(made, 2 * x)
 
@@ -297,8 +299,8 @@ def quantile(
         return QuantileEstimate(share, array.size, value, None, None, confidence, deterministic=True)
     from scipy.stats import quantile_test
 
-    found: Any = quantile_test(array, q=0.0, p=share).confidence_interval(confidence)
-    low, high = (None if math.isnan(end) else float(end) for end in (found.low, found.high))
+    interval: Any = quantile_test(array, q=0.0, p=share).confidence_interval(confidence)
+    low, high = (None if math.isnan(end) else float(end) for end in (interval.low, interval.high))
     return QuantileEstimate(share, array.size, value, low, high, confidence)
 
 
@@ -312,7 +314,7 @@ def replications_for_quantile(share: float, confidence: float = 0.95) -> int:
 
 
 class TaskShare(float):
-    """A share of the tasks of one run, which knows of how many: a float for all that only reads its value."""
+    """A share of the tasks of one run that also holds their number: a float for code that only reads its value."""
 
     of: float
 
@@ -324,26 +326,27 @@ class TaskShare(float):
 
 
 def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """How many tasks each value is a share of, shape (n,); None unless all are shares of tasks."""
-    found = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
-    return np.array(found) if found and len(found) == len(values) else None
+    """The number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
+    counts = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
+    return np.array(counts) if counts and len(counts) == len(values) else None
 
 
 def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level: float) -> tuple[float, float]:
     """A lower and an upper bound of the mean share over all days, each right with probability `level`.
 
-    The lower one is Clopper and Pearson's with the effective number of tasks of Korn and Graubard: as many independent
-    tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.04
-    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 18 days counts for at most 25
-    tasks; where all days are alike that is all that is known. Of n days from 18 on it is 0.04 times 18 / n: bad days
-    that are rarer matter less. From then on as many tasks may count as days show by how they vary, but no bound is
-    above that of 5 tasks missed of that most: where nearly all are on time, days show little of how they vary.
+    The lower bound is Clopper and Pearson's with the effective sample size of Korn and Graubard: as many independent
+    tasks as would make the mean vary as it does from day to day. It is never more than the effective sample size of
+    tasks that correlate by 0.04 within a day (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 18 days
+    counts for at most 25 tasks; where all days are alike that is all that is known. Of n days from 18 on it is 0.04
+    times 18 / n: bad days that are rarer matter less. From then on as many tasks may count as the variation of days
+    shows, but no bound is above the bound for 5 tasks missed of that upper limit: where nearly all are on time, days
+    show little of how they vary.
 
-    The upper one is the larger of Student's t over days, and Clopper and Pearson's for tasks that do not depend on each
-    other. It needs no least correlation: what few days do not show are the rare bad ones, which lower the mean, and
-    of shares with a tail of bad days Student's t is too high rather than too low.
+    The upper bound is the larger of Student's t over days, and Clopper and Pearson's for independent tasks. It needs no
+    least correlation: few days miss the rare bad ones, which lower the mean, and for shares with a tail of bad days
+    Student's t is too high rather than too low.
 
-    Neither falls where a day gets better: the lower one is the least that it would be if the best days had been
+    Neither bound falls where a day gets better: the lower one is the least that it would be if the best days had been
     perfect, the upper one the least if the worst days had been less bad.
 
     Args:
@@ -368,7 +371,7 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
 
 
 def _worth(tasks: NDArray[np.float64], alike: float) -> float:
-    """As many independent tasks as those of all days are worth, where those of a day correlate."""
+    """Effective sample size of the tasks of all days (design effect of the correlation within a day)."""
     return tasks.size**2 / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
 
 
@@ -387,7 +390,7 @@ def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
 
 
 def _by_tasks_low(missed: Any, tasks: Any, level: float) -> NDArray[np.float64]:
-    """Clopper and Pearson's lower bound for numbers of tasks, of which a share was missed; shapes as given."""
+    """Clopper and Pearson's lower bound for numbers of tasks with a share missed; shapes as given."""
     from scipy.special import betaincinv
 
     met = np.maximum((1.0 - missed) * tasks, 1e-12)
@@ -416,6 +419,6 @@ def _by_days_high(days: NDArray[np.float64], level: float) -> float:
     times = t_quantile(n - 1, level) / math.sqrt(n * (n - 1)) * np.sqrt(scale)
     slope = k / n / times  # from 1 on it rises with c everywhere
     turn = away - slope * np.sqrt(spread / np.where(slope < 1.0, 1.0 - slope**2, 1.0))
-    at = np.where(slope < 1.0, np.clip(turn, below[:-1], below[1:]), below[:-1])
-    found = (rest + k * at) / n + times * np.sqrt((at - away) ** 2 + spread)
-    return float(best + found.min())
+    offset = np.where(slope < 1.0, np.clip(turn, below[:-1], below[1:]), below[:-1])
+    highs = (rest + k * offset) / n + times * np.sqrt((offset - away) ** 2 + spread)
+    return float(best + highs.min())

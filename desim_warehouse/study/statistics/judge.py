@@ -1,7 +1,7 @@
 """The judge of designs: whether each meets a target, from runs that are looked at again and again.
 
-One schedule of looks (`looks`), one budget of error, one cap. Searches say which designs and which target: the cheapest
-that meets it (`cheapest`), the smallest, the best, and the live page.
+One schedule of looks (interim analyses, `looks`), one error budget (alpha spending), one cap. Searches say which
+designs and which target: the cheapest that meets it (`cheapest`), the smallest, the best, and the live page.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, req
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 GLANCE = 3
-"""Runs of a design that may show that it is hopeless, or that nothing is new about it."""
+"""Runs of a design that may show that it is hopeless, or that it equals another."""
 MOST_TO_TELL = 1000
-"""Runs of a design beyond which it is not said how many would tell."""
+"""The most runs of a design that are named as probably enough to decide."""
 _SPARE = 1.5
-"""Times as far from the target as the bounds reach: were the mean so far the true one, five of six are told then."""
-FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
-_APART = 1.25  # times as many runs as a look has the next one at least
+"""Distance of the mean from the target over the reach of its bounds: if the mean is true, five of six are decided."""
+FEWEST_BESIDE = 5  # fewest runs of which one may be called an outlier
+_APART = 1.25  # least ratio of the runs of a look to those of the look before
 
 
 def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
-    """Replications at each look, half as many again each time up to a cap, and the part of the error of each look.
+    """Replications at each look (interim analysis), half as many again each time up to a cap, with its share of alpha.
 
     Source: error split evenly over looks that are fixed beforehand (Bonferroni).
     """
@@ -43,14 +43,14 @@ def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
 
 
 def looks_of_days(first: int = FIRST, days: DaysNeeded = COMMON_DAYS) -> list[tuple[int, float]]:
-    """The `looks` of a judge: one is at the least number of days after which a design may be said to meet a target."""
+    """The `looks` of a judge, one of them at the fewest days after which a design may be said to meet a target."""
     if first >= days.least:
         return looks(first, days.cap)
-    at = [first]
+    counts = [first]
     for stop in (days.least, days.cap):
-        at += [n for n in _growing_to(at[-1], stop / _APART) if n > at[-1]]
-        at += [stop] if stop > at[-1] else []
-    return _shared(at)
+        counts += [n for n in _growing_to(counts[-1], stop / _APART) if n > counts[-1]]
+        counts += [stop] if stop > counts[-1] else []
+    return _shared(counts)
 
 
 def _growing_to(first: int, last: float) -> list[int]:
@@ -58,12 +58,12 @@ def _growing_to(first: int, last: float) -> list[int]:
     return [*takewhile(lambda n: n <= last, _growing(first))]
 
 
-def _shared(at: Sequence[int]) -> list[tuple[int, float]]:
-    return [(n, 1 / len(at)) for n in at]
+def _shared(counts: Sequence[int]) -> list[tuple[int, float]]:
+    return [(n, 1 / len(counts)) for n in counts]
 
 
 def schedule(first: int, cap: int, *, exact: bool) -> list[tuple[int, float]]:
-    """The `looks` of a procedure; where its runs are `exact`, one run of each design says all.
+    """The `looks` of a procedure; where its runs are `exact`, a single look at one run of each design.
 
     Raises:
         StudyError: not 2 <= first <= cap.
@@ -80,7 +80,7 @@ def _check(first: int, cap: int) -> None:
 
 
 def looks_by(replications: int) -> list[tuple[int, float]]:
-    """The looks that there were after so many replications, where there is no cap: the i-th may use 1 / (i (i + 1)).
+    """The looks so far after so many replications without a cap: the i-th may spend 1 / (i (i + 1)) of alpha.
 
     The first is at ten, as waiting costs nothing where runs go on by themselves.
 
@@ -123,7 +123,7 @@ class DesignVerdict(Generic[V]):
 
     @property
     def closed(self) -> bool:
-        """Whether more runs would tell nothing."""
+        """Whether more runs would decide nothing."""
         return self.verdict != "undecided" or self.within_zone
 
 
@@ -137,7 +137,7 @@ def judged(
     zone: float = 0.0,
     least: int = 0,
 ) -> DesignVerdict[V]:
-    """The verdict on one design: it meets the target if even its worse bound does, after at least so many runs.
+    """Judge a design: it meets the target if even its worse bound does, after at least so many runs.
 
     It fails if its mean does not, and its better bound does not meet a target that is harder by `zone`, in the
     indicator's unit. So no run that turns out better makes a design fail that met the target before. One whose mean
@@ -159,13 +159,13 @@ def judged(
 
 
 def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
-    """The verdict on several targets from that on each, at the same look; levels such that all hold at once."""
-    left = [one for one in each if one.verdict == "undecided"]
-    fails = any(one.verdict == "fails" for one in each)
+    """The verdict on several targets from the verdicts on each, at one look; at these levels all hold at once."""
+    left = [verdict for verdict in each if verdict.verdict == "undecided"]
+    fails = any(verdict.verdict == "fails" for verdict in each)
     return replace(
         each[0],
         verdict="fails" if fails else "undecided" if left else "meets",
-        within_zone=bool(left) and all(one.within_zone for one in left),
+        within_zone=bool(left) and all(verdict.within_zone for verdict in left),
         outlier=left[0].outlier if len(left) == 1 and not fails else None,
         each=tuple(each),
     )
@@ -174,7 +174,7 @@ def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
 def _verdict(
     data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float, least: int
 ) -> tuple[Verdict, Interval, bool]:
-    """The verdict, its bounds, and whether the design is known to be about at the target."""
+    """The verdict, its bounds, and whether the design is known to be close to the target."""
     low, high = bounds_of(data, level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
     if target.met_by(worse):
@@ -182,8 +182,8 @@ def _verdict(
     short = not target.met_by(better - target.sign * zone)
     if short and not target.met_by(mean):
         return "fails", (low, high), False
-    known = max(high - mean, mean - low, abs(mean - target.value)) <= zone
-    return "undecided", (low, high), short or (known and zone > 0)
+    is_close = max(high - mean, mean - low, abs(mean - target.value)) <= zone
+    return "undecided", (low, high), short or (is_close and zone > 0)
 
 
 def looked_at(
@@ -196,7 +196,7 @@ def looked_at(
     least: int = COMMON_DAYS.least,
     agree: bool = False,
 ) -> DesignVerdict[None] | None:
-    """The verdict of the first look that gave one, else that of the last; None before the first look.
+    """The verdict of the first look that decided, else of the last look; None before the first look.
 
     A verdict that has fallen stands, so it does not change as further runs come in.
 
@@ -226,10 +226,11 @@ def looked_at(
 
 
 def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval, least: int = 0) -> int | None:
-    """How many runs in all would probably tell whether a design meets the target; None: more than `MOST_TO_TELL`.
+    """How many runs in all would probably decide whether a design meets the target; None: more than `MOST_TO_TELL`.
 
-    Further runs are taken to be like those so far, whose mean lies 1.5 times as far from the target as the bounds
-    reach: were it the true one, five of six such designs would be told. At least two runs; `level`: see `judged`.
+    Further runs are taken to be like the runs so far, whose mean lies 1.5 times as far from the target as the bounds
+    reach: if it were the true mean, five of six such designs would be decided. At least two runs; `level`: see
+    `judged`.
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
@@ -250,17 +251,17 @@ class RunsEndedError(StudyError):
 
 @dataclass
 class Budget:
-    """How many runs may still be done."""
+    """The number of runs that may still be done."""
 
     left: int
     spent: int = 0
 
     def allows(self, runs: int) -> bool:
-        """Whether this number more may be done."""
+        """Whether so many more runs may be done."""
         return runs <= self.left
 
     def take(self, runs: int) -> None:
-        """This number is done; raises RunsEndedError where they may not be."""
+        """Spend so many runs; raises RunsEndedError where they exceed the budget."""
         if not self.allows(runs):
             raise RunsEndedError("the runs allowed ended before there was an answer")
         self.left -= runs
@@ -269,9 +270,10 @@ class Budget:
 
 @dataclass
 class _Case:
-    """A design that is being judged: the looks to come, the least runs to meet, its values, its share of the error.
+    """A design that is being judged: looks to come, fewest runs to meet the target, values, share of alpha.
 
-    That is its own from its first look on, so those that their first few runs rule out leave it to the others.
+    The share of alpha is its own from its first look on; designs ruled out by their first few runs leave theirs to
+    others.
     """
 
     looks: list[tuple[int, float]]
@@ -297,7 +299,7 @@ class Beside:
 class Judge:
     """Judges designs, one look after the other, at levels such that all verdicts hold at once.
 
-    `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
+    `verdicts` are by number; `vetoed`: why designs fail whatever the target says.
 
     Args:
         target: as "on_time >= 0.95".
@@ -344,26 +346,26 @@ class Judge:
             raise StudyError(f"zone {self.zone:g}: expected one from 0")
 
     def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
-        """Of a design, from as many runs as it takes, or as there may be."""
+        """Judge a design by as many runs as it takes, or as there may be, and return its verdict."""
         while not self.closed(number):
             yield from self.look(number)
         return self.verdicts[number].verdict
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """All that a design has to meet."""
-        return self.target, *(one.target for one in self.beside)
+        """All targets that a design has to meet."""
+        return self.target, *(further.target for further in self.beside)
 
     def leans(self, number: int) -> bool:
         """Whether the means of a design so far meet all targets."""
-        one = self.verdicts[number]
-        return all(goal.met_by(of.mean) for goal, of in zip(self.targets, one.each or (one,), strict=True))
+        verdict = self.verdicts[number]
+        return all(goal.met_by(each.mean) for goal, each in zip(self.targets, verdict.each or (verdict,), strict=True))
 
     def missed(self, number: int) -> list[Target]:
         """The targets that a design was shown to miss."""
-        one = self.verdicts[number]
-        each = zip(self.targets, one.each or (one,), strict=True)
-        return [goal for goal, of in each if of.verdict == "fails"]
+        verdict = self.verdicts[number]
+        each = zip(self.targets, verdict.each or (verdict,), strict=True)
+        return [goal for goal, each_verdict in each if each_verdict.verdict == "fails"]
 
     def runs(self, number: int) -> int:
         """How many runs a design has."""
@@ -374,14 +376,14 @@ class Judge:
         return number in self.verdicts and not self._cases[number].looks
 
     def glance(self, number: int) -> Procedure[None]:
-        """Do the first few runs of a design. They say nothing of the target, but may show that it is hopeless."""
+        """Do the first few runs of a design, which decide nothing, but may show that it is hopeless."""
         if number in self._cases or self.deterministic:
             return
         yield from self._run(number, min(GLANCE, self.first))
         self._veto(number, self.hopeless(number))
 
     def look(self, number: int) -> Procedure[None]:
-        """Look at a design once more, after as many further runs as that takes."""
+        """Look at a design once more (interim analysis), after as many further runs as that takes."""
         yield from self.glance(number)
         if self.closed(number):
             return
@@ -401,9 +403,9 @@ class Judge:
         self.tell(self)
 
     def known(self, name: Callable[[int], str]) -> str:
-        """What the runs so far tell, with the designs by name: `10 robots: met; 9 robots: not met; 8 robots: open`."""
-        said = {"meets": "met", "fails": "not met", "undecided": "open"}
-        return "; ".join(f"{name(number)}: {said[one.verdict]}" for number, one in self.verdicts.items())
+        """The verdicts so far, with the designs by name: `10 robots: met; 9 robots: not met; 8 robots: open`."""
+        words = {"meets": "met", "fails": "not met", "undecided": "open"}
+        return "; ".join(f"{name(number)}: {words[verdict.verdict]}" for number, verdict in self.verdicts.items())
 
     def _case(self, number: int) -> _Case:
         if number not in self._cases:
@@ -415,12 +417,12 @@ class Judge:
         return self._cases[number]
 
     def _next_error(self) -> float:
-        """The share of the error of the next design that is looked at."""
+        """The share of alpha of the next design that is looked at."""
         j = 1 + sum(case.error is not None for case in self._cases.values())
         return (1.0 - self.confidence) / (j * (j + 1))
 
     def _run(self, number: int, runs: int) -> Procedure[None]:
-        """Have a design run so many times in all."""
+        """Run a design up to so many runs in all."""
         done = self.runs(number)
         self.budget.take(runs - done)
         self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
@@ -436,13 +438,13 @@ class Judge:
         return on_all((first, *others)) if others else first
 
     def _judged_beside(self, number: int, first: DesignVerdict[int], further: Beside) -> DesignVerdict[int]:
-        """Judge a design by a further target, on the runs of the verdict on the first."""
+        """Judge a design by a further target, on the runs of its verdict on the first target."""
         values, within = further.values(number, first.n), further.target.measure.within
         exact = self.deterministic or (self.agree and does_not_vary(values, within))
         return judged(number, values, further.target, first.level, exact, within, further.zone, first.least)
 
     def _veto(self, number: int, why: str | None) -> None:
-        """A design fails whatever the target says, if there is a reason."""
+        """Make a design fail whatever its runs say of the target, if there is a reason."""
         if why is not None:
             self.vetoed[number] = why
             self.verdicts[number] = replace(self._judged(number), verdict="fails")
@@ -450,17 +452,17 @@ class Judge:
 
 
 def verdict_steps(
-    numbers: Sequence[int], judge: Judge, known: Callable[[int], bool] = lambda _: False
+    numbers: Sequence[int], judge: Judge, skip: Callable[[int], bool] = lambda _: False
 ) -> Procedure[Judge]:
-    """The verdict on each of these designs, as far as the runs go, all right at once; returns the judge, who knows.
+    """Judge each of these designs, as far as the runs go, all verdicts right at once; returns the judge, who has them.
 
-    A design that is `known` by its first few runs is not judged.
+    A design that `skip` accepts after its first few runs is not judged.
     """
     try:
         for number in numbers:
             yield from judge.glance(number)
-            if not known(number):
+            if not skip(number):
                 yield from judge.verdict(number)
     except RunsEndedError:
-        pass  # of the others nothing is known
+        pass  # the other designs stay without a verdict
     return judge

@@ -1,4 +1,4 @@
-"""Where more robots stop paying off: the knee of a throughput curve, and the smallest fleet near its maximum."""
+"""The knee of a throughput curve, where more robots stop paying off, and the smallest fleet near its maximum."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def knee(
     outputs: Sequence[float] | NDArray[np.float64],
     sensitivity: float = 1.0,
 ) -> Knee:
-    """The knee of mean output (throughput per hour, say) over size (robots, say).
+    """Find the knee of mean output (throughput per hour, say) over size (robots, say).
 
     Args:
         sizes: strictly rising, shape (n,).
@@ -59,11 +59,11 @@ def knee(
     if not y[0] < maximum:
         return Knee(None, None, 0.0, maximum_at, maximum)
     above = (y - y[0]) / (maximum - y[0]) - (x - x[0]) / (x[-1] - x[0])
-    at = int(np.argmax(above))
-    prominence = float(above[at])  # at least 0: the curve starts on the chord
+    index = int(np.argmax(above))
+    prominence = float(above[index])  # at least 0: the curve starts on the chord
     if prominence <= sensitivity / (x.size - 1):  # the last point, at 0 or less, is not below the threshold
         return Knee(None, None, prominence, maximum_at, maximum)
-    return Knee(float(x[at]), float(y[at]), prominence, maximum_at, maximum)
+    return Knee(float(x[index]), float(y[index]), prominence, maximum_at, maximum)
 
 
 def smallest_within(

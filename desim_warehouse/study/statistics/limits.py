@@ -20,13 +20,13 @@ MOST_ZONE = 0.2
 FIRST = 5
 """Replications at the first look at a share."""
 FIRST_OF_MEANS = 10
-"""Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""
+"""Replications at the first look at an unbounded indicator, such as a time: fewer do not show its skewness."""
 _UNSEEN = 0.05
 _ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 RACED = 10, 1000
-"""The first look and the cap of a race of designs, of which all but the best drop out."""
+"""The first look and the cap of a race of designs, in which all but the best drop out."""
 RELIEVED = 5, 160
-"""Those of the suspects of a bottleneck."""
+"""The first look and the cap of the suspects of a bottleneck."""
 PLAN_RUNS, SEARCH_RUNS = 5000, 500
 """The most runs of a plan, and of a search of designs, by default."""
 MOST_YEARS = 20
@@ -34,13 +34,13 @@ MOST_YEARS = 20
 
 
 class DaysNeeded(NamedTuple):
-    """Replications without which no design is said to meet a target, and the most of a design."""
+    """The fewest replications with which a design is said to meet a target, and the most for a design."""
 
     least: int
     cap: int
 
     def up_to(self, cap: int) -> DaysNeeded:
-        """Replace the cap; where it is below the least number of days, that is lowered to it."""
+        """Replace the cap; the fewest replications are lowered to a cap below them."""
         return DaysNeeded(min(self.least, cap), cap)
 
 
@@ -53,11 +53,11 @@ CAP = COMMON_DAYS.cap
 
 
 def days_for(chance: float) -> int:
-    """Days among which one that comes with this chance is seen with 95 % probability; 0 < chance < 1."""
+    """The days among which an event with this chance on each is seen with 95 % probability; 0 < chance < 1."""
     return math.ceil(math.log(_UNSEEN) / math.log1p(-chance))
 
 
 def one_in(days: int) -> int:
-    """The n of one day in n, in round numbers, that so many days, at least 5, have among them with 95 % probability."""
+    """The n of a "one day in n" event, in round numbers, that so many days, at least 5, include with 95 % chance."""
     rarest = 1 / (1 - _UNSEEN ** (1 / days))
     return max(n for n in _ROUND if n <= rarest)

@@ -46,7 +46,7 @@ class PrecisionRule:
 
 @dataclass(frozen=True)
 class Precision:
-    """Where a design stands: `more` replications to run next (0: done), and whether the rule is `reached`."""
+    """The precision of a design: `more` replications to run next (0: done), and whether the rule is `reached`."""
 
     reached: bool
     more: int

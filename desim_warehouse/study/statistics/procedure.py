@@ -1,4 +1,4 @@
-"""Sequential procedures: they ask for a batch of runs, are sent its values, and choose the next."""
+"""Sequential procedures: generators that ask for a batch of runs, are sent its values, and choose the next."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:
 
 
 def together(procedures: Sequence[Procedure[T]]) -> Procedure[list[T]]:
-    """Carry out several procedures side by side: what all of them ask for is one batch, so that no worker idles."""
-    found: dict[int, T] = {}
+    """Carry out several procedures side by side: their requests make one batch, so that no worker idles."""
+    results: dict[int, T] = {}
     asked = dict[int, list[RunNumber]]()
 
     def send(which: int, values: Sequence[float] | None) -> None:
         try:
             asked[which] = next(procedures[which]) if values is None else procedures[which].send(values)
         except StopIteration as end:
-            found[which] = cast("T", end.value)
+            results[which] = cast("T", end.value)
 
     for which in range(len(procedures)):
         send(which, None)
@@ -54,7 +54,7 @@ def together(procedures: Sequence[Procedure[T]]) -> Procedure[list[T]]:
         for which, runs in batch:
             send(which, values[: len(runs)])
             values = values[len(runs) :]
-    return [found[which] for which in range(len(procedures))]
+    return [results[which] for which in range(len(procedures))]
 
 
 def request(

@@ -1,4 +1,4 @@
-"""Which factor matters, from a table of runs: the main effect of each."""
+"""Screening of factors from a table of runs: the main effect of each."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEVELS = 12  # a numeric factor with more values than this is taken as continuou
 
 @dataclass(frozen=True)
 class MainEffect:
-    """What one factor does on average: level -> mean of the indicator there minus the grand mean.
+    """The main effect of one factor: level -> mean of the indicator there minus the grand mean.
 
     `swing` is the largest minus the smallest effect. A continuous factor's levels are bins, shown as
     intervals.
@@ -31,7 +31,7 @@ class MainEffect:
 
 @dataclass(frozen=True)
 class Effects:
-    """All factors, the largest swing first.
+    """The main effects of all factors, the largest swing first.
 
     `left_out` counts rows without a value (failed runs).
     """
@@ -60,18 +60,18 @@ def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bi
     """
     rows, left_out = _clean(table, factors, indicator)
     grand_mean = float(rows[indicator].mean())
-    found = []
+    ranked = []
     for factor in factors:
         groups = rows.groupby(_levels(rows[factor], bins), observed=True, sort=True, dropna=False)[indicator]
         effects = {level: float(mean) - grand_mean for level, mean in groups.mean().items()}
         runs = {level: int(count) for level, count in groups.size().items()}
-        found.append(MainEffect(factor, effects, runs, max(effects.values()) - min(effects.values())))
-    found.sort(key=lambda effect: -effect.swing)  # stable: equal swings stay in the order given
-    return Effects(indicator, grand_mean, tuple(found), left_out)
+        ranked.append(MainEffect(factor, effects, runs, max(effects.values()) - min(effects.values())))
+    ranked.sort(key=lambda effect: -effect.swing)  # stable: equal swings stay in the order given
+    return Effects(indicator, grand_mean, tuple(ranked), left_out)
 
 
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:
-    """The rows that have the indicator, and how many have not."""
+    """The rows that have the indicator, and how many rows lack it."""
     if not factors:
         raise StudyError("no factors: nothing was varied")
     missing = [name for name in (*factors, indicator) if name not in table.columns]
@@ -85,7 +85,7 @@ def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple
 
 
 def _levels(column: pd.Series[Any], bins: int) -> pd.Series[Any]:
-    """The factor's own levels, or for a continuous one its bins of equally many runs."""
+    """The factor's own levels, or for a continuous factor its bins of equally many runs."""
     import pandas as pd
 
     if pd.api.types.is_numeric_dtype(column) and column.nunique() > LEVELS:

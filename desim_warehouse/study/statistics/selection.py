@@ -25,9 +25,9 @@ class Selection:
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
     was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
-    `best` is then only the best mean of `survivors`. `within`: those other designs that are less than delta worse
+    `best` is then only the best mean of `survivors`. `within`: the other designs that are less than delta worse
     than the best, all of them with `confidence` (one-sided bounds of the differences, Bonferroni): any will do.
-    `equal`: those of them that have the same value as the best in each run.
+    `equal`: the designs among them with the value of the best in each run.
     """
 
     best: int
@@ -167,7 +167,7 @@ class _Race:
         return result
 
     def shortened(self, slack: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The N_il, shorter for designs that are equal run by run so far: days that come one in ten would show."""
+        """The N_il, shorter for designs that are equal run by run so far: a difference on one day in ten would show."""
         made = slack.copy()
         for i, j in combinations(range(len(self.data)), 2):
             if self.equal(i, j):
@@ -182,15 +182,15 @@ class _Race:
 
     def within(self, delta: float, level: float | None) -> tuple[int, ...]:
         """Designs less than `delta` worse than the leader, by bounds with `level` (None: exact), on common runs."""
-        best, found = self.leader(), []
+        best, tied = self.leader(), []
         for i in range(len(self.data)):
             n = min(self.judged_on[i], self.judged_on[best])
             worse, reach = gaps(self.sign * np.array(self.data[best][:n]), self.sign * np.array(self.data[i][:n]))
             alike = n >= COMMON_DAYS.least and self.equal(i, best)
             most = worse[0] if level is None or alike else bounds(worse, level, reach=reach)[1]
             if i != best and most < delta:
-                found.append(i)
-        return tuple(found)
+                tied.append(i)
+        return tuple(tied)
 
     def screen(self, slack: NDArray[np.float64], delta: float) -> None:
         """Drop designs whose mean is more than W_il(r) = max(0, δ/2r (N_il - r)) below another survivor's."""
@@ -204,7 +204,7 @@ class _Race:
         self.alive = kept
 
     def over(self, slack: NDArray[np.float64]) -> bool:
-        """Whether one design is left, or r is the largest N_il + 1: then only equal means are."""
+        """Whether one design is left, or r is the largest N_il + 1: then only equal means are left."""
         return all(self.r >= int(slack[i, j]) + 1 for i, j in combinations(self.alive, 2))
 
     def means(self) -> NDArray[np.float64]:

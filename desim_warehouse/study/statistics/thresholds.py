@@ -1,4 +1,4 @@
-"""Where a mean crosses a bound along an input.
+"""Thresholds: the point of an input where a mean crosses a bound.
 
 Three probes of an input on the same days are interpolated by a parabola; the interval holds
 the points at which the mean is not told from the target (Fieller), or where it is beside it by no more than the
@@ -29,7 +29,7 @@ _STEPS = 2000
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a mean crosses a bound, with an interval, or -inf and inf where an end was not found between the probes."""
+    """The point where a mean crosses a bound, with an interval; -inf and inf for ends beyond the probes."""
 
     at: float
     low: float
@@ -37,7 +37,7 @@ class Crossing:
 
 
 def crossing(probes: Sequence[float], values: Floats, bound: float, level: float = 0.975) -> Crossing | None:
-    """Where the mean of values at three probes crosses a bound; None where the means lie on one side.
+    """Find where the mean of values at three probes crosses a bound; None where the means lie on one side.
 
     Args:
         probes: where the runs were done, ascending, shape (3,).
@@ -51,13 +51,13 @@ def crossing(probes: Sequence[float], values: Floats, bound: float, level: float
     chance, or always.
     """
     first, middle, last = probes
-    at = np.unique(np.concatenate([np.linspace(first, middle, _STEPS), np.linspace(middle, last, _STEPS)]))
+    points = np.unique(np.concatenate([np.linspace(first, middle, _STEPS), np.linspace(middle, last, _STEPS)]))
     days = len(values)
     weights = np.array(
         [
-            (at - middle) * (at - last) / ((first - middle) * (first - last)),
-            (at - first) * (at - last) / ((middle - first) * (middle - last)),
-            (at - first) * (at - middle) / ((last - first) * (last - middle)),
+            (points - middle) * (points - last) / ((first - middle) * (first - last)),
+            (points - first) * (points - last) / ((middle - first) * (middle - last)),
+            (points - first) * (points - middle) / ((last - first) * (last - middle)),
         ]
     )
     beyond = values @ weights - bound
@@ -71,8 +71,8 @@ def crossing(probes: Sequence[float], values: Floats, bound: float, level: float
     before, after = where, where + 1
     while before > 0 and inside[before]:
         before -= 1
-    while after < len(at) - 1 and inside[after]:
+    while after < len(points) - 1 and inside[after]:
         after += 1
-    low = -math.inf if before == 0 and inside[0] else float(at[before])
-    high = math.inf if after == len(at) - 1 and inside[-1] else float(at[after])
-    return Crossing(float(at[where]), low, high)
+    low = -math.inf if before == 0 and inside[0] else float(points[before])
+    high = math.inf if after == len(points) - 1 and inside[-1] else float(points[after])
+    return Crossing(float(points[where]), low, high)

@@ -1,4 +1,4 @@
-"""Where the warm-up ends: by MSER-5, and as Welch's plot shows it."""
+"""The end of the warm-up: by MSER-5, and as Welch's plot shows it."""
 
 from __future__ import annotations
 

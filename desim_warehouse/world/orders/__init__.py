@@ -1,1 +1,1 @@
-"""Where tasks come from, and which robot is given which."""
+"""Orders: where tasks come from, and which robot is given which."""

@@ -1,4 +1,4 @@
-"""Which tasks go together on a tour: those that wait, and the batching policy that decides at each new one."""
+"""Batches: which tasks go together on a tour, by the batching policy, which decides at each new one."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Batcher:
         return [tasks.values() for tasks in self._waiting.values()]
 
     def release(self, task: Task) -> None:
-        """A new task is known."""
+        """Take a new task."""
         self.dispatcher.announce(task)
         key = task.load_type, task.kinds, task.flow if self._by_flow else ""
         self._waiting.setdefault(key, {})[task.number] = task
@@ -92,15 +92,15 @@ class Batcher:
             self._ask_at(then)
 
     def _loads(self, key: Key, task: Task) -> int:
-        """The most that a robot carries of those that may do tasks of a sort, such as this one."""
+        """Return the most that a robot carries of those that may do tasks of a sort, such as this one."""
         if key not in self._most:
             able = (robot.capacity for kind, robot in self._robots if suits(task, kind, robot.carries))
             self._most[key] = max(able, default=1)
         return self._most[key]
 
     def _checked(self, batches: Iterable[object], tasks: Mapping[int, Task], most: int) -> list[TaskBatch]:
-        """The answer of the policy, every batch of it."""
-        found: list[TaskBatch] = []
+        """Check every batch of the policy's answer, and return them."""
+        checked: list[TaskBatch] = []
         seen: set[int] = set()
         for batch in batches:
             if not isinstance(batch, TaskBatch) or not isinstance(batch.at, int | float) or math.isnan(batch.at):
@@ -113,15 +113,15 @@ class Batcher:
                 if number in seen:
                     raise self._fault(f"task {number} is in two batches")
                 seen.add(number)
-            found.append(batch)
-        return found
+            checked.append(batch)
+        return checked
 
     def _fault(self, text: str) -> PolicyError:
         return fault("batching", self.policy, self.env.now, text)
 
 
 def tour_of(tasks: list[Task]) -> Task:
-    """Tasks that one robot does on one tour, as one. A task alone is itself."""
+    """Join tasks that one robot does on one tour to one task. A task alone is itself."""
     first = tasks[0]
     if len(tasks) == 1:
         return first

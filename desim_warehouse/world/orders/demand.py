@@ -1,4 +1,4 @@
-"""Where tasks come from: a list, goods drawn at random, a list that never runs dry, or Poisson arrivals."""
+"""Sources of tasks: a list, goods drawn at random, a list that never runs dry, or Poisson arrivals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BATCH = 1024
 
 
 class Orders(Protocol):
-    """Where tasks come from: `total` of them, or None: without end."""
+    """A source of tasks: `total` of them, or None: without end."""
 
     total: int | None
 
@@ -31,17 +31,17 @@ class Orders(Protocol):
         """Release what is known at the start, and schedule what comes later."""
 
     def taken(self, task: Task) -> None:
-        """A task or tour is in hand."""
+        """Note that a task or tour is in hand."""
 
     def returned(self, task: Task) -> None:
-        """A task or tour is open again."""
+        """Note that a task or tour is open again."""
 
     def to_come(self, task: Task, by_flow: bool, /) -> bool:
         """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
 
 
 class Demand:
-    """Releases tasks, `total` of them or, where it is None, without end."""
+    """A source of tasks: `total` of them or, where it is None, without end."""
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -76,14 +76,14 @@ class Demand:
                 self._release(number)
         else:
             self.total = len(goods)
-            for item, to in zip(goods, self.own, strict=True):
+            for item, targets in zip(goods, self.own, strict=True):
                 if isinstance(item, Good):
-                    self._announce(item, to)
+                    self._announce(item, targets)
                 else:
-                    self._release(item, to=to)
+                    self._release(item, targets=targets)
 
     def taken(self, task: Task) -> None:
-        """A task or tour is in hand: where work never ends another task is released in place of each.
+        """Note a task or tour in hand: where work never ends another task is released in place of each.
 
         Not where a robot has given tasks back: there are as many as there should be, then.
         """
@@ -93,28 +93,28 @@ class Demand:
                 self._release(self._draw(), self.goods.due_within)
 
     def returned(self, task: Task) -> None:
-        """A task or tour is open again."""
+        """Note that a task or tour is open again."""
         self._open += len(task.tasks)
 
     def to_come(self, _: Task, __: bool) -> bool:
-        """Whether others will become known, whatever is done."""
+        """Whether more tasks will become known, whatever is done."""
         return isinstance(self.goods, PoissonGoods) or (self.total is not None and self._number < self.total)
 
-    def _announce(self, good: Good, to: tuple[str, ...]) -> None:
+    def _announce(self, good: Good, targets: tuple[str, ...]) -> None:
         def release(_: Event | None = None) -> None:
-            self._put(good.good, good.due, good.priority, to)
+            self._put(good.good, good.due, good.priority, targets)
 
         if good.release <= self.env.now:
             release()
         else:
             Timeout(self.env, good.release - self.env.now).callbacks.append(release)
 
-    def _release(self, good: int, due_within: float | None = None, *, to: tuple[str, ...] = ()) -> None:
-        self._put(good, None if due_within is None else self.env.now + due_within, 0, to)
+    def _release(self, good: int, due_within: float | None = None, *, targets: tuple[str, ...] = ()) -> None:
+        self._put(good, None if due_within is None else self.env.now + due_within, 0, targets)
 
-    def _put(self, good: int, due: float | None, priority: int, to: tuple[str, ...]) -> None:
+    def _put(self, good: int, due: float | None, priority: int, targets: tuple[str, ...]) -> None:
         place = self.storage[good]
-        task = Task(self._number, good, place.edge, place.offset, self.env.now, due, priority, to)
+        task = Task(self._number, good, place.edge, place.offset, self.env.now, due, priority, targets)
         self._number += 1
         self._open += 1
         self.release(task)
@@ -143,7 +143,7 @@ class Demand:
         return self._drawn.pop()
 
     def _without_repetition(self, count: int) -> list[int]:
-        """Goods in random order, each at most once until all have been drawn. Popular ones tend to come first."""
+        """Draw goods in random order, each at most once until all are drawn. Popular ones tend to come first."""
         if self._only is not None:
             return [self._only] * count
         size, weights = len(self.storage), self._weights()
@@ -154,7 +154,7 @@ class Demand:
         return goods
 
     def _weights(self) -> Any:
-        """The share of every storage place in the demand, or None for equal shares."""
+        """Return the share of every storage place in the demand, or None for equal shares."""
         return place_shares(self.model, self.layout)
 
 
@@ -167,14 +167,14 @@ class NoOrders:
     total: int | None = None
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """There is nothing to release."""
+        """Do nothing: there is nothing to release."""
 
     def taken(self, task: Task) -> None:
-        """Never: there is no task."""
+        """Do nothing: there is no task."""
 
     def returned(self, task: Task) -> None:
-        """Never: there is no task."""
+        """Do nothing: there is no task."""
 
     def to_come(self, _: Task, __: bool) -> bool:
-        """None will become known."""
+        """Whether more tasks will become known: never."""
         return False

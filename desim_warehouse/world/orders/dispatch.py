@@ -1,4 +1,4 @@
-"""Who gets which task: open tasks, robots that are free, and the allocation policy asked when either changes."""
+"""Allocation: open tasks, robots that are free, and the allocation policy asked when either changes."""
 
 from __future__ import annotations
 
@@ -95,18 +95,18 @@ class Dispatcher:
         self._pods: Pods | None = None
 
     def carry(self, pods: Pods) -> None:
-        """Tasks are lines, which robots do by visits of pods."""
+        """Take `pods`: tasks are then lines, which robots do by visits of pods."""
         self._pods = pods
 
     # What happens
 
     def release(self, task: Task) -> None:
-        """A new task is known, and may be given out."""
+        """Take a new task, which may be given out."""
         self.announce(task)
         self.give_out(task)
 
     def announce(self, task: Task) -> None:
-        """A new task is known."""
+        """Take a new task, which is known and not yet open."""
         self.released += 1
         self._vain = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order, task.item)
@@ -114,16 +114,16 @@ class Dispatcher:
             self.log.is_for_workers(task.number)
 
     def give_out(self, task: Task) -> None:
-        """A task, or those of a batch as one, may be given out."""
+        """Release a task (or a whole batch) for allocation."""
         self.open[task.number] = task
         self.call()
 
     def wait(self, robot: Robot) -> Event:
-        """A robot in a bay is free: the event is due when it is given a task."""
+        """Offer a robot in a bay as free: the event is due when it is given a task."""
         return self._offer(robot)
 
     def ask(self, robot: Robot) -> Event:
-        """A robot that has just unloaded is free: the event is due when it is decided on, with or without a task."""
+        """Offer a robot that has just unloaded: the event is due when it is decided on, with or without a task."""
         self._passing.add(robot.number)
         return self._offer(robot, at_once=robot.docked is None)
 
@@ -136,12 +136,12 @@ class Dispatcher:
         return event
 
     def withdraw(self, robot: Robot) -> None:
-        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its slot."""
+        """Withdraw a robot in a bay: its battery wants a charger, or another robot wants its slot."""
         self.free.pop(robot.number, None)
         self._put_back(robot.number)
 
     def give_back(self, robot: Robot) -> None:
-        """A robot's battery does not let it fetch its good after all."""
+        """Take back the task of a robot whose battery does not let it fetch its good after all."""
         task = robot.job
         assert task is not None
         robot.charging.require()  # else it would take the task again at once
@@ -153,7 +153,7 @@ class Dispatcher:
         self.take_back(robot)
 
     def take_back(self, robot: Robot) -> None:
-        """A robot does not fetch its good: the task goes to the front of the list at once."""
+        """Take back the task of a robot that does not fetch its good: it goes to the front of the list at once."""
         task = robot.job
         assert task is not None
         self._record("returned", robot, task)
@@ -168,7 +168,7 @@ class Dispatcher:
         self.call()
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
-        """A task is done. With the last of a tour the robot is free."""
+        """Note that a task is done. With the last of a tour the robot is free."""
         if self._pods is not None:
             self._pods.stored(robot, stop)
         else:
@@ -181,21 +181,26 @@ class Dispatcher:
             self.stations.release((stop,), ())
 
     def line_done(self, line: Task) -> None:
-        """A line was picked from a pod, or put onto one: only then is it no longer in hand."""
+        """Note that a line was picked from a pod, or put onto one: only then is it no longer in hand."""
         self.done += 1
         self.demand.taken(line)
 
     def came_home(self, robot: Robot) -> None:
-        """A robot is back in a bay. The last one, with all goods done, ends the run (the paper's T)."""
+        """Note that a robot is back in a bay. The last one, with all goods done, ends the run (the paper's T)."""
         departures = self.departures
         if departures.is_full:
             self.call()
         departures.under_way.discard(robot.number)
         self.end_if_done()
 
+    def came_to_rest(self) -> None:
+        """Note that a robot rests where it has unloaded, which may be the last thing that the run waits for."""
+        self.end_if_done()
+
     def end_if_done(self) -> None:
-        """End the run when all robots are home and the last load is delivered and, where that counts, worked on."""
-        if not self.departures.under_way and self.done == self.demand.total and not self.stations.unfinished:
+        """End the run when all robots rest and the last load is delivered and, where that counts, worked on."""
+        all_rest = self.departures.under_way <= self.departures.resting
+        if all_rest and self.done == self.demand.total and not self.stations.unfinished and not self.finished.triggered:
             self.finished.succeed()
 
     def _forget(self, robot: Robot) -> None:
@@ -205,23 +210,23 @@ class Dispatcher:
         robot.lay_down()
 
     def _record(self, kind: str, robot: Robot, task: Task) -> None:
-        """A row of the log for each task of a tour."""
+        """Write a row of the log for each task of a tour."""
         for member in task.tasks:
             robot.body.work_on(member.number)
             robot.record(kind)
 
     def queue_of(self, robot: int) -> tuple[Task, ...]:
-        """The tasks that a robot is to do after the present one."""
+        """Return the tasks that a robot is to do after the present one."""
         return tuple(self.queues.get(robot, ()))
 
     def _put_back(self, number: int) -> None:
-        """The tasks of a robot's queue go to the front of the list, in their order."""
+        """Put the tasks of a robot's queue at the front of the list, in their order."""
         for task in reversed(self.queues.pop(number, ())):
             self.open[task.number] = task
             self.open.move_to_end(task.number, last=False)
 
     def hours_change(self, robots: Iterable[int]) -> bool:
-        """The hours of some robots begin, or end: then their queues go back to the list. False: it is all in vain."""
+        """Note that hours of robots begin or end, and put their queues back on the list. False: it is all in vain."""
         for number in robots:
             if not self.departures.duty.has(number):
                 self._put_back(number)
@@ -297,23 +302,23 @@ class Dispatcher:
         self._decide(event)
 
     def situation(self) -> Situation:
-        """What the allocation policy decides on now."""
+        """Return what the allocation policy decides on now."""
         return self.situations.now([self._view(number) for number in self._able()], self._fleet)
 
     def _view(self, number: int) -> RobotView:
-        """A free robot. While it rests only its energy can change."""
+        """Return a free robot as policies see it. While it rests only its energy can change."""
         robot, view = self.free[number][0], self._seen.get(number)
         if view is None or view.energy != robot.battery.level(self.env.now):
             view = self._seen[number] = robot.view()
         return view
 
     def _able(self) -> list[int]:
-        """The free robots in their hours, by number, without those in bays once the cap under way is reached."""
+        """Return the free robots in their hours, by number, without those in bays once the cap under way is reached."""
         free = self.free.keys() & self.departures.under_way if self.departures.is_full else self.free
         return self.departures.duty.among(sorted(free))
 
     def _fleet(self) -> list[RobotView]:
-        """All robots that may be given work, by number. Those at work are shown where and when they will be free."""
+        """Return all robots that may be given work, by number, robots at work as they will be when free."""
         now, free, may_work, duty = self.env.now, self.free, self.departures.may_work, self.departures.duty
         return [
             self._view(robot.number) if robot.number in free else busy_view(robot, robot.reach, now)
@@ -324,22 +329,22 @@ class Dispatcher:
     def decide(self, pairs: Iterable[Any]) -> None:
         """Carry out a decision: pairs of robot number and task number, checked one by one."""
         self.waiting = False
-        given: set[int] = set()
+        assigned: set[int] = set()
         before = len(self.open)
         for pair in pairs:
             try:
                 number, task_number = (int(part) for part in pair)
             except (TypeError, ValueError, OverflowError):
                 raise self._fault(f"{short(pair)} is no pair (robot number, task number){_objects(pair)}") from None
-            if task_number in given:
+            if task_number in assigned:
                 raise self._fault(f"task {task_number} is given out twice")
             if not 0 <= number < len(self.robots):
                 raise self._fault(f"there is no robot {number}, only 0 to {len(self.robots) - 1}")
             if task_number not in self.open:
                 raise self._fault(f"task {task_number} is not open")
-            given.add(task_number)
+            assigned.add(task_number)
             if number in self.free:
-                self._assign(number, task_number, first=len(given) == 1)
+                self._assign(number, task_number, first=len(assigned) == 1)
             else:
                 self._queue(number, task_number)
         self._pass()
@@ -366,7 +371,7 @@ class Dispatcher:
         )
 
     def _charge_the_short(self) -> None:
-        """Robots at rest whose energy does not let them take the first open task charge, or wait until they can."""
+        """Have robots at rest with too little energy for the first open task charge, or wait until they can."""
         for number in sorted(self.free):
             robot, event = self.free[number]
             if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
@@ -381,10 +386,19 @@ class Dispatcher:
                 robot.lack_charge()
 
     def _pass(self) -> None:
-        """Robots that have unloaded go on, with a task or without."""
+        """Let robots that have unloaded go on, with a task or without."""
         for number in sorted(self._passing):
             self.free.pop(number)[1].succeed()
         self._passing.clear()
+        if self.open and self.departures.resting:
+            self._call_to_bays()
+
+    def _call_to_bays(self) -> None:
+        """Call robots to their bays that may hold a slot in a station, or a departure, which an open task needs."""
+        for number in sorted(self.departures.resting):
+            robot = self.robots[number]
+            if robot.job is None and (robot.docked is not None or self.departures.most is not None):
+                robot.give_way()
 
     def _fault(self, text: str) -> PolicyError:
         if self.allocation is None:
@@ -400,7 +414,7 @@ class Dispatcher:
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
 
     def _next_of_queues(self) -> None:
-        """Free robots go on with their queues. A queue that its robot may not go on with goes back to the list."""
+        """Let free robots go on with their queues. A queue that its robot may not go on with goes back to the list."""
         for number in sorted(self.queues.keys() & self.free.keys()):
             queue = self.queues.pop(number)
             task = queue.popleft()
@@ -451,13 +465,13 @@ class Dispatcher:
 
 
 def _objects(pair: object) -> str:
-    """What to write where a pair has views instead of their numbers."""
-    views = isinstance(pair, tuple) and any(isinstance(one, RobotView | Task) for one in pair)
+    """Say what to write where a pair has views instead of their numbers."""
+    views = isinstance(pair, tuple) and any(isinstance(part, RobotView | Task) for part in pair)
     return ", expected robot.number, task.number" if views else ""
 
 
 def _unfit(robot: RobotView, task: Task) -> str:
-    """Why a robot may not do a task."""
+    """Say why a robot may not do a task."""
     if task.kinds and robot.kind not in task.kinds:
         return f"is of no kind that does task {task.number}: {', '.join(task.kinds)}"
     if len(task.members) > robot.loads:

@@ -1,4 +1,4 @@
-"""Where tasks come from that flow: from where to where they go, and when each becomes known.
+"""Tasks of flows: from where to where they go, and when each becomes known.
 
 Every flow has random streams of its own, for each thing that is drawn. Another flow, robot or policy leaves its tasks
 as they are.
@@ -49,7 +49,7 @@ BATCH = 1024
 
 
 class Flows:
-    """Releases the tasks of all flows, `total` of them or, where it is None, without end."""
+    """A source of the tasks of all flows, `total` of them or, where it is None, without end."""
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -68,8 +68,8 @@ class Flows:
             self.env.process(self._arrivals(flow))
 
     def taken(self, task: Task) -> None:
-        """A task or tour is in hand: where a constant number is always open, another task replaces each."""
-        flows = [self.flows[one.flow] for one in task.tasks]
+        """Note a task or tour in hand: where a constant number is always open, another task replaces each."""
+        flows = [self.flows[member.flow] for member in task.tasks]
         for flow in flows:
             flow.open -= 1
         for flow in flows:
@@ -77,9 +77,9 @@ class Flows:
                 self._release(flow)
 
     def returned(self, task: Task) -> None:
-        """A task or tour is open again."""
-        for one in task.tasks:
-            self.flows[one.flow].open += 1
+        """Note that a task or tour is open again."""
+        for member in task.tasks:
+            self.flows[member.flow].open += 1
 
     def _arrivals(self, flow: _Flow) -> Generator[Event, object, None]:
         for time, line in flow.releases():
@@ -131,12 +131,12 @@ class _Flow:
 
     @property
     def always_open(self) -> int:
-        """How many tasks are always open, 0 where they arrive."""
+        """The number of tasks that are always open, 0 where they arrive."""
         return self.when.saturated if isinstance(self.when, SaturatedArrivals) else 0
 
     @property
     def scheduled(self) -> int:
-        """How many tasks there will be of a flow that ends."""
+        """The number of tasks of a flow that ends."""
         when = self.when
         if isinstance(when, OrdersArrivals):
             return summary(when.orders, self._how).tasks
@@ -145,10 +145,10 @@ class _Flow:
         return orders if self.spec.lines == 1 else sum(map(self._lines, range(orders)))
 
     def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """The times at which tasks become known, in order, and the rows of orders that they come from.
+        """Iterate over the times at which tasks become known, in order, and the rows of orders that they come from.
 
-        Outside the hours of the flow none do. Those at random that fall there are left out: within the hours they come
-        as they would without. What a schedule or a file asks for then is released when the hours begin.
+        Outside the hours of the flow none do. Tasks at random that fall there are left out: within the hours they come
+        as they would without. Tasks of a schedule or a file are then released when the hours begin.
         """
         hours = self.hours
         if hours is None:
@@ -163,7 +163,7 @@ class _Flow:
                 yield max(begin, time), line
 
     def asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """The times at which tasks are asked for, in order, and the rows of orders."""
+        """Iterate over the times at which tasks are asked for, in order, and the rows of orders."""
         when = self.when
         if isinstance(when, OrdersArrivals):
             lines = read(when.orders, self._how)
@@ -175,7 +175,7 @@ class _Flow:
             yield from ((time, None) for time in self.arrivals())
 
     def arrivals(self) -> Iterator[float]:
-        """The times at which tasks become known, in order.
+        """Iterate over the times at which tasks become known, in order.
 
         At random it is a Poisson process of rate 1, taken through the number of tasks that are expected by a time.
         """
@@ -200,7 +200,7 @@ class _Flow:
     # What
 
     def order(self, number: int, now: float, line: OrderLine | None = None) -> list[Task]:
-        """The lines of the next order, the first with this number: one, unless the flow has orders of several."""
+        """Make the lines of the next order, the first with this number: one, unless the flow has orders of several."""
         if self.spec.lines == 1:
             return [self.task(number, now, line)]
         nth = self._orders
@@ -209,12 +209,12 @@ class _Flow:
         return [replace(task, order=str(nth), priority=tasks[0].priority) for task in tasks]
 
     def _lines(self, nth: int) -> int:
-        """How many lines an order has."""
+        """Return how many lines an order has."""
         lines = self.spec.lines
         return lines if isinstance(lines, int) else draw_lines(lines, self.streams.stream(f"lines:{self.name}", nth))
 
     def task(self, number: int, now: float, line: OrderLine | None = None) -> Task:
-        """The next task, which becomes known now. What the row of its order does not say comes from the flow."""
+        """Make the next task, which becomes known now. The flow fills in what the row of its order leaves out."""
         nth = self.released
         self.released += 1
         if self.items is not None:
@@ -234,9 +234,9 @@ class _Flow:
         if isinstance(target, str):
             named = self.layout.nodes_of(line.target) if line is not None and isinstance(line.target, str) else ends
             assert isinstance(named, tuple)
-            to, drop = tuple(node for node in named if node != source) or named, None
+            targets, drop = tuple(node for node in named if node != source) or named, None
         else:
-            to, drop = (target.edge[1],), (target.edge, target.offset)
+            targets, drop = (target.edge[1],), (target.edge, target.offset)
         return Task(
             number,
             good,
@@ -244,7 +244,7 @@ class _Flow:
             offset,
             now,
             *self._terms(now, line),
-            to,
+            targets,
             drop,
             self.name,
             nth,
@@ -255,12 +255,12 @@ class _Flow:
         )
 
     def _terms(self, now: float, line: OrderLine | None) -> tuple[float | None, int]:
-        """When a task is due, and its priority."""
+        """Return when a task is due, and its priority."""
         due = self._due(now) if line is None or line.due is None else line.due
         return due, self._priority() if line is None or line.priority is None else line.priority
 
     def _line(self, number: int, nth: int, now: float, line: OrderLine | None) -> Task:
-        """With pods: an item to be picked from one, or put onto one, at one of some stations."""
+        """Make a line, with pods: an item to be picked from one, or put onto one, at one of some stations."""
         assert self.items is not None
         route, named = self.routes[0], None if line is None else line.target
         nodes = route.target
@@ -302,18 +302,18 @@ class _Flow:
         return self.timetable.next(now)
 
     def _priority(self) -> int:
-        given = self.spec.priority
-        if isinstance(given, int):
-            return given
+        priority = self.spec.priority
+        if isinstance(priority, int):
+            return priority
         drawn, share = self._share("priority"), 0.0
-        for one in given:
-            share += one.share
+        for part in priority:
+            share += part.share
             if drawn < share:
-                return one.priority
-        return given[-1].priority
+                return part.priority
+        return priority[-1].priority
 
     def _named(self, end: str, which: int, named: str | int | None, places: End) -> str | StoragePlace:
-        """Where the row of an order says, or as the flow does."""
+        """Return the place that the row of an order names, else one by the flow."""
         if named is None:
             return self._place(end, which, places)
         if isinstance(named, int):
@@ -321,7 +321,7 @@ class _Flow:
         return self._place(end, which, StorageEnd() if named == STORAGE else self.layout.nodes_of(named))
 
     def _place(self, end: str, which: int, places: End) -> str | StoragePlace:
-        """A storage place, or one of some nodes (of a target any one: which is decided when a robot gets the task)."""
+        """Draw a storage place, or take one of some nodes (a target's is chosen when a robot gets the task)."""
         if isinstance(places, StorageEnd):
             return self.layout.storage[self._drawn(end, which, places)]
         if len(places) == 1 or end == "to":
@@ -331,7 +331,7 @@ class _Flow:
     # Draws
 
     def _share(self, what: str) -> float:
-        """A number from 0 to 1 for the present task."""
+        """Draw a number from 0 to 1 for the present task."""
         return float(self.streams.stream(f"{what}:{self.name}", self.released).random())
 
     def draw_from(self, end: str, which: int, places: End, numbers: Iterator[int]) -> None:

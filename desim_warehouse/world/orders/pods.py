@@ -72,7 +72,7 @@ class Pod:
         self.rank = 0.0
 
     def left(self, item: int) -> float:
-        """Units of an item that are promised to no line yet."""
+        """Return the units of an item that are promised to no line yet."""
         return self.stock.get(item, 0) - self.promised.get(item, 0)
 
 
@@ -100,8 +100,8 @@ class Shelves:
                 pod.stock = dict.fromkeys(dealt[pod.number * spec.per_pod : (pod.number + 1) * spec.per_pod], units)
         else:
             for row, (number, item) in enumerate(zip(holds.pod, holds.item, strict=True)):
-                there = self.pods[number].stock
-                there[item] = there.get(item, 0) + (holds.units[row] if holds.units else units)
+                stock = self.pods[number].stock
+                stock[item] = stock.get(item, 0) + (holds.units[row] if holds.units else units)
         self._holding: dict[int, list[Pod]] = {}
         for pod in self.pods:
             for item in pod.stock:
@@ -115,34 +115,34 @@ class Shelves:
             self.pods[number].rank = rank / len(weights)
 
     def holding(self, item: int) -> Sequence[Pod]:
-        """The pods that have, or had, an item."""
+        """Return the pods that have, or had, an item."""
         return self._holding.get(item, ())
 
     def put(self, pod: Pod, item: int, units: int) -> None:
-        """Some units of an item are put onto a pod."""
+        """Put some units of an item onto a pod."""
         if item not in pod.stock:
             self._holding.setdefault(item, []).append(pod)
         pod.stock[item] = pod.stock.get(item, 0) + units
         pod.coming -= units
 
     def lift(self, pod: Pod) -> None:
-        """A pod is taken away from its place, which is free unless it is kept."""
+        """Take a pod away from its place, which is free unless it is kept."""
         pod.stands = False
         if not self.keep:
             self.free[pod.place] = None
 
     def reserve(self, pod: Pod, place: int) -> None:
-        """A pod is bound for a place."""
+        """Reserve a place for a pod."""
         self.free.pop(place, None)
         pod.place = place
 
     def places_for(self, pod: Pod) -> list[PlaceView]:
-        """Where a pod may be put down: its own place where they are kept, else the free ones."""
+        """Return the places where a pod may be put down: its own where they are kept, else the free ones."""
         numbers = [pod.home] if self.keep else self.free
         return [PlaceView(number, self.storage[number].edge, self.storage[number].offset) for number in numbers]
 
     def view(self, pod: Pod, lines: Sequence[Task] = ()) -> PodView:
-        """A pod as policies see it."""
+        """Return a pod as policies see it."""
         place = self.storage[pod.place]
         units = math.inf if self.endless else sum(pod.stock.values()) + pod.coming
         return PodView(pod.number, pod.home, place.edge, place.offset, units, pod.rank, lines)
@@ -175,7 +175,7 @@ class PodPolicies(NamedTuple):
 class Pods:
     """The orders that wait for a station, the lines that are open at each, and the visits of pods.
 
-    `puts`: the flows whose lines are put onto pods; those of others are picked from them.
+    `puts`: the flows whose lines are put onto pods; lines of other flows are picked from them.
     """
 
     def __init__(
@@ -224,7 +224,7 @@ class Pods:
     # Orders and lines
 
     def release(self, line: Task) -> None:
-        """A line is known. Those of an order that become known one after the other are one order."""
+        """Take a line that is known. Lines of an order that become known one after the other are one order."""
         self.dispatcher.announce(line)
         waiting = self.backlog.setdefault(line.to, deque())
         if line.order and waiting and _order(waiting[-1][0]) == _order(line):
@@ -234,7 +234,7 @@ class Pods:
         self.dispatcher.call()
 
     def _open_orders(self) -> None:
-        """Orders that wait go to stations with room, the oldest first."""
+        """Send orders that wait to stations with room, the oldest first."""
         most = self.spec.orders
         for nodes, waiting in self.backlog.items():
             while waiting:
@@ -258,7 +258,7 @@ class Pods:
         return str(self._ask("order_station", call, nodes))
 
     def _open(self, line: Task, node: str) -> None:
-        """A line joins the first pod bound for its station that has its item, or waits for one to be called."""
+        """Have a line join the first pod bound for its station that has its item, or wait for one to be called."""
         if line.flow in self.puts:
             self._open_put(line, node)
             return
@@ -270,7 +270,7 @@ class Pods:
         self.waiting[node].setdefault(line.item, {})[line.number] = line
 
     def _open_put(self, line: Task, node: str) -> None:
-        """A bundle is for a pod that the policy `put` names, at once or when that stands again."""
+        """Give a bundle to the pod that the policy `put` names, at once or when the pod stands again."""
         pods = [pod for pod in self.shelves.pods if pod.bound == node or (pod.stands and pod.bound is None)]
         pods = pods or self.shelves.pods
         call = PutCall(self.env.now, node, line.item, [self.shelves.view(pod) for pod in pods], self._draw("put"))
@@ -296,7 +296,7 @@ class Pods:
         return any(self.waiting.values()) or any(self.to_put.values()) or any(self.backlog.values())
 
     def out_of_stock(self) -> list[int]:
-        """The items that lines wait for and no pod has."""
+        """Return the items that lines wait for and no pod has."""
         asked = {item for lines in self.waiting.values() for item in lines}
         return sorted(item for item in asked if all(pod.left(item) <= 0 for pod in self.shelves.holding(item)))
 
@@ -310,7 +310,7 @@ class Pods:
             open_visits += 1
 
     def _closed(self) -> Mapping[str, float]:
-        """Stations that are closed now. Where lines wait at one a pod is called as soon as it opens."""
+        """Return stations that are closed now. Where lines wait at one a pod is called as soon as it opens."""
         if not self.stations.close:
             return {}
         closed, now = self.stations.closed(), self.env.now
@@ -322,7 +322,7 @@ class Pods:
         return closed
 
     def _call(self, nodes: Sequence[str], closed: Collection[str]) -> bool:
-        """Call one, to the station with the fewest robots that has lines and room; False: none can be called."""
+        """Call a pod, to the station with the fewest robots that has lines and room; False: none can be called."""
         by_node, called = self.stations.by_node, self.called
         ready = [
             node
@@ -330,27 +330,27 @@ class Pods:
             if (self.waiting[node] or self.to_put[node]) and station.free > called[node] and node not in closed
         ]
         for node in sorted(ready, key=lambda node: by_node[node].taken + called[node]):
-            found = self._candidates(node)
-            if found:
-                views = [self.shelves.view(pod, lines) for pod, lines in found.items()]
+            candidates = self._candidates(node)
+            if candidates:
+                views = [self.shelves.view(pod, lines) for pod, lines in candidates.items()]
                 call = PodCall(self.env.now, node, views, nodes, self.travel, self._draw("pod"))
-                pod = self.shelves.pods[self._ask("pod", call, {pod.number for pod in found})]
-                self._give_out(pod, node, found[pod])
+                pod = self.shelves.pods[self._ask("pod", call, {pod.number for pod in candidates})]
+                self._give_out(pod, node, candidates[pod])
                 return True
         return False
 
     def _candidates(self, node: str) -> dict[Pod, list[Task]]:
-        """The pods on their places that have lines open at a station, and which; by number."""
-        found: dict[Pod, list[Task]] = {}
+        """Return the pods on their places with lines open at a station, and these lines; by number."""
+        candidates: dict[Pod, list[Task]] = {}
         for item, lines in self.waiting[node].items():
             some = list(lines.values())
             for pod in self.shelves.holding(item):
                 if pod.stands and pod.bound is None and (left := pod.left(item)) > 0:
-                    found.setdefault(pod, []).extend(some if left >= len(some) else some[: int(left)])
+                    candidates.setdefault(pod, []).extend(some if left >= len(some) else some[: int(left)])
         for line, pod in self.to_put[node].values():
             if pod.stands and pod.bound is None:
-                found.setdefault(pod, []).append(line)
-        return dict(sorted(found.items(), key=lambda one: one[0].number))
+                candidates.setdefault(pod, []).append(line)
+        return dict(sorted(candidates.items(), key=lambda entry: entry[0].number))
 
     def _give_out(self, pod: Pod, node: str, lines: Sequence[Task]) -> None:
         lines = sorted(lines, key=lambda line: line.number)
@@ -384,14 +384,14 @@ class Pods:
     # A visit in hand
 
     def assigned(self, robot: Robot, visit: Task) -> None:
-        """A robot takes a visit: its first line is in the log already."""
+        """Note that a robot takes a visit: its first line is in the log already."""
         pod = self.shelves.pods[visit.pod]
         self.called[str(pod.bound)] -= 1
         pod.robot = robot
         self._record_others("assigned", robot, pod, visit)
 
     def returned(self, robot: Robot, visit: Task) -> None:
-        """It gives the visit back before it has the pod, which stays called."""
+        """Note that a robot gives its visit back before it has the pod, which stays called."""
         pod = self.shelves.pods[visit.pod]
         self.called[str(pod.bound)] += 1
         pod.robot = None
@@ -406,12 +406,12 @@ class Pods:
         self.log.event(self.env.now, kind, robot.number, line.number, robot.node, robot.energy, other=pod)
 
     def lifted(self, robot: Robot, stop: Stop) -> None:
-        """It has taken the pod from its place."""
+        """Note that a robot has taken the pod from its place."""
         self._moved("lifted", robot, stop)
         self.shelves.lift(self.shelves.pods[stop.task.pod])
 
     def stored(self, robot: Robot, stop: Stop) -> None:
-        """It has put the pod down."""
+        """Note that a robot has put the pod down."""
         self._moved("stored", robot, stop)
         pod = self.shelves.pods[stop.task.pod]
         pod.stands, pod.robot = True, None
@@ -422,7 +422,7 @@ class Pods:
         self.log.event(now, kind, robot.number, stop.task.number, robot.node, float(number), other=place)
 
     def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
-        """In its station, with a server: pick line after line, until none is left for the pod; then choose a place."""
+        """Serve a robot in its station, with a server: pick line after line until none is left; then choose a place."""
         pod, node = self.shelves.pods[stop.task.pod], stop.node
         if self.spec.change_time and service.queued:
             yield Timeout(self.env, self.spec.change_time)
@@ -459,7 +459,7 @@ class Pods:
         self._open_orders()
 
     def _choose_place(self, pod: Pod, node: str, stop: Stop) -> None:
-        """Where it is stored: its robot has not left the station yet, so that the way is declared only then."""
+        """Choose where a pod is stored: its robot is still in the station, so its way is declared only then."""
         views = self.shelves.places_for(pod)
         call = StorageCall(self.env.now, node, self.shelves.view(pod), views, self.travel, self._draw("storage"))
         number = self._ask("storage", call, {view.number for view in views})
@@ -469,5 +469,5 @@ class Pods:
 
 
 def _order(line: Task) -> tuple[str, str]:
-    """What an order is known by; a line without one is an order by itself."""
+    """Return the key of an order; a line without one is an order by itself."""
     return line.flow, line.order or f"#{line.number}"

@@ -1,4 +1,4 @@
-"""What the allocation policy is shown when it decides."""
+"""Situations: what the allocation policy is shown when it decides."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Situations:
-    """Builds what the allocation policy decides on."""
+    """A maker of what the allocation policy decides on."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Situations:
         self.handling = reach.handling
 
     def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
-        """The situation at present, with the `free` robots by number and the whole `fleet`."""
+        """Return the situation at present, with the `free` robots by number and the whole `fleet`."""
         reach, routes = self.reach, self.routes
         return Situation(
             time=self.env.now,
@@ -65,12 +65,12 @@ class Situations:
         )
 
     def _tasks(self, free: Sequence[RobotView]) -> Sequence[Task]:
-        """The open tasks, without those that are held back as a station or the way is closed."""
+        """Return the open tasks, without tasks that are held back as a station or the way is closed."""
         tasks, openings = self.open_tasks.values(), self.reach.openings
         return openings.admit_tasks(free, tasks) if openings.holds else OpenTasks(tasks)
 
     def _random(self, kind: str) -> Generator:
-        """A policy's own stream."""
+        """Return a policy's own stream."""
         if kind not in self._generators:
             self._generators[kind] = self.streams.stream(kind)
         return self._generators[kind]

@@ -1,1 +1,1 @@
-"""Where robots stop: stations, bays and their chargers, and how long things take there."""
+"""Places where robots stop: stations, bays and their chargers, and how long things take there."""

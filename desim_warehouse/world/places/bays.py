@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Bay:
-    """Slots for robots beside a node, of which `taken` are occupied or reserved.
+    """Slots for robots beside a node; `taken` of them are occupied or reserved.
 
     `charges`: the kinds whose robots use its chargers; empty without chargers. `spares`: batteries to swap, by kind;
     none where there is always a full one. `charges_every_slot`: there is a charger at each slot. `waiting`: robots in
@@ -66,10 +66,10 @@ class Guest(Protocol):
         """Whether it is in no bay."""
 
     def charge_left(self) -> float:
-        """The share of its battery's capacity that is left."""
+        """Return the share of its battery's capacity that is left."""
 
     def need_of_charger(self) -> tuple[float, float]:
-        """From when on it needs a charger more than a robot at one that has so much more of its capacity left."""
+        """Return when it needs a charger more than a robot at one, and by how much more capacity that has left."""
 
 
 class Bays:
@@ -92,7 +92,7 @@ class Bays:
         self.making_room: dict[int, Bay] = {}
 
     def settle(self, robot: Guest, bay: Bay) -> None:
-        """A robot starts in a bay."""
+        """Put a robot in the bay where it starts."""
         bay.taken += 1
         self.free -= 1
         robot.bay = bay
@@ -123,7 +123,7 @@ class Bays:
         robot.bay = bay
 
     def leave(self, robot: Guest) -> None:
-        """A robot is out of the bay it stood in. With no slot reserved elsewhere it has none now, or keeps this one."""
+        """Note that a robot is out of its bay. Without a slot reserved elsewhere it has none now, or keeps this one."""
         self.making_room.pop(robot.number, None)
         bay = robot.leaving or robot.bay
         assert bay is not None
@@ -145,7 +145,7 @@ class Bays:
     # Where there are fewer slots at chargers than robots
 
     def chargers_are_scarce(self, kind: str, robots: Mapping[str, int]) -> bool:
-        """Whether a kind has fewer slots at its chargers than there are robots that use them, its own included.
+        """Whether a kind has fewer slots at its chargers than there are robots, of all kinds, that use them.
 
         `robots`: how many there are of each kind. Where chargers are scarce robots must make room for each other.
         """
@@ -154,23 +154,23 @@ class Bays:
         return sum(bay.places for bay in bays) < sum(robots[user] for user in users)
 
     def charger_for(self, robot: Guest) -> bool:
-        """Whether a robot may reserve a slot at a charger now: those with less energy that seek one come first."""
+        """Whether a robot may reserve a slot at a charger now: robots with less energy that seek one come first."""
         bays = [bay for bay in self.by_node.values() if robot.kind in bay.charges and self.may_take(robot, bay)]
         if not bays or not self.seekers:
             return bool(bays)
         left = robot.charge_left()
-        ahead = [one for one in self._seekers_of(bays) if one is not robot and one.charge_left() < left]
+        ahead = [seeker for seeker in self._seekers_of(bays) if seeker is not robot and seeker.charge_left() < left]
         return sum(bay.free for bay in bays) > len(ahead)
 
     def neediest(self, robot: Guest) -> Guest | None:
-        """Of the robots that seek the chargers of a robot's bay or wait there, the one with the least energy."""
+        """Return the robot with the least energy that seeks the chargers of a robot's bay or waits there, or None."""
         assert robot.bay is not None
         in_need = [*robot.bay.waiting, *self._seekers_of([robot.bay])]
-        return min(in_need, key=lambda one: one.charge_left(), default=None)
+        return min(in_need, key=lambda guest: guest.charge_left(), default=None)
 
     def _seekers_of(self, bays: Iterable[Bay]) -> list[Guest]:
         kinds = frozenset().union(*(bay.charges for bay in bays))
-        return [one for one in self.seekers if one.kind in kinds]
+        return [seeker for seeker in self.seekers if seeker.kind in kinds]
 
     def wants_room(self, robot: Guest) -> bool:
         """Whether a robot that rests at chargers should leave its slot to one that seeks them, and can."""
@@ -181,26 +181,26 @@ class Bays:
         return sought > leaving and bool(self.away_from(robot))
 
     def away_from(self, robot: Guest) -> list[Bay]:
-        """The bays to which a robot can go to make room: without chargers for those that seek the ones where it is."""
+        """Return the bays to which a robot can go to make room: without chargers that others seek where it is."""
         assert robot.bay is not None
         sought = robot.bay.charges.intersection(seeker.kind for seeker in self.seekers)
         return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_take(robot, bay)]
 
     def tell_sought(self) -> None:
-        """A robot must charge and finds no slot, or no charger in its bay: those at a charger are told."""
+        """Notify robots at chargers that a robot must charge and finds no slot, or no charger in its bay."""
         if self._sought is not None:
             self._sought.succeed()
             self._sought = None
 
     def seek_charger(self) -> Event:
-        """A robot must charge and finds no slot: those at a charger are told, and the event is due when one leaves."""
+        """Wait for a free slot: robots at chargers are notified; the event is due when one leaves."""
         self.tell_sought()
         if self._left is None:
             self._left = Event(self.env)
         return self._left
 
     def charger_sought(self) -> Event:
-        """Due when a robot must charge and finds no slot, or no charger in its bay."""
+        """Return an event that is due when a robot must charge and finds no slot, or no charger in its bay."""
         if self._sought is None:
             self._sought = Event(self.env)
         return self._sought

@@ -32,11 +32,11 @@ class Chargers(Resource):
     """Chargers that never fail, a SimPy resource."""
 
     def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - no robot loses a charger
-        """A robot's request for one, an event. It is given back at the end of the `with` block."""
+        """Return a robot's request for one, an event. It is given back at the end of the `with` block."""
         return self.request()
 
     def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
-        """Due when the charger of a robot fails, or None if it never does."""
+        """Return an event that is due when the charger of a robot fails, or None if it never does."""
         return None
 
 
@@ -65,7 +65,7 @@ class FailingCharger:
         self.repaired_at = self.fails_at + repair()
 
     def draw_outages(self, now: float) -> None:
-        """Draw its outages as far as the one that ends after now."""
+        """Draw its outages up to the first that ends after now."""
         while self.repaired_at <= now:
             self.fails_at = self.repaired_at + self._every()
             self.repaired_at = self.fails_at + self._repair()
@@ -87,19 +87,19 @@ class FailingChargers:
         ]
 
     def turn(self, *, first: bool = False) -> Turn:
-        """A robot's request for one, an event. A robot whose charger has failed comes `first`."""
+        """Return a robot's request for one, an event. A robot whose charger has failed comes `first`."""
         turn = Turn(self)
         self.queue.insert(0 if first else len(self.queue), turn)
         self._serve()
         return turn
 
     def outage_of(self, turn: Any) -> Event | None:
-        """Due when the charger of a robot fails."""
+        """Return an event that is due when the charger of a robot fails."""
         lost: Event = turn.lost
         return lost
 
     def give_back(self, turn: Turn) -> None:
-        """The robot wants it no longer, or it has failed."""
+        """Take a charger back: the robot wants it no longer, or it has failed."""
         if turn in self.queue:
             self.queue.remove(turn)
         for charger in self._chargers:
@@ -108,12 +108,12 @@ class FailingChargers:
         self._serve()
 
     def _serve(self, _: Event | None = None) -> None:
-        """Robots that wait get the chargers that work. They are looked at again when the next is repaired."""
+        """Give chargers that work to robots that wait, and look at these again when the next is repaired."""
         now = self.env.now
         free = [charger for charger in self._chargers if charger.user is None]
         for charger in free:
             charger.draw_outages(now)
-        for charger in [one for one in free if now < one.fails_at][: len(self.queue)]:
+        for charger in [idle for idle in free if now < idle.fails_at][: len(self.queue)]:
             charger.user = turn = self.queue.pop(0)
             turn.succeed()
             Arrival(self.env, charger.fails_at).callbacks.append(partial(self._fails, charger, turn))
@@ -153,7 +153,7 @@ class NewBattery:
         self._begun: float | None = None
 
     def waits(self, env: Environment, charge_time: float) -> Iterator[Event]:
-        """What the robot waits for, one after the other; its own battery is full after `charge_time`."""
+        """Iterate over what the robot waits for; its own battery is full after `charge_time`."""
         if self.spares is not None:
             self.full = self.full or self.spares.exchange(charge_time)
             yield self.full
@@ -161,7 +161,7 @@ class NewBattery:
         yield Timeout(env, self.left)
 
     def interrupt(self, now: float) -> None:
-        """The robot loses its place: what has been done of the swap remains done."""
+        """Note that the robot loses its place: the part of the swap that is done remains done."""
         if self._begun is not None:
             self.left -= now - self._begun
             self._begun = None

@@ -1,4 +1,4 @@
-"""What lies behind closures that hold tasks back (`tasks: hold`): places to which all ways are closed now.
+"""Places behind closures that hold tasks back (`tasks: hold`): all ways to them are closed now.
 
 A robot that set out for such a place would stand before the closure and hold up others. So its task waits until there
 is a way, and a robot that is on its way to load turns off at the next node. One that carries a load goes on: the load
@@ -62,7 +62,7 @@ class CutOff:
         self._open: dict[tuple[str, str, frozenset[Edge]], bool] = {}
 
     def opens(self, node: str, stops: Sequence[Stop], now: float) -> float:
-        """When a robot at `node` has a way to all of some stops: `now`, if it has one, or if it never will."""
+        """Return when a robot at `node` has a way to all of some stops: `now`, if it has one, or if it never will."""
         time = now
         blocked = self._blocked(node, stops, now) if self.blocked else []
         for _ in range(TRIES):
@@ -79,7 +79,7 @@ class CutOff:
         return self._leads(origin, goal, self._shut(now)[0])
 
     def changes(self, now: float) -> float:
-        """When a closure begins or ends next, inf if none does."""
+        """Return when a closure begins or ends next, inf if none does."""
         return min((hours.hours.changes(now) for _, hours in self.closures), default=math.inf)
 
     @property
@@ -88,23 +88,23 @@ class CutOff:
         return bool(self.closures or self.blocked)
 
     def look_again(self) -> None:
-        """Lanes are blocked, or free again: what was found out about ways past them is not asked for again."""
+        """Forget what was found about ways past lanes that are blocked, or free again."""
         self._reached.clear()
 
     def _blocked(self, node: str, stops: Sequence[Stop], now: float) -> list[tuple[frozenset[Edge], float]]:
-        """The lanes that will probably still be blocked when a robot comes to the first stop, and until when."""
+        """Return the lanes that will probably still be blocked when a robot comes to the first stop, and until when."""
         way = self.ways.time(node, stops[0].edge[0])
         return [(frozenset(edges), now + left) for edges, left in self.blocked if left > way]
 
     def _shut(
         self, time: float, blocked: Iterable[tuple[frozenset[Edge], float]] = ()
     ) -> tuple[frozenset[Edge], float]:
-        """The edges that are closed or `blocked` at a time, and when the first of them opens."""
+        """Return the edges that are closed or `blocked` at a time, and when the first of them opens."""
         until = [(edges, hours.closed_until(time)) for edges, hours in self.closures]
         until += blocked
         shut = [(edges, opens) for edges, opens in until if opens > time]
-        found = frozenset().union(*(edges for edges, _ in shut))
-        return found, min((opens for _, opens in shut), default=time)
+        closed = frozenset().union(*(edges for edges, _ in shut))
+        return closed, min((opens for _, opens in shut), default=time)
 
     def _is_behind(self, node: str, stops: Sequence[Stop], shut: frozenset[Edge]) -> bool:
         """Whether the way from a node to one of some stops, in their order, is closed."""
@@ -123,7 +123,7 @@ class CutOff:
         return False
 
     def _approaches(self, node: str, stop: Stop, then: str) -> list[Edge]:
-        """The edges by which a robot may come to a storage place: the one that it takes, or any if it goes round."""
+        """Return the edges by which a robot may come to a storage place: its usual one, or any if it goes round."""
         edges = [edge for edge, _ in self.layout.approaches(stop.edge, stop.offset)]
         time = self.ways.time
         edges.sort(key=lambda edge: time(node, edge[0]) + time(edge[1], then))
@@ -139,14 +139,18 @@ class CutOff:
         return self._open[key]
 
     def _from(self, origin: str, shut: frozenset[Edge]) -> set[str]:
-        """The nodes to which a way leads that is not closed; none leads on through a bay in the lane."""
+        """Return the nodes to which a way leads that is not closed; none leads on through a bay in the lane."""
         key = origin, shut
         if key not in self._reached:
-            found, line, after = {origin}, [origin], self.layout.graph.adj
+            reached, line, after = {origin}, [origin], self.layout.graph.adj
             for here in line:
                 if here == origin or here not in self.layout.in_lane:
-                    further = [there for there in after[here] if there not in found and (here, there) not in shut]
-                    found.update(further)
+                    further = [
+                        neighbour
+                        for neighbour in after[here]
+                        if neighbour not in reached and (here, neighbour) not in shut
+                    ]
+                    reached.update(further)
                     line += further
-            self._reached[key] = found
+            self._reached[key] = reached
         return self._reached[key]

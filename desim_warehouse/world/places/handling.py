@@ -1,4 +1,4 @@
-"""How long loading, unloading and work in a station take: what the model says, drawn for each task where it varies.
+"""Times of loading, unloading and work in a station: as the model says, sampled for each task where they vary.
 
 A task has a stream of its own for each of them, so it takes as long whichever robot does it. Designs that are compared
 thus differ by what they decide, not by luck at the shelves.
@@ -24,25 +24,25 @@ class HandlingTimes:
     """The handling times of every task: `said` by the model, and drawn; `stations` by node."""
 
     def __init__(
-        self, said: Handling[float | Distribution], stations: Mapping[str, StationSpec], streams: Streams
+        self, times: Handling[float | Distribution], stations: Mapping[str, StationSpec], streams: Streams
     ) -> None:
-        self.said, self._stations, self.streams = said, stations, streams
+        self.said, self._stations, self.streams = times, stations, streams
 
     def time(self, stop: Stop) -> float:
-        """How long a stop takes."""
+        """Return how long a stop takes."""
         purpose = f"stop{stop.rank}" if stop.act == "visit" else stop.act
         return self._drawn(purpose, stop.of(self.said), stop.task)
 
     def pick(self, line: Task) -> float:
-        """How long it takes to pick a line from a pod, or to put one onto it."""
+        """Return how long it takes to pick a line from a pod, or to put one onto it."""
         return self._drawn("pick", self.said.at_stop("visit", line.flow), line)
 
     def work(self, node: str, task: Task) -> float:
-        """How long the work takes on a load unit that was put down in the station at a node."""
+        """Return how long the work takes on a load unit that was put down in the station at a node."""
         time = self._stations[node].work_time
         assert time is not None
         return self._drawn("work", time, task)
 
     def _drawn(self, purpose: str, time: float | Distribution, task: Task) -> float:
-        of, number = (f"{purpose}:{task.flow}", task.nth) if task.flow else (purpose, task.number)
-        return drawn(time, lambda: self.streams.stream(of, number))
+        stream_name, number = (f"{purpose}:{task.flow}", task.nth) if task.flow else (purpose, task.number)
+        return drawn(time, lambda: self.streams.stream(stream_name, number))

@@ -18,12 +18,12 @@ Steps: TypeAlias = Generator[Event, object, None]
 
 
 def at(env: Environment, time: float) -> Event:
-    """An event at a time. One at infinity keeps nothing going."""
+    """Return an event at a time. One at infinity keeps nothing going."""
     return Arrival(env, time) if math.isfinite(time) else Event(env)
 
 
 def change(env: Environment, hours: Hours) -> Event:
-    """When it opens or closes next."""
+    """Return an event that is due when it opens or closes next."""
     return at(env, hours.changes(env.now))
 
 

@@ -3,7 +3,7 @@
 A robot sent to a station that opens in eight hours would wait there with its load, in a slot that others need. So a
 task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked
 at again when a robot would arrive just as the station opens. Where it cannot reach one station before another closes,
-it sets out all the same: the load has to wait somewhere. What lies behind a closure says `cut_off`.
+it sets out all the same: the load has to wait somewhere. `cut_off` says which places lie behind a closure.
 
 Sent at ten in the evening to a station that opens at six, a robot would stand there for eight hours, uncharged.
 Policies do not see tasks that may not be begun yet: `in-order` would wait for the first of them all night. Where
@@ -41,7 +41,7 @@ class Admitted(Sequence["Task"]):
         self._rest = tasks
 
     def __iter__(self) -> Iterator[Task]:
-        """The tasks in the order of the list."""
+        """Iterate over the tasks in the order of the list."""
         for i in count():
             if i == len(self._found):
                 task = next(self._rest, None)
@@ -51,7 +51,7 @@ class Admitted(Sequence["Task"]):
             yield self._found[i]
 
     def __len__(self) -> int:
-        """How many there are, for which all are looked at."""
+        """Count the tasks, for which all are looked at."""
         self._found.extend(self._rest)
         return len(self._found)
 
@@ -60,7 +60,7 @@ class Admitted(Sequence["Task"]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Task]: ...
     def __getitem__(self, place: int | slice) -> Task | Sequence[Task]:
-        """The task at a place from 0, or those of a slice, for which all are looked at."""
+        """Return the task at a place from 0, or the tasks of a slice, for which all are looked at."""
         self._found.extend(self._rest)
         return self._found[place]
 
@@ -70,7 +70,7 @@ class Admitted(Sequence["Task"]):
 
     def __contains__(self, task: object) -> bool:
         """Whether a task is one of them."""
-        return any(one == task for one in self)
+        return any(admitted == task for admitted in self)
 
 
 class Openings:
@@ -106,7 +106,7 @@ class Openings:
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
 
     def look_again(self) -> None:
-        """Lanes are blocked by a broken robot, or free again: who was held back, and who was not, is open again."""
+        """Forget who was held back and who was not: lanes are blocked by a broken robot, or free again."""
         self.cut_off.look_again()
         self._known.clear()
         self._held.clear()
@@ -152,7 +152,7 @@ class Openings:
         return False
 
     def _is_held(self, robot: RobotView, task: Task, node: str) -> tuple[bool, float]:
-        """Whether it finds the way or a station closed if it sets out now, and the last time of which that is so."""
+        """Whether it finds the way or a station closed if it sets out now, and until when that is so."""
         stops, now = self.stations.stops(robot, task, node), self.env.now
         opens = self.cut_off.opens(robot.node, stops, now)
         if opens > now + EPS:

@@ -1,4 +1,4 @@
-"""How is a robot served at a station? In its turn, and for all loads that it came for.
+"""Service of a robot at a station: in its turn, and for all loads that it came for.
 
 Robots take their turn in the order of arrival, and keep their server until they have handled all that they came for.
 In a closed station a robot waits in the state `closed`, whether it is its turn or not. In an open one it is `queueing`
@@ -55,7 +55,7 @@ class Service:
         yield from self._wait(self.place)
 
     def _wait(self, event: Event) -> Steps:
-        """Until it has what it waits for, and the station is open."""
+        """Wait until it has what it waits for, and the station is open."""
         hours = self.station.hours
         while True:
             closed = hours is not None and not hours.is_open(self.env.now)
@@ -68,17 +68,17 @@ class Service:
                 yield change(self.env, hours) if closed else event | change(self.env, hours)
 
     def take(self, state: str, time: float) -> Steps:
-        """Loading or unloading. Where the station pauses it goes on when it opens again."""
+        """Load or unload. Where the station pauses it goes on when it opens again."""
         robot, hours = self.robot, self.station.hours if self.station.pauses else None
         robot.enter(state)
         yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
 
     def end(self, stop: Stop) -> None:
-        """A load that was put down is worked on."""
+        """Have work begin on a load that was put down."""
         work = self.station.work
         if work is not None and stop.act == "unload":
             work.put(stop.task, self.place)
 
     def leave(self) -> None:
-        """The server is free for the next."""
+        """Free the server for the next robot."""
         self.station.servers.release(self.turn)

@@ -56,7 +56,7 @@ class Workplace:
         self.left = 0
 
     def put(self, task: Task, place: Request | None) -> None:
-        """A load unit has been put down, in room of the buffer that was reserved for it."""
+        """Have a load unit worked on that was put down, in room of the buffer that was reserved for it."""
         self.left += 1
         self.log.is_for_workers(task.number)
         self.env.process(self._work(task, place))
@@ -113,23 +113,23 @@ class Station:
         return self.places - self.taken
 
     def take(self) -> None:
-        """A slot is reserved."""
+        """Reserve a slot."""
         self.taken += 1
         if self.free <= 0:
             self.full.add(self.node)
 
     def give_up(self) -> None:
-        """A slot is free again."""
+        """Free a slot again."""
         self.taken -= 1
         if self.free > 0:
             self.full.discard(self.node)
 
     def dock(self, robot: int) -> None:
-        """A robot that has a slot reserved comes in."""
+        """Let in a robot that has a slot reserved."""
         self.inside.add(robot)
 
     def leave(self, robot: int, *, keep: bool = False) -> None:
-        """A robot is out again, and its slot is free unless it is to `keep` it, as it comes back."""
+        """Let a robot out. Its slot is free unless it is to `keep` it, as it comes back."""
         self.inside.remove(robot)
         if not keep:
             self.give_up()

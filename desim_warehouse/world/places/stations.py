@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Stations:
-    """All of them, and where the tasks in hand go.
+    """All stations, and where the tasks in hand go.
 
     A node without a station in the list is in the lane.
 
@@ -64,7 +64,7 @@ class Stations:
 
     @property
     def unfinished(self) -> list[str]:
-        """The nodes of those with load units that are not worked on yet, where tasks are done only after that."""
+        """The nodes of stations with load units not yet worked on, where tasks are done only after that."""
         if not self._until_worked:
             return []
         return [node for node, station in self.by_node.items() if station.work is not None and station.work.left]
@@ -72,11 +72,12 @@ class Stations:
     # Which one
 
     def choose(self, robot: RobotView, task: Task, comes_from: str | None = None) -> str:
-        """Where a robot would unload a task, by tasks.station_choice. Full stations are passed over.
+        """Return where a robot would unload a task, by tasks.station_choice. Full stations are passed over.
 
-        So are closed ones, for those that open first. Ties go to the nearer one, then to the one named first. `random`
-        draws once for each task, whichever robot gets it. A task with a destination of several nodes goes to the
-        nearest of them where `each` says nothing of it. `comes_from`: on a tour; without it, of a tour where it ends.
+        So are closed ones, in favour of stations that open first. Ties go to the nearer one, then to the one named
+        first. `random` draws once for each task, whichever robot gets it. A task with a destination of several nodes
+        goes to the nearest of them where `each` says nothing of it. `comes_from`: on a tour; without it, of a tour
+        where it ends.
         """
         if comes_from is None and task.is_tour:
             return self.stops(robot, task)[-1].node
@@ -93,7 +94,7 @@ class Stations:
         return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
 
     def _best(self, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Of some nodes those with room and, of these, those that open first; all where none has room."""
+        """Return the nodes with room among some and, of these, the ones that open first; all where none has room."""
         if self.full:
             nodes = tuple(node for node in nodes if node not in self.full) or nodes
         if not self.close or len(nodes) == 1:
@@ -105,7 +106,7 @@ class Stations:
         return tuple(node for node in nodes if closed.get(node, -math.inf) == first)
 
     def closed(self) -> dict[str, float]:
-        """When each station that is closed opens next, by node; worked out anew only when one opens or closes."""
+        """Return when each closed station opens next, by node; worked out anew only when one opens or closes."""
         now = self.env.now
         if now >= self._closed_until:
             calendars = {node: station.hours for node, station in self.by_node.items() if station.hours is not None}
@@ -123,11 +124,11 @@ class Stations:
         return node
 
     def at_pick(self, task: Task) -> Station | None:
-        """The station in which a task is loaded, or None if it is picked from storage or on a node."""
+        """Return the station in which a task is loaded, or None if it is picked from storage or on a node."""
         return self.by_node.get(task.edge[0]) if task.good < 0 else None
 
     def at_drop(self, task: Task, node: str) -> Station | None:
-        """The station beside `node` in which a task is unloaded, or None in the lane."""
+        """Return the station beside `node` in which a task is unloaded, or None in the lane."""
         return self.by_node.get(node) if task.drop is None else None
 
     def are_for_workers(self, task: Task) -> bool:
@@ -135,7 +136,7 @@ class Stations:
         return bool(self._at_work) and task.drop is None and self._at_work.issuperset(task.to or self.nodes)
 
     def holding(self, robot: int) -> str:
-        """The node of the station in which a robot is; empty: in none."""
+        """Return the node of the station in which a robot is; empty: in none."""
         return next((node for node, station in self.by_node.items() if robot in station.inside), "")
 
     def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
@@ -147,7 +148,7 @@ class Stations:
             return True
         if task.is_tour:
             stations = {stop.station for stop in self.stops(robot, task)} - {None}
-            return all(one is None or one.free > 0 or robot.number in one.inside for one in stations)
+            return all(place is None or place.free > 0 or robot.number in place.inside for place in stations)
         station = self.at_drop(task, node)
         if station is not None and station.free <= 0 and robot.number not in station.inside:
             return False
@@ -163,7 +164,7 @@ class Stations:
     # Stops
 
     def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
-        """What a robot has to do for a task or tour, in order. A task by itself is unloaded at `node`."""
+        """Return what a robot has to do for a task or tour, in order. A task by itself is unloaded at `node`."""
         if task.is_tour:
             return self._stops_of_tour(robot, task)
         drop, source = task.drop, task.edge
@@ -174,7 +175,7 @@ class Stations:
         ]
 
     def _stops_of_tour(self, robot: RobotView, tour: Task) -> list[Stop]:
-        """The stops of a tour, kept where its nodes leave no choice, as they are then the same for every robot."""
+        """Return the stops of a tour, kept where its nodes leave no choice: they are then alike for every robot."""
         if tour.number in self._tours:
             return [*self._tours[tour.number]]
         stops = stops_of_tour(tour, self._travel, partial(self._stop, robot))
@@ -191,7 +192,7 @@ class Stations:
         )
 
     def _stop(self, robot: RobotView, task: Task, act: Act, place: StopPlace, comes_from: str) -> Stop:
-        """A stop of a tour: on the way, the nearest of several nodes that has room."""
+        """Make a stop of a tour: on the way, the nearest of several nodes that has room."""
         if place.storage is not None:
             edge, offset = place.storage
             return Stop(task, act, edge[1], edge, offset, None)
@@ -223,7 +224,7 @@ class Stations:
         return slots
 
     def release(self, stops: Sequence[Stop], slots: Sequence[Station]) -> None:
-        """A task is no longer in hand, or one of its stops is done, and the `slots` reserved for it are free."""
+        """Free the `slots` reserved for a task that is no longer in hand, or for one of its stops that is done."""
         for stop in stops:
             if stop.act != "load":
                 self._bound[stop.node] -= 1
@@ -231,13 +232,13 @@ class Stations:
             slot.give_up()
 
     def redirect(self, stop: Stop, edge: tuple[str, str], offset: float) -> None:
-        """A stop of a tour in hand is at another storage place."""
+        """Move a stop of a tour in hand to another storage place."""
         self._bound[stop.node] -= 1
         stop.node, stop.edge, stop.offset = edge[1], edge, offset
         self._bound[stop.node] += 1
 
     def forget(self, task: Task) -> None:
-        """A task is done: its draw and stops are not needed again."""
+        """Forget the draw and stops of a task that is done."""
         self._drawn.pop(task.number, None)
         self._tours.pop(task.number, None)
 
@@ -252,8 +253,8 @@ def stations_of(
     streams: Streams,
     worked: Callable[[], None],
 ) -> Stations:
-    """The stations of a model, with their hours, and the work done there; `worked` is told of each load unit."""
-    found: dict[str, Station] = {}
+    """Make the stations of a model, with their hours, and the work done there; `worked` is told of each load unit."""
+    stations: dict[str, Station] = {}
     full: set[str] = set()
     for node, item in layout.stations.items():
         spec = model.layout.stations[item.zone]
@@ -271,5 +272,5 @@ def stations_of(
                 time=partial(handling.work, node),
                 worked=worked,
             )
-        found[node] = Station(env, node, item.places, item.servers, full, hours=hours, pauses=pauses, work=work)
-    return Stations(env, model.tasks, found, full, travel, streams)
+        stations[node] = Station(env, node, item.places, item.servers, full, hours=hours, pauses=pauses, work=work)
+    return Stations(env, model.tasks, stations, full, travel, streams)

@@ -24,8 +24,8 @@ T = TypeVar("T")
 class Stop:
     """A stop for a task: it is loaded, handed over on its way (`visit`), or unloaded.
 
-    At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, of which `node`
-    is then the end; one at a node has that for both ends of `edge`. `rank`: which visit of its task it is, from 0.
+    At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, whose end
+    is `node` then; a stop at a node has it for both ends of `edge`. `rank`: which visit of its task it is, from 0.
     `joins`: a robot may come to it from one before it on the same edge, without leaving that.
     """
 
@@ -39,24 +39,24 @@ class Stop:
     joins: bool = False
 
     def of(self, handling: Handling[T]) -> T:
-        """The time of a stop like this, by some handling times."""
+        """Return the time of a stop like this, by some handling times."""
         return handling.at_stop(self.act, self.task.flow, None if self.station is None else self.station.node)
 
 
 def stops_of_tour(
     tour: Task,
     travel: FreeTravel,
-    at: Callable[[Task, Act, StopPlace, str], Stop],
+    make_stop: Callable[[Task, Act, StopPlace, str], Stop],
 ) -> list[Stop]:
-    """The stops of a tour in their order.
+    """Return the stops of a tour in their order.
 
-    `at` makes one for a node or storage place, chosen for a robot that comes from a node.
+    `make_stop` makes one at a node or storage place, chosen for a robot that comes from a node.
     """
     stops = []
     for task in tour.tasks:
         node = task.edge[1]
         place = StopPlace((node,), None if task.edge[0] == node else (task.edge, task.offset))
-        stops.append(at(task, "load", place, node))
+        stops.append(make_stop(task, "load", place, node))
     ahead = {task.number: [*task.via, StopPlace(task.to, task.drop)] for task in tour.tasks}
     tasks = {task.number: task for task in tour.tasks}
     while ahead:
@@ -64,7 +64,7 @@ def stops_of_tour(
         next_ones = []
         for number, places in ahead.items():
             act: Act = "visit" if len(places) > 1 else "unload"
-            stop = at(tasks[number], act, places[0], last.edge[1])
+            stop = make_stop(tasks[number], act, places[0], last.edge[1])
             stop.rank = len(tasks[number].via) + 1 - len(places)
             next_ones.append(stop)
         stops.append(min(next_ones, key=lambda stop: between(travel, stops[-1], stop)))
@@ -90,9 +90,12 @@ def between(travel: FreeTravel, last: Stop, stop: Stop) -> float:
 
 
 def driven(travel: FreeTravel, stops: Sequence[Stop]) -> float:
-    """Free driving time from the first of some stops to the end of the edge of the last."""
+    """Return the free driving time from the first of some stops to the end of the edge of the last."""
     last = stops[-1]
-    return sum(between(travel, one, then) for one, then in pairwise(stops)) + travel.along(last.edge, last.offset)[1]
+    return (
+        sum(between(travel, earlier, later) for earlier, later in pairwise(stops))
+        + travel.along(last.edge, last.offset)[1]
+    )
 
 
 def handled(handling: Handling[float], stops: Sequence[Stop]) -> float:

@@ -1,1 +1,1 @@
-"""What a robot does all day: its life, its tasks, its battery."""
+"""Robots: their life, their tasks, their batteries."""

@@ -60,7 +60,7 @@ class Battery:
         return self.level(now) >= self.capacity
 
     def draw(self, now: float, rate: float) -> None:
-        """From now on energy is drawn at `rate` per time unit."""
+        """Draw energy at `rate` per time unit from now on."""
         if rate == self.rate:
             return
         drawn = self.rate * (now - self._since)
@@ -87,7 +87,7 @@ class Battery:
         self.charging = False
 
     def lasts_until(self, now: float, level: float) -> float:
-        """The time at which the level is reached at the present rate, `now` if it has been."""
+        """Return the time at which the level is reached at the present rate, `now` if it has been."""
         left = self.level(now) - level
         if left <= 0:
             return now
@@ -140,7 +140,7 @@ class Alarms:
             Timeout(self.env, self._low_at - now).callbacks.append(self._low)
 
     def _recall_at(self, levels: Levels) -> float:
-        """When the task must be given back: at the critical level, or when it can no longer be finished in safety.
+        """Return when the task must be given back: at the critical level, or when finishing it is no longer safe.
 
         What the task still needs falls as fast as the energy while the robot drives, so only waiting eats up
         what it has to spare.

@@ -1,4 +1,4 @@
-"""Where a robot goes that leaves its work: the parking policy, asked and its answer checked, or a charger."""
+"""Choice of a bay for a robot that leaves its work: the parking policy, asked and its answer checked, or a charger."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ if TYPE_CHECKING:
 
 
 class BayChoice:
-    """Where a robot goes that leaves its work: to a charger if its battery wants one, else by the parking policy."""
+    """The choice of a bay for a robot that leaves its work: a charger if its battery wants one, else by the policy."""
 
     def __init__(self, env: Environment, policy: Any, travel: FreeTravel, reaches: Mapping[str, Reach]) -> None:
         self.env = env
         self.policy = policy
         self.travel = travel
         self.reaches = reaches
+        self.lets_dwell: bool = getattr(policy, "dwells", False)
         self._own_chargers = len(set(map(id, reaches.values()))) > 1
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
-        """One of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
+        """Return one of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
         reach = self.reaches[robot.kind]
         if reach.batteries:
             levels = reach.levels(robot)
@@ -41,7 +42,7 @@ class BayChoice:
         return self.parking(robot, bays)
 
     def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """One of `bays` by the parking policy."""
+        """Return one of `bays` by the parking policy."""
         policy, now = self.policy, self.env.now
         bays = self._theirs(robot, bays)
         views = [_view(bay) for bay in bays]
@@ -52,7 +53,7 @@ class BayChoice:
         raise fault("parking", policy, now, f"{short(node)} is no bay with a free slot for robot {robot.number}")
 
     def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
-        """Those of some bays where a robot is in nobody's way: one with chargers for other kinds alone comes last.
+        """Return the bays where a robot is in nobody's way: bays with chargers for other kinds alone come last.
 
         Nor does it take chargers for all where there is a slot at chargers for its kind alone.
         """
@@ -64,12 +65,12 @@ class BayChoice:
         return theirs or bays
 
     def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """All chargers are taken: wait where they are near."""
+        """Choose a bay near chargers to wait in, as all chargers are taken."""
         ways, reach = self.travel.ways, self.reaches[robot.kind]
         return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + reach.out_of(bay.node, robot))
 
     def _charger(self, robot: RobotView, choice: str, bays: Sequence[Bay]) -> Bay:
-        """The charger of its home, the nearest one, or that with the fewest robots for each of its chargers."""
+        """Return the charger of its home, the nearest one, or the one with the fewest robots per charger."""
         if choice == "own":
             for bay in bays:
                 if bay.node == robot.home:

@@ -32,7 +32,7 @@ class Breakdowns:
         self.mean_left = min(mean_left(time) for time in (spec.repair, spec.clear) if time is not None)
 
     def least_until_due(self, operated: float) -> float:
-        """The least time until the next is due, after so much in operation: longer if the robot waits meanwhile."""
+        """Return the least time until the next is due, after so much in operation: longer if the robot waits."""
         return max(self._due_after - operated, 0.0)
 
     def is_due(self, operated: float) -> bool:

@@ -69,11 +69,11 @@ class ChargingStop:
         self.must_charge = self.is_charging = self.has_charged = False
 
     def require(self) -> None:
-        """The robot takes no task before it has charged."""
+        """Have the robot take no task before it has charged."""
         self.must_charge = True
 
     def waive(self) -> None:
-        """It is given a task as it is."""
+        """Let the robot take a task as it is."""
         self.must_charge = False
 
     def begins_again_at(self) -> float:
@@ -82,7 +82,7 @@ class ChargingStop:
         return min(max(levels.good, levels.critical), levels.full - LEAST_CHARGE * self.robot.battery.capacity)
 
     def charge(self, *, again: bool = False) -> Generator[Event, object, Event | None]:
-        """At one of the bay's chargers, if its battery wants it, and free for a task once there is enough for one.
+        """Charge at one of the bay's chargers, if the battery wants it, free for a task once there is enough for one.
 
         `again`: whether above `good`, too: it was charging when the run began, or has rested until it was low.
 
@@ -139,7 +139,7 @@ class ChargingStop:
         return offer
 
     def _wait(self, due: Event) -> Generator[Event, object, None]:
-        """Until there is a charger for it, or a task; those at a charger know of it meanwhile."""
+        """Wait until there is a charger for it, or a task; robots at a charger know of it meanwhile."""
         bay = self.robot.bay
         assert bay is not None
         bay.waiting.append(self.robot)
@@ -210,7 +210,7 @@ class ChargingStop:
         return self.reach.scarce or (bay is not None and not bay.charges_every_slot)
 
     def _make_room(self) -> None:
-        """Leave the charger to one that waits in the bay, or the slot to one that is elsewhere."""
+        """Leave the charger to a robot that waits in the bay, or the slot to a robot elsewhere."""
         assert self.robot.bay is not None
         if self.bays.neediest(self.robot) in self.robot.bay.waiting:
             self.dispatcher.withdraw(self.robot)
@@ -218,17 +218,17 @@ class ChargingStop:
             self.robot.make_room()
 
     def _first_of(self, *events: Event | None, free: bool = False) -> Event:
-        """The first of some events, or the next time to look whether another robot needs the charger more.
+        """Return the first of some events, or the next time to look whether another robot needs the charger more.
 
         It is made anew for every look, of events alone: SimPy takes those out of a condition in one that has happened.
         """
-        found = [event for event in events if event is not None]
+        awaited = [event for event in events if event is not None]
         if self._takes_turns:
-            found.append(self.bays.charger_sought())
+            awaited.append(self.bays.charger_sought())
             time = self._needed_in(free=free)
             if EPS < time < math.inf:
-                found.append(Timeout(self.env, time))
-        return AnyOf(self.env, found) if len(found) > 1 else found[0]
+                awaited.append(Timeout(self.env, time))
+        return AnyOf(self.env, awaited) if len(awaited) > 1 else awaited[0]
 
     def _is_needed(self, *, free: bool = False) -> bool:
         """Whether the robot leaves its charger to another that needs it more; one `free` for work stays able to."""
@@ -244,9 +244,9 @@ class ChargingStop:
         return view.energy >= self.reach.enough_after_parking(view, self.reach.levels(view))
 
     def _needed_in(self, *, free: bool = False) -> float:
-        """Time until the robot has so much more energy than the neediest that seeks its charger, that it leaves it.
+        """Return the time until the robot has so much more energy than the neediest seeker that it makes way.
 
-        One that is `free` for work leaves it for any, else only for one whose need is urgent.
+        A robot that is `free` for work makes way for any, else only for one whose need is urgent.
         """
         robot, now = self.robot, self.env.now
         battery, seeker = robot.battery, self.bays.neediest(robot)

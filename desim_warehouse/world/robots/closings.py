@@ -1,4 +1,4 @@
-"""When a lane closes, robots under way turn off where it holds tasks back, or go round it if waiting would take longer.
+"""Closing lanes: robots under way turn off where a lane holds tasks back, or go round if waiting takes longer.
 
 Routes are chosen with closures in view. So only a robot that traffic has made late meets a lane that it thought open.
 It turns off at the node that it comes to next.
@@ -42,7 +42,7 @@ class Closings:
         return self.cut_off.opens(self.robot.node, self.robot.tour.stops, now) > now
 
     def turn_back(self) -> None:
-        """It gives its task back."""
+        """Give its task back."""
         job = self.robot.job
         assert job is not None
         self.cut_off.turned_back.add(job.number)
@@ -103,7 +103,7 @@ class WaysRound:
         self._looks_at = math.inf
 
     def watch(self, robot: Robot) -> None:
-        """It sets out."""
+        """Look at a robot that sets out."""
         self._under_way[robot.number] = robot
         self._watch()
 

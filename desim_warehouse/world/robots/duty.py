@@ -1,4 +1,4 @@
-"""Which robots may take up work: shifts and breaks, and a cap on how many are under way.
+"""Duty: which robots may take up work, by shifts and breaks, and by a cap on how many are under way.
 
 Outside its hours a robot takes up no work. It finishes the task or tour in hand, goes to a bay and rests there in the
 state `on_break`, where it is also charged. The tasks of its queue go back to the list when its hours end. When they
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def duty_of(clock: Clock, model: Model) -> Duty:
-    """The hours of the robots of a model."""
+    """Make the hours of the robots of a model."""
     names = model.fleet.hours_of_robots()
     hours = {name: model.hours(name) for name in dict.fromkeys(names) if name is not None}
     return Duty(clock, [None if name is None else hours[name] for name in names])
@@ -38,7 +38,7 @@ class Duty:
     def __init__(self, clock: Clock, hours: Sequence[Hours | None]) -> None:
         self.clock = clock
         self.hours = hours
-        self._all = list({id(one): one for one in hours if one is not None}.values())
+        self._all = list({id(calendar): calendar for calendar in hours if calendar is not None}.values())
 
     def has(self, number: int) -> bool:
         """Whether a robot is in its hours now."""
@@ -46,13 +46,17 @@ class Duty:
         return hours is None or hours.is_open(self.clock.now)
 
     def among(self, robots: list[int]) -> list[int]:
-        """Those of some robots that are in their hours now."""
+        """Return the robots among some that are in their hours now."""
         return [number for number in robots if self.has(number)] if self._all else robots
 
     def gone(self) -> list[int]:
-        """The robots whose hours are over for good."""
+        """Return the robots whose hours are over for good."""
         now = self.clock.now
-        return [n for n, one in enumerate(self.hours) if one is not None and math.isinf(one.following(now)[0])]
+        return [
+            n
+            for n, calendar in enumerate(self.hours)
+            if calendar is not None and math.isinf(calendar.following(now)[0])
+        ]
 
     def watch(self, changed: Callable[[Sequence[int]], bool]) -> None:
         """Call `changed` with the robots whose hours begin or end, whenever they do, as long as it says that it counts.
@@ -62,9 +66,11 @@ class Duty:
         if not self._all:
             return
         now = self.clock.now
-        time = min(one.changes(now) for one in self._all)
+        time = min(calendar.changes(now) for calendar in self._all)
         if math.isfinite(time):
-            concerned = [n for n, one in enumerate(self.hours) if one is not None and one.changes(now) == time]
+            concerned = [
+                n for n, calendar in enumerate(self.hours) if calendar is not None and calendar.changes(now) == time
+            ]
             self.clock.tick(time, lambda: self._change(concerned, changed))
 
     def _change(self, concerned: Sequence[int], changed: Callable[[Sequence[int]], bool]) -> None:
@@ -73,12 +79,16 @@ class Duty:
 
 
 class Departures:
-    """The robots under way, by number, and the most that may be under way to take up work (None: no cap)."""
+    """The robots under way, by number, and the most that may be under way to take up work (None: no cap).
+
+    Of them those `resting` have nothing to do, and rest where they have unloaded.
+    """
 
     def __init__(self, most: int | None, duty: Duty) -> None:
         self.most = most
         self.duty = duty
         self.under_way: set[int] = set()
+        self.resting: set[int] = set()
 
     @property
     def is_full(self) -> bool:

@@ -1,4 +1,4 @@
-"""Where, and about when, a robot at work will be free, and what its task still needs: driving freely, no waiting."""
+"""Forecasts: where and when a robot at work will be free, and what its task still needs, driving freely, no waiting."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def time_to_node(robot: Robot, now: float) -> float:
-    """Free driving time to the node it comes to next, its node time included."""
+    """Return the free driving time to the node it comes to next, its node time included."""
     body = robot.body
     if body.lane is None or body.held is not None:
         return 0.0
@@ -25,7 +25,7 @@ def time_to_node(robot: Robot, now: float) -> float:
 
 
 def need_now(robot: Robot, reach: Reach, now: float, charger: str) -> float:
-    """Energy that a robot on the way to its good still needs for the task and the way to a charger after it."""
+    """Return the energy that a robot on the way to its good still needs for the task and the way to a charger."""
     assert robot.job is not None
     view = robot.view(free_in=time_to_node(robot, now))
     stops = robot.tour.stops
@@ -33,7 +33,7 @@ def need_now(robot: Robot, reach: Reach, now: float, charger: str) -> float:
 
 
 def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
-    """What policies see of a robot at work: the node where it will be free, and the time until then."""
+    """Return a robot at work as policies see it: the node where it will be free, and the time until then."""
     in_hand = robot.job is not None and robot.job.is_tour
     node, time = (_end_of_tour if in_hand else _free_at)(robot, reach, now)
     return robot.view(node=node, free=False, free_in=time)
@@ -70,7 +70,7 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
 
 
 def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
-    """The node where the tour in hand ends, and the time until then."""
+    """Return the node where the tour in hand ends, and the time until then."""
     travel, stops, handling = reach.travel(robot.speed), robot.tour.stops, reach.handling
     first, length = stops[0], reach.length(stops[0].edge)
     rest, phase = time_at(handling, first), STATES[robot.doing].phase

@@ -1,4 +1,4 @@
-"""Where a robot drives: the legs of its route, to a good, to the station, to a bay.
+"""Itineraries: the legs of a robot's route, to a good, to the station, to a bay.
 
 The routing policy is asked leg by leg, when the robot sets out on one. Where steps are guarded (`avoidance`) all legs
 are declared before it leaves its bay or station, and changed on the way only if that is safe.
@@ -57,11 +57,11 @@ class Itinerary:
         return self.guard is not None
 
     def edge_of(self, task: Task) -> tuple[str, str]:
-        """The edge on which it picks a task's good: of a two-way lane the one that it drives."""
+        """Return the edge on which it picks a task's good: of a two-way lane the one that it drives."""
         return task.edge if self.place is None else self.place[0].edge
 
     def take(self, node: str, stops: Sequence[Stop], bay: str | None) -> bool:
-        """From `node` from stop to stop up to the first in a station, and from a last one in the lane to `bay`.
+        """Set the route from `node` over the stops up to the first in a station, or from a last in the lane to `bay`.
 
         False: the change is not safe. Out of a station the rest is declared (`onward`).
         """
@@ -70,7 +70,7 @@ class Itinerary:
         return self._set(legs)
 
     def onward(self, node: str, stops: Sequence[Stop], bay: str | None) -> Leg:
-        """The leg to the next stop, from `node`. Out of a station it is declared only now, with those after it."""
+        """Return the leg to the next stop, from `node`. Out of a station it is declared now, with the legs after it."""
         if self.guard is None:
             leg = self._leg(node, stops, self.place)
         else:
@@ -81,7 +81,7 @@ class Itinerary:
         return leg
 
     def _legs(self, node: str, stops: Sequence[Stop], bay: str | None) -> list[Leg]:
-        """What is declared."""
+        """Return the legs that are declared."""
         legs: list[Leg] = []
         place, after = None, 0.0
         for rank, stop in enumerate(stops):
@@ -97,7 +97,7 @@ class Itinerary:
         return legs
 
     def _leg(self, node: str, stops: Sequence[Stop], last: Place | None, after: float = 0.0) -> Leg:
-        """To the first of some stops, from a `last` one on a lane that leads to `node`, or from `node` itself."""
+        """Return the leg to the first of some stops, from a `last` one on a lane to `node`, or from `node` itself."""
         stop = stops[0]
         if last is not None and stop.joins:
             lane, offset = last[0], stop.offset
@@ -114,7 +114,7 @@ class Itinerary:
         return [*self._route(node, place[0].edge[0], after), place[0]], place
 
     def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
-        """From the node that it stands on or comes to next, or that it comes to `after` some more time.
+        """Return a route from the node that it stands on or comes to next, or that it comes to `after` some more time.
 
         Where lanes close it counts when it is there, at its present speed.
         """
@@ -124,7 +124,7 @@ class Itinerary:
         return routes.route(node, goal, body.speed, body.time_left + after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
-        """A storage place's lane, and how far along. A two-way lane is driven from the end that is sooner to `goal`."""
+        """Return a storage place's lane, and how far along. A two-way lane is driven from the end sooner to `goal`."""
         if edge[0] == edge[1]:
             return None
         lane, times = self.lanes[edge], self.free.time
@@ -133,8 +133,8 @@ class Itinerary:
 
         def time(way: Place) -> float:
             start, end = way[0].edge
-            to = times(node, start)
-            return to + times(end, goal) + self.routes.delay(node, way[0].edge, self.body.speed, to)
+            approach = times(node, start)
+            return approach + times(end, goal) + self.routes.delay(node, way[0].edge, self.body.speed, approach)
 
         return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
 
@@ -153,7 +153,7 @@ class Itinerary:
         return True
 
     def start(self, way: Sequence[str]) -> None:
-        """On the lanes at the start of a run: over these nodes to the bay, until there is a task or another bay."""
+        """Set the route at the start of a run on the lanes: over these nodes to the bay, until there is other work."""
         route = [self.lanes[edge] for edge in pairwise(way)]
         if self.guard is not None:
             self.guard.declare(self.body, route)
@@ -165,7 +165,7 @@ class Itinerary:
             self.guard.declare(self.body, [*rest, *(lane for leg, _ in self.legs for lane in leg)])
 
     def leg(self, node: str, goal: str) -> list[Lane]:
-        """The next leg, from `node` to `goal`."""
+        """Return the next leg, from `node` to `goal`."""
         if self.guard is None:
             return self._route(node, goal)
         if not self.body.is_on_lanes:
@@ -173,13 +173,13 @@ class Itinerary:
         return self.legs.pop(0)[0]
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another leg for a robot held up before `route[index]`, if the routing policy knows one and it is safe."""
+        """Return another leg for a robot held up before `route[index]`, if the routing policy knows a safe one."""
         if not self.routes.goes_round and self.routes.passes_closures:
             return self.way_past(node, route[index:], stop)
         return self._if_safe(self.routes.detour(node, route, index, stop))
 
     def way_past(self, node: str, rest: Sequence[Lane], stop: float | None) -> list[Lane] | None:
-        """Another leg, if by it the robot waits less for lanes to open, and that is safe. It comes to `node` next."""
+        """Return another, safe leg by which the robot waits less for lanes to open. It comes to `node` next."""
         body = self.body
         return self._if_safe(self.routes.way_past(node, rest, stop, body.speed, body.time_left))
 

@@ -17,7 +17,7 @@ _FIFTH = 0.2
 
 
 class ChargingLevels:
-    """Asks the charging policy for the battery levels that hold for a robot, only once if they are the same for all."""
+    """The battery levels that hold for a robot, by the charging policy, asked only once if they are alike for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env
@@ -25,11 +25,11 @@ class ChargingLevels:
         self._fixed: Levels | None = None
 
     def of(self, view: Callable[[], RobotView]) -> Levels:
-        """Those of a robot, which is looked at only if they depend on what it does."""
+        """Return the levels of a robot, which is looked at only if they depend on what it does."""
         return self._fixed or self(view())
 
     def __call__(self, robot: RobotView) -> Levels:
-        """The levels, checked."""
+        """Return the levels, checked."""
         if self._fixed is not None:
             return self._fixed
         policy = self.policy
@@ -44,7 +44,7 @@ class ChargingLevels:
 
 
 def _shares(levels: Levels, robot: RobotView) -> str | None:
-    """What is wrong with levels that are shares of the capacity, as it seems: no battery is charged to a fifth only."""
+    """Say that levels seem to be shares of the capacity, if they do: no battery is charged to a fifth only."""
     if levels.full <= 1 and levels.full < _FIFTH * robot.capacity:
         return (
             f"full is {levels.full:g} of {robot.capacity:g}, so these are shares, as it seems; expected energy, as in "

@@ -1,4 +1,4 @@
-"""What batteries let robots do where kinds differ in battery, charging or chargers: each asked of its own kind."""
+"""Reach of robots where kinds differ in battery, charging or chargers: each robot is asked of its own kind."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ if TYPE_CHECKING:
 
 
 class MixedReach:
-    """The `reaches` of the kinds of a fleet, as one for those who ask about any of its robots."""
+    """The `reaches` of the kinds of a fleet, as one that can be asked about any of its robots."""
 
     def __init__(self, reaches: Mapping[str, Reach]) -> None:
         self.of = reaches
-        one = next(iter(reaches.values()))
-        self.batteries = one.batteries
-        self.stations, self.handling, self.tour_time = one.stations, one.handling, one.tour_time
-        self.openings = one.openings
+        first = next(iter(reaches.values()))
+        self.batteries = first.batteries
+        self.stations, self.handling, self.tour_time = first.stations, first.handling, first.tour_time
+        self.openings = first.openings
         for reach in reaches.values():  # what is held back, and was given back, is so for all
-            reach.share(one)
+            reach.share(first)
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
-        """As of the robot's kind."""
+        """Return `Reach.feasible` of the robot's kind."""
         return self.of[robot.kind].feasible(robot, task)
 
     def may(self, robot: RobotView, task: Task) -> bool:
-        """As of the robot's kind."""
+        """Return `Reach.may` of the robot's kind."""
         return self.of[robot.kind].may(robot, task)
 
     def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
-        """As of the robot's kind."""
+        """Return `Reach.may_take` of the robot's kind."""
         return self.of[robot.kind].may_take(robot, task, station)
 
     def lasts(self, robot: RobotView, task: Task) -> bool:
-        """As of the robot's kind."""
+        """Return `Reach.lasts` of the robot's kind."""
         return self.of[robot.kind].lasts(robot, task)
 
     def must_charge(self, robot: RobotView) -> bool:
-        """As of the robot's kind."""
+        """Return `Reach.must_charge` of the robot's kind."""
         return self.of[robot.kind].must_charge(robot)
 
     def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
-        """For all pairs, each row as of the robot's kind."""
+        """Return `Reach.allowed` for all pairs, each row by the robot's kind."""
         import numpy as np
 
         table = np.ones((len(robots), len(tasks)), dtype=bool)
@@ -57,16 +57,16 @@ class MixedReach:
         return table
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
-        """Of the kind of the robot that is closest to having enough."""
+        """Return `Reach.why_none_lasts` of the kind whose robot is closest to having enough."""
         able = [robot for robot in robots if may_do(robot, task)]
         kind = min(able, key=lambda robot: self.of[robot.kind].missing(robot, task)).kind
         return self.of[kind].why_none_lasts([robot for robot in able if robot.kind == kind], task)
 
     def give_back(self, task: Task) -> int:
-        """A robot gives a task back: how often that has happened now."""
+        """Note that a robot gives a task back, and return how often that has happened now."""
         return next(iter(self.of.values())).give_back(task)
 
     def forget(self, task: Task) -> None:
-        """A task is done, or given back."""
+        """Forget a task that is done, or given back."""
         for reach in self.of.values():
             reach.forget(task)

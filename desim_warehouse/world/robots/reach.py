@@ -1,4 +1,4 @@
-"""What a battery lets a robot do: which tasks it may take, when it gives one back, when it must charge.
+"""Reach of a battery: which tasks a robot may take, when it gives one back, when it must charge.
 
 Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy.
 Waiting is not foreseen, and handling times that vary count with their mean. Energies are in the model's unit,
@@ -71,7 +71,7 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
 class Reach:
     """How much energy and time the work of robots of a `kind` will take, and what follows from it.
 
-    `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are those of
+    `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are on
     the list, in its order. Where robots charge alike one serves all kinds.
     """
 
@@ -118,11 +118,11 @@ class Reach:
         self._onward: dict[int, dict[tuple[str, float, float, str, str], tuple[float, float]]] = {}
 
     def share(self, other: Reach) -> None:
-        """Have in common with another kind's what was given back, and what waits for places to open."""
+        """Share with another kind what was given back, and what waits for places to open."""
         self._given_back, self.openings = other._given_back, other.openings
 
     def why_flat(self, started: float | None, drew: float, robot: RobotView, *, resting: bool) -> str:
-        """Why a robot's battery ran flat in this model, and what helps (for the rest see `cause`)."""
+        """Say why a robot's battery ran flat in this model, and what helps (for the arguments see `cause`)."""
         text = cause(self._model, self._layout, started, drew=drew, resting=resting)
         if resting and self.chargers:
             way, level = (
@@ -134,7 +134,7 @@ class Reach:
         return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
-        """What robots have, and what they need for a task that none of their batteries lasts for; and what helps."""
+        """Say what robots have and need for a task that none of their batteries lasts for, and what helps."""
         able = [robot for robot in robots if may_do(robot, task)]
         best = min(able, key=lambda robot: self.missing(robot, task))
         levels = self.levels(best)
@@ -150,7 +150,7 @@ class Reach:
         )
 
     def missing(self, robot: RobotView, task: Task) -> float:
-        """The energy that a robot would have to have more for a task; below 0 what it has to spare."""
+        """Return the energy that a robot lacks for a task; below 0 the energy it has to spare."""
         return self._enough_now(robot, task) - robot.energy
 
     def _enough_now(self, robot: RobotView, task: Task) -> float:
@@ -171,7 +171,7 @@ class Reach:
         return robot.energy >= self.enough(robot, task, station, self.levels(robot))
 
     def _station_for(self, robot: RobotView, task: Task) -> str | None:
-        """Where a robot would unload a task that it can do; None where that has no room or is not open in time."""
+        """Return where a robot would unload a task that it can do; None where there is no room or it opens too late."""
         if not may_do(robot, task):
             return None
         station = self.stations.choose(robot, task)
@@ -181,7 +181,7 @@ class Reach:
     def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
         """Whether the charging policy lets the robot take the task and bring it to a station.
 
-        Looked ahead (`Levels.margin`), by the same rule that lets the robot keep it on the way. Without a margin, as in
+        With foresight (`Levels.margin`), by the rule that lets the robot keep it on the way. Without a margin, as in
         the paper, a robot above the critical level takes any task.
         """
         if not self.batteries:
@@ -198,7 +198,7 @@ class Reach:
         return robot.energy >= self._enough_now(robot, task)
 
     def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
-        """For all pairs, whether there is room at the station and the energy lasts: a row for each robot."""
+        """Return for all pairs whether there is room at the station and the energy lasts: a row for each robot."""
         import numpy as np
 
         table = np.ones((len(robots), len(tasks)), dtype=bool)
@@ -233,7 +233,7 @@ class Reach:
         return table
 
     def _have_room(self, robot: RobotView, tasks: Sequence[Task], nodes: Sequence[str]) -> list[bool]:
-        """Whether there is room for each task where it is loaded and unloaded."""
+        """Return for each task whether there is room where it is loaded and unloaded."""
         full, has_room = self.stations.full, self.stations.has_room
         return [
             (node not in full and task.edge[0] not in full and not task.is_tour) or has_room(robot, task, node)
@@ -241,13 +241,13 @@ class Reach:
         ]
 
     def _first(self, robot: RobotView) -> Task | None:
-        """The first open task that a robot of this kind may do."""
+        """Return the first open task that a robot of this kind may do."""
         if not self.kinds:
             return next(iter(self.open_tasks), None)
         return next((task for task in self.open_tasks if may_do(robot, task)), None)
 
     def _stations_of(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> list[list[str]]:
-        """The station of every pair. Robots whose tasks go to the same stations share one list."""
+        """Return the station of every pair. Robots whose tasks go to the same stations share one list."""
         each = self.stations.choice == "each" and len(self.stations.nodes) > 1
         keys = [robot.number % len(self.stations.nodes) if each else 0 for robot in robots]
         asking = dict(zip(keys, robots, strict=True))
@@ -301,10 +301,10 @@ class Reach:
         return self._rests_elsewhere[key]
 
     def in_need(self, robot: RobotView, levels: Levels) -> tuple[float, float]:
-        """When a robot at rest needs a charger more than one that is being charged.
+        """Return when a robot at rest needs a charger more than one that is being charged.
 
-        The battery level from which on it does, and by how much the other's must then be above its own: so that a fleet
-        that runs low all at once can take turns before one is too low to reach a charger.
+        The battery level from which on it does, and by how much the other's must then be above its own: so that a
+        fleet that runs low all at once can take turns before one is too low to reach a charger.
         """
         capacity = robot.capacity
         way = self.consumption.empty * self.out_of(robot.node, robot)
@@ -347,12 +347,12 @@ class Reach:
         return self._with_more(least, robot, task, levels)
 
     def _with_more(self, least: float, robot: RobotView, task: Task, levels: Levels) -> float:
-        """What looks enough for a task, and more for one that was given back again, up to a full battery."""
+        """Return the energy that seems enough for a task, more if it was given back before, up to a full battery."""
         again = self._given_back[task.number] - 1
         return least if again <= 0 else max(least, min(least + again * MORE * robot.capacity, levels.full))
 
     def give_back(self, task: Task) -> int:
-        """A robot gives a task back, which looked possible: how often that has happened now.
+        """Note that a robot gives a task back, which looked possible, and return how often that has happened now.
 
         Waits or repairs that upset the plan do so again, so from the second time on more energy is required.
         """
@@ -366,7 +366,7 @@ class Reach:
         stations: Sequence[Sequence[str]],
         levels: Sequence[Levels],
     ) -> Any:
-        """`enough` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
+        """Compute `enough` for all pairs: an array with a row for each robot; `stations`: of each robot's tasks."""
         import numpy as np
 
         empty, edges = self.consumption.empty, [task.edge for task in tasks]
@@ -377,7 +377,7 @@ class Reach:
             driven[these] = travel.half_turn + travel.to_edges([robots[i].node for i in these], edges)
         driven += np.array([robot.free_in for robot in robots])[:, None]
         low, least = np.array(
-            [(level.critical, EPS * one.capacity) for one, level in zip(robots, levels, strict=True)]
+            [(level.critical, EPS * view.capacity) for view, level in zip(robots, levels, strict=True)]
         ).T
         table = low[:, None] + empty * driven + least[:, None]
         rest: dict[tuple[Any, ...], Any] = {}
@@ -402,22 +402,22 @@ class Reach:
         return table
 
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> tuple[float, float]:
-        """Driving time to a charger after a task, and energy from the start of the good's edge until that begins.
+        """Return the driving time to a charger after a task, and the energy from its good's edge until then.
 
-        Kept until the task is done, but not of a tour with a choice of stops, which may be others the next time.
+        Kept until the task is done, except for a tour with a choice of stops, which may be others the next time.
         """
-        known = self._onward.setdefault(task.number, {})
+        kept = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
-        if key not in known:
+        if key not in kept:
             way = self.to_charger(station, robot, choice)
             drawn = self._from_edge(robot, task, station)
             if task.is_tour and not self.stations.is_settled(task):
                 return way, drawn
-            known[key] = way, drawn
-        return known[key]
+            kept[key] = way, drawn
+        return kept[key]
 
     def forget(self, task: Task) -> None:
-        """A task is done, or given back."""
+        """Forget a task that is done, or given back."""
         self._onward.pop(task.number, None)
 
     def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
@@ -457,7 +457,7 @@ class Reach:
         return self._travel[speed]
 
     def loaded_speed(self, robot: RobotView) -> float:
-        """A robot's speed with a load."""
+        """Return a robot's speed with a load."""
         return self._loaded_speeds[robot.number]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
@@ -491,6 +491,6 @@ class Reach:
         return self._out_of[key]
 
     def _from_bay(self, robot: RobotView, node: str, bay: str | None = None) -> float:
-        """Time from resting in a bay, that where the robot is or another, to a node."""
+        """Return the time from resting in a bay (its own or `bay`) to a node."""
         travel = self.travel(robot.speed)
         return self.exit_time + travel.ways.time(robot.node if bay is None else bay, node) + travel.stop_time

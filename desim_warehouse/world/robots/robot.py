@@ -35,6 +35,7 @@ from desim_warehouse.world.robots.battery import Alarms, Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.closings import Closings
+from desim_warehouse.world.robots.dwelling import Dwelling
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.surroundings import Surroundings
@@ -139,6 +140,16 @@ class Robot:
             pods=around.pods,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
+        self.dwelling = Dwelling(
+            self,
+            env,
+            is_allowed=around.bay_choice.lets_dwell,
+            dispatcher=dispatcher,
+            departures=around.departures,
+            bays=bays,
+            reach=reach,
+            traffic=around.traffic,
+        )
         self.ways_round = around.ways_round
         self.driving: Drive | None = None
         self.offer: Event | None = None
@@ -186,7 +197,7 @@ class Robot:
             self.offer = yield from self.charging.charge()
 
     def begin_on_lanes(self) -> Steps:
-        """At the start of a run: to the first good, or to a bay, from where it stands on the lanes."""
+        """Begin the run on the lanes: drive to the first good, or to a bay, from where it stands."""
         yield self.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
         yield from self.work()
@@ -201,20 +212,34 @@ class Robot:
             yield from self.ask_for_more()
 
     def ask_for_more(self) -> Steps:
-        """The next task is given before the robot leaves the slot or node where it unloaded."""
+        """Ask for the next task, which is given before the robot leaves the slot or node where it unloaded."""
         decided = self.dispatcher.ask(self)
         if self.dispatcher.decides_later:
             self.enter("awaiting")
         yield decided
-        self.enter("empty" if self.job is not None else "returning")
-        if self.bay is not None and self.job is not None:  # its slot is kept
-            self.free_charger()
+        self.set_out()
         yield Timeout(self.env, self.clear_time)
+        if self.job is None and self.dwelling.may_begin:
+            if self.state != self.at_rest:  # the place became free while it cleared it
+                self.enter(self.at_rest)
+            yield from self.dwelling.rest()
+            if self.job is not None:
+                self.set_out()
+
+    def set_out(self) -> None:
+        """Set out to its task, or without one to a bay, unless it may rest where it is."""
+        if self.job is None:
+            rests = not self.clear_time and self.dwelling.may_begin
+            self.enter(self.at_rest if rests else "returning")
+            return
+        self.enter("empty")
+        if self.bay is not None:  # its slot is kept
+            self.free_charger()
 
     # Parking
 
     def reserve_bay(self, *, away: bool = False) -> None:
-        """A slot to go to, its own before it sets out, and with `away` one without a charger."""
+        """Reserve a slot to go to, its own before it sets out, and with `away` one without a charger."""
         charging = self.charging
         self.body.recall_from(math.inf)
         if self.is_out:
@@ -237,7 +262,7 @@ class Robot:
         self.bays.take(self, bay)
 
     def free_charger(self) -> None:
-        """At work, keep a slot elsewhere instead of the one at a charger that another robot seeks.
+        """Keep a slot elsewhere, at work, instead of a slot at a charger that another robot seeks.
 
         Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
         """
@@ -245,7 +270,7 @@ class Robot:
             self._take_slot(self.bay_choice.parking(self.view(), self.bays.away_from(self)))
 
     def go_to_bay(self) -> Steps:
-        """Home, or wherever the policies say."""
+        """Go home, or wherever the policies say."""
         assert self.bay is not None
         if self.is_out or self.bay.node != self.parked_at:
             yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
@@ -255,7 +280,7 @@ class Robot:
         self.dispatcher.came_home(self)
 
     def go_out(self, exit_time: float) -> Steps:
-        """From the bay to standing at its node."""
+        """Go out of the bay, to stand at its node."""
         if self.charging.has_charged and self.job is not None:
             self.record("recharged")
             self.charging.has_charged = False
@@ -272,7 +297,7 @@ class Robot:
     # Resting
 
     def rest(self) -> Generator[Event, object, Rest]:
-        """In a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
+        """Rest in a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
         self.enter(self.at_rest)
         if self.number in self.bays.making_room:  # decided while it charged
             return Rest.MAKE_ROOM
@@ -345,12 +370,14 @@ class Robot:
                 bays.seekers.remove(self)
 
     def lack_charge(self) -> None:
-        """At rest, it has too little for the work that is open, and no charger is free."""
-        if self.phase is Phase.REST and self.departures.duty.has(self.number):
+        """Rest with too little for the work that is open, while no charger is free."""
+        if self.is_out:
+            self.dwelling.end()  # in a bay it seeks a charger
+        elif self.phase is Phase.REST and self.departures.duty.has(self.number):
             self.enter("too_low")
 
     def have_charge(self) -> None:
-        """It has enough for the work that is open, or there is none; one that seeks a charger goes on doing so."""
+        """Rest with enough for the work that is open, or without any; one that seeks a charger goes on doing so."""
         if STATES[self.state].queue == CHARGER and self not in self.bays.seekers:
             self.enter(self.at_rest)
 
@@ -380,20 +407,22 @@ class Robot:
 
     @property
     def at_rest(self) -> str:
-        """Its state in a bay with nothing to do: outside its hours it is on a break."""
+        """The state in a bay with nothing to do: outside its hours it is on a break."""
         return "idle" if self.departures.duty.has(self.number) else "on_break"
 
     def hours_change(self) -> None:
-        """Its hours begin or end: if it rests, it does so in another state from now on."""
-        if self.phase is Phase.REST and not self.is_out:
+        """Note that its hours begin or end: if it rests, it does so in another state from now on."""
+        if self.is_out:
+            self.dwelling.end()
+        elif self.phase is Phase.REST:
             self.enter(self.at_rest)
 
     def charge_left(self) -> float:
-        """The share of its battery's capacity that is left."""
+        """Return the share of its battery's capacity that is left."""
         return self.battery.level(self.env.now) / self.battery.capacity
 
     def need_of_charger(self) -> tuple[float, float]:
-        """From when on it needs a charger more than a robot at one that has so much more of its capacity left."""
+        """Return when it needs a charger more than a robot at one, and by how much more capacity that has left."""
         view = self.view()
         level, ahead = self.reach.in_need(view, self.reach.levels(view))
         return self.battery.lasts_until(self.env.now, level), ahead / self.battery.capacity
@@ -425,9 +454,9 @@ class Robot:
         return standing and self.node == edge[0]
 
     def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
-        """What policies see of it: by default as a robot that is free where it is."""
+        """Return the robot as policies see it: by default as one that is free where it is."""
         spec = self.battery.spec
-        if free_in is None and self.phase is Phase.REST and self.body.is_on_lanes:  # where it stands at the start
+        if free_in is None and self.phase is Phase.REST and self.is_out:  # at the start, or where it unloaded
             free_in = time_to_node(self, self.env.now)
         elif free_in is None:
             free_in = self.fleet.exit_time if self.docked is None and self.body.lane is None else self.clear_time
@@ -453,26 +482,26 @@ class Robot:
     # Work
 
     def take_up(self, task: Task, stops: list[Stop], slots: list[Station]) -> None:
-        """It is given a task or tour, with a slot in every station where it stops."""
+        """Take up a task or tour, with a slot in every station where it stops."""
         self.job = task
         self.tour.stops, self.tour.slots = stops, slots
         self.charging.waive()
 
     def lay_down(self) -> None:
-        """Its task or tour is done, or given back."""
+        """Lay down its task or tour, which is done or given back."""
         self.job = self.itinerary.place = None
         self.tour.stops, self.tour.slots = [], []
         self.body.work_on(-1)
 
     def record_delivery(self, stop: Stop) -> None:
-        """It has unloaded a task."""
+        """Record that it has unloaded a task."""
         place = self.itinerary.place
         at_node = None if stop.task.drop is None else stop.edge
         self.record("delivered", at_node if place is None else place[0].edge)
         self.delivered += 1
 
     def count_delivery(self) -> None:
-        """A line has been picked from the pod that it brought."""
+        """Count a line that has been picked from the pod that it brought."""
         self.delivered += 1
 
     # Driving
@@ -486,12 +515,12 @@ class Robot:
         return drive
 
     def enter_bay(self, node: str) -> None:
-        """From the node it stands on into the bay or station beside it."""
+        """Go from the node it stands on into the bay or station beside it."""
         self.traffic.into_bay(self.body)
         self.parked_at = node
 
     def dock(self, station: Station) -> None:
-        """From the node it stands on into the station beside it."""
+        """Go from the node it stands on into the station beside it."""
         self.enter_bay(station.node)
         self.docked = station
 
@@ -514,11 +543,11 @@ class Robot:
         self._draw(state)
 
     def served_for(self, now: float) -> float:
-        """For how long it has had a server of its station in use since it began what it does."""
+        """Return for how long it has had a server of its station in use since it began what it does."""
         return now - self.since_state if self.state in SERVED else 0.0
 
     def _draw(self, state: str) -> None:
-        """From now on the battery draws what the state needs, or nothing while the robot is connected to a charger.
+        """Have the battery draw from now on what the state needs, or nothing while it is connected to a charger.
 
         It is when it is charged, or at rest in a bay with a charger for each slot.
         """
@@ -527,16 +556,16 @@ class Robot:
         self.alarms.watch()
 
     def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:
-        """A row of the log: what it does, with its energy."""
+        """Write a row of the log: what it does, with its energy."""
         self.log.event(self.env.now, kind, self.number, self.body.task, self.node, self.energy, edge=edge)
 
     @property
     def energy(self) -> float | None:
-        """What its battery holds now; None: it has none."""
+        """The energy that its battery holds now; None: it has none."""
         return None if self.battery.spec is None else self.battery.level(self.env.now)
 
     def tally(self, now: float) -> dict[str, float]:
-        """What it has done so far, in plain numbers. Times in all states and `waiting` add up to `now`."""
+        """Return what it has done so far, in plain numbers. Times in all states and `waiting` add up to `now`."""
         body = self.body
         waited = body.waited_by(now)
         worked = now - self.since_state - (waited - self.waited_before)
@@ -561,7 +590,7 @@ class Robot:
     # As the driver of its body
 
     def left_bay(self) -> None:
-        """Out of the bay or station: its slot there is free. Or it is back on the lanes, from which it was cleared."""
+        """Free its slot in the bay or station it has left; or come back on the lanes from which it was cleared."""
         if self.body.cleared:
             self.body.come_back()
         elif self.docked is not None:
@@ -576,7 +605,7 @@ class Robot:
             self.closings.look()
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
+        """Return another route if it is held up before `route[index]` and the routing policy knows one."""
         other = self.itinerary.detour(self.node, route, index, stop)
         if other is not None:
             self.body.count_detour()
@@ -588,7 +617,7 @@ class Robot:
         return self.driving is not None and bool(self.driving.rest)
 
     def look_for_way_round(self) -> None:
-        """Something closes or opens: it goes another way if that is quicker than to wait."""
+        """Go another way if that is quicker than to wait, now that something closes or opens."""
         body, drive, itinerary = self.body, self.driving, self.itinerary
         in_bay = body.lane is None and body.held is None
         if drive is None or not body.detours or not drive.may_go_round or (in_bay and itinerary.is_declared):
@@ -627,7 +656,7 @@ class Robot:
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
     def _clear(self, drive: Drive) -> None:
-        """Off the lanes, to come back at the node ahead, or before the lane on which it has still to stop."""
+        """Go off the lanes, to come back at the node ahead, or before the lane on which it has still to stop."""
         again = drive.clear()
         self.parked_at = self.node if again is None else again.edge[0]
         self.traffic.clear(self.body, self.parked_at)
@@ -637,7 +666,7 @@ class Robot:
         self.record("cleared")
 
     def _lanes_change(self) -> None:
-        """It blocks lanes, or no longer: tasks behind them are held back, or given out, where robots go round it."""
+        """Hold back tasks behind lanes that it blocks, or give them out, where robots go round it."""
         if self.itinerary.routes.goes_round:
             self.reach.openings.look_again()
             self.dispatcher.call()
@@ -649,15 +678,19 @@ class Robot:
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
+    def give_way(self) -> None:
+        """Go on to a bay, if it rests, as others wait for it."""
+        self.dwelling.end()
+
     def notice_wait(self, waiting: bool) -> None:
-        """It begins, or ends, to wait in traffic, where standing may draw less than driving."""
+        """Note that it begins, or ends, to wait in traffic, where standing may draw less than driving."""
         if self.battery.varies:
             self._draw(WAITING.name if waiting else self.state)
         elif self.alarms.looks_ahead:
             self.alarms.watch()
 
     def notice_delay(self, begin: float, end: float) -> None:
-        """It waits for a time that is known beforehand, where standing may draw less than driving."""
+        """Note a wait for a time that is known beforehand, where standing may draw less than driving."""
         if self.battery.varies:
             Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))
             Arrival(self.env, end).callbacks.append(lambda _: self._draw(self.state))

@@ -1,4 +1,4 @@
-"""How a fleet stands at an instant of its long run: what the batteries hold, and who charges where.
+"""The state of a fleet at an instant of its long run: what the batteries hold, and who charges where.
 
 That depends on the work as much as on the charging policy: robots with little to do charge between tasks, others only
 when they must. So it is not worked out but looked up, in a run of the same model that nobody counts (`SettlingRun`).
@@ -59,7 +59,7 @@ Fleet = tuple[Standing, ...]
 
 
 class SettledError(Exception):
-    """The fleet has been looked at often enough."""
+    """An end of the run: the fleet has been looked at often enough."""
 
 
 class SettlingRun:
@@ -107,7 +107,7 @@ class SettlingRun:
 
 
 class SettledFleets:
-    """The settled fleets of models: each model's are worked out once, and this process remembers those of the last."""
+    """The settled fleets of models: worked out once for each, and kept by this process for the latest models."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[Model, Sequence[Fleet]] = OrderedDict()
@@ -115,7 +115,7 @@ class SettledFleets:
     def of(
         self, model: Model, settle: Callable[[SettlingRun], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """The settled fleets of a model, none where it has no long run.
+        """Return the settled fleets of a model, none where it has no long run.
 
         Args:
             model: its batteries begin settled.
@@ -124,7 +124,7 @@ class SettledFleets:
         """
         if model not in self._known:
             settling = SettlingRun(model)
-            if settling.model not in self._known:  # runs of another length have the same
+            if settling.model not in self._known:  # runs of another length share it
                 self._known[settling.model] = self.once(settling.model, lambda: settle(settling), waiting)
             self._known[model] = self._known[settling.model]
             while len(self._known) > _KNOWN:
@@ -134,7 +134,7 @@ class SettledFleets:
     def once(
         self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """What the settling run of a model sees, which is simulated now; other places look it up before."""
+        """Return what the settling run of a model sees: it is simulated now; subclasses look it up before."""
         del model, waiting
         return settle()
 
@@ -145,7 +145,7 @@ class Unsettled(SettledFleets):
     def of(
         self, model: Model, settle: Callable[[SettlingRun], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """None, of any model."""
+        """Return none, for any model."""
         del model, settle, waiting
         return ()
 
@@ -162,13 +162,13 @@ def has_long_run(model: Model) -> bool:
 
 
 def any_of(fleets: Sequence[Fleet], streams: Streams) -> Fleet:
-    """One of them, drawn."""
+    """Draw a fleet of several."""
     return fleets[int(streams.stream("start-energy").integers(len(fleets)))]
 
 
 def nodes_at_start(fleet: Fleet, homes: Sequence[str], bays: Mapping[str, Bay], on_lanes: Iterable[int]) -> list[str]:
-    """The node of the bay in which each robot begins: where it charges, at home, or where a slot is left."""
-    found, free = list(homes), {node: bay.places for node, bay in bays.items()}
+    """Return the node of the bay in which each robot begins: where it charges, at home, or where a slot is left."""
+    nodes, free = list(homes), {node: bay.places for node, bay in bays.items()}
     stays = set(on_lanes)
     order = sorted(range(len(homes)), key=lambda robot: (robot not in stays, fleet[robot].charges_at is None, robot))
     for robot in order:
@@ -176,11 +176,11 @@ def nodes_at_start(fleet: Fleet, homes: Sequence[str], bays: Mapping[str, Bay], 
         if not free[node]:
             node = next(other for other, slots in free.items() if slots)
         free[node] -= 1
-        found[robot] = node
-    return found
+        nodes[robot] = node
+    return nodes
 
 
 def _standing(robot: Robot) -> Standing:
     charging, bay = robot.charging, robot.bay
-    at = bay.node if bay is not None and bay.charges and (charging.is_charging or charging.must_charge) else None
-    return Standing(robot.battery.level(robot.env.now), at)
+    node = bay.node if bay is not None and bay.charges and (charging.is_charging or charging.must_charge) else None
+    return Standing(robot.battery.level(robot.env.now), node)

@@ -1,4 +1,4 @@
-"""What robots find around them: the floor, the places on it, and who gives them work."""
+"""Surroundings of robots: the floor, the places on it, and who gives them work."""
 
 from __future__ import annotations
 
@@ -33,50 +33,53 @@ class WorkGiver(Protocol):
     """The dispatcher, as robots know it."""
 
     def wait(self, robot: Robot) -> Event:
-        """A robot in a bay is free: the event is due when it is given a task."""
+        """Offer a robot in a bay as free: the event is due when it is given a task."""
 
     def ask(self, robot: Robot) -> Event:
-        """A robot that has just unloaded is free: the event is due when it is decided on, with or without a task."""
+        """Offer a robot that has just unloaded: the event is due when it is decided on, with or without a task."""
 
     @property
     def decides_later(self) -> bool:
         """Whether the policy is asked next at a later instant."""
 
     def withdraw(self, robot: Robot) -> None:
-        """A robot in a bay is no longer free."""
+        """Withdraw a robot in a bay: it is no longer free."""
 
     def give_back(self, robot: Robot) -> None:
-        """A robot's battery does not let it fetch its good after all."""
+        """Take back the task of a robot whose battery does not let it fetch its good after all."""
 
     def take_back(self, robot: Robot) -> None:
-        """A robot does not fetch its good: the task is open again."""
+        """Take back the task of a robot that does not fetch its good: it is open again."""
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
-        """A robot has unloaded."""
+        """Note that a robot has unloaded."""
 
     def came_home(self, robot: Robot) -> None:
-        """A robot is back in a bay."""
+        """Note that a robot is back in a bay."""
+
+    def came_to_rest(self) -> None:
+        """Note that a robot rests where it has unloaded."""
 
     def call(self) -> None:
         """Something has changed that decisions depend on."""
 
     def queue_of(self, robot: int) -> tuple[Task, ...]:
-        """The tasks that a robot is to do after the present one."""
+        """Return the tasks that a robot is to do after the present one."""
 
 
 class Carried(Protocol):
     """Pods, as robots that carry them know them."""
 
     def lifted(self, robot: Robot, stop: Stop) -> None:
-        """A robot has taken a pod from its place."""
+        """Note that a robot has taken a pod from its place."""
 
     def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
-        """Line after line is picked from the pod, until none is left for it."""
+        """Pick line after line from the pod, until none is left for it."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The same for all robots of a run; `states` are those that robots of this model can be in, `reaches` by kind."""
+    """The parts that all robots of a run share; `states`: possible for robots of this model, `reaches`: by kind."""
 
     env: Clock
     model: Model

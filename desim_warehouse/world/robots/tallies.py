@@ -1,4 +1,4 @@
-"""What has happened up to an instant, as rows of plain numbers: for each robot, edge, intersection and station.
+"""Tallies up to an instant, as rows of plain numbers: for each robot, edge, intersection and station.
 
 Traffic is ahead of the clock: a robot that sets out from a stop line has entered its next lane already, and a wait
 behind a slower robot is known before it begins. Here both count only as far as they have happened, so that tallies may
@@ -24,7 +24,7 @@ Rows = list[dict[str, Any]]
 def tallies(
     robots: Sequence[Robot], traffic: Traffic, stations: Mapping[str, Station], now: float
 ) -> tuple[Rows, Rows, Rows, Rows]:
-    """Rows of robots, edges, intersections and stations."""
+    """Return rows of robots, edges, intersections and stations."""
     early: dict[Lane, int] = {}  # robots that will enter a lane
     later: dict[Lane, int] = {}  # episodes that will end
     blocked: dict[Lane | Intersection, float] = {}  # time of waiting to be added to what places have counted
@@ -61,12 +61,14 @@ def tallies(
     for robot in robots:
         if robot.docked is not None:
             served[robot.docked] = served.get(robot.docked, 0.0) + robot.served_for(now)
-    at = [{"station": node, "busy": one.busy + served.get(one, 0.0)} for node, one in stations.items()]
-    return [robot.tally(now) for robot in robots], edges, nodes, at
+    station_rows = [
+        {"station": node, "busy": station.busy + served.get(station, 0.0)} for node, station in stations.items()
+    ]
+    return [robot.tally(now) for robot in robots], edges, nodes, station_rows
 
 
 def less(rows: Rows, before: Rows) -> Rows:
-    """Rows, less what they were before."""
+    """Return rows, less what they were before."""
     return [
         {key: value if isinstance(value, str) else value - earlier[key] for key, value in row.items()}
         for row, earlier in zip(rows, before, strict=True)

@@ -1,4 +1,4 @@
-"""How a robot does its task, or several on one tour: from stop to stop, loading and unloading, in stations when served.
+"""Tours: how a robot does its task, or several, from stop to stop, loading and unloading, in stations when served.
 
 Until it has loaded for the first time its battery may call it back, and a closure turn it off. Then it goes on to the
 end.
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Tour:
-    """What a robot has in hand: `stops` are those to come, `slots` those reserved in stations where it is not yet.
+    """The work that a robot has in hand: `stops` to come, and `slots` reserved in stations where it is not yet.
 
     A slot is reserved for every station of a tour before the robot sets out, all at once, and kept until it comes out
     of that station for the last time. So no robot with a load ever waits for a slot, and none waits for another.
@@ -93,7 +93,7 @@ class Tour:
         return True
 
     def finish(self) -> Steps:
-        """With the load from stop to stop, until all is unloaded."""
+        """Go with the load from stop to stop, until all is unloaded."""
         robot = self.robot
         while self.stops:
             stop = self.stops[0]
@@ -112,7 +112,7 @@ class Tour:
         self._go_on_after(stop)
 
     def _be_served(self, station: Station) -> Steps:
-        """All its loads in a station, one after the other: the server keeps it until they are handled."""
+        """Handle all its loads in a station, one after the other: the server keeps it until they are handled."""
         if self.robot.docked is not station:
             self._dock(station)
         service = Service(self.env, self.robot, station)
@@ -128,7 +128,7 @@ class Tour:
         service.leave()
 
     def _go_on_after(self, stop: Stop) -> None:
-        """A stop is done, and the next is what it works on."""
+        """Go on to the next stop after one that is done."""
         robot = self.robot
         if stop.act == "unload":
             self.dispatcher.delivered(robot, stop)
@@ -153,7 +153,7 @@ class Tour:
         return robot.itinerary.take(robot.node, self.stops, self._bay_after_it())
 
     def _bay_after_it(self) -> str | None:
-        """The bay to which it goes from a last stop in the lane, if nothing else comes."""
+        """Return the bay to which it goes from a last stop in the lane, if nothing else comes."""
         bay = self.robot.bay
         return None if bay is None else bay.node
 
@@ -168,7 +168,7 @@ class Tour:
     # Stations
 
     def _dock(self, station: Station) -> None:
-        """From the node that it stands on into the station beside it, where it has a slot."""
+        """Go from the node that it stands on into the station beside it, where it has a slot."""
         robot = self.robot
         self.slots.remove(station)
         robot.dock(station)
@@ -176,7 +176,7 @@ class Tour:
         robot.record("docked")
 
     def leaves(self, station: Station) -> None:
-        """Out of a station: its slot there is free, unless it comes back on this tour."""
+        """Leave a station, and free its slot there unless it comes back on this tour."""
         comes_back = station not in self.slots and any(stop.station is station for stop in self.stops)
         if comes_back:
             self.slots.append(station)
@@ -184,5 +184,5 @@ class Tour:
 
 
 def _state(stop: Stop) -> str:
-    """What a robot does at a stop."""
+    """Return the state of a robot at a stop."""
     return "loading" if stop.act == "load" else "unloading"

@@ -59,19 +59,19 @@ class Acyclic:
         self.declared = declared
 
     def starts(self, robot: Body) -> None:
-        """A robot stands on the lanes at the start of a run: `check` has seen that all there are safe."""
+        """Take a robot that stands on the lanes at the start of a run: `check` has seen that all there are safe."""
 
     def left(self, robot: Body) -> None:
-        """A robot is off the lanes: that is always safe."""
+        """Note that a robot is off the lanes, which is always safe."""
 
     def first(self) -> Body | None:
-        """Who is looked at again though nobody in its way has moved: no robot."""
+        """Robots to re-examine although nothing in their way moved (none here)."""
         return None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
-        """The robots that make the state unsafe now that a robot has taken a step; None if it is safe.
+        """Return the robots that make the state unsafe now that a robot has taken a step; None if it is safe.
 
-        They are those of a cycle through that robot. The search goes backwards: the robots that it blocks, those that
+        They form a cycle through that robot. The search goes backwards: the robots that it blocks, those that
         they block, and so on, until one blocks itself. If no robot has still to use its stand, the search ends at once.
         """
         routes, all_users = self.declared.routes, self.declared.users
@@ -83,19 +83,19 @@ class Acyclic:
         to_follow = [robot]
         while to_follow:
             member = to_follow.pop()
-            there = routes[member].stands
-            assert there is not None
-            users: Iterable[Body] = all_users[there]
+            place = routes[member].stands
+            assert place is not None
+            users: Iterable[Body] = all_users[place]
             if (direction := routes[member].direction) is not None:
-                users = {**all_users[there], **all_users[direction.opposite]}
+                users = {**all_users[place], **all_users[direction.opposite]}
             if member is not robot and (
-                robot in users or (there is stand and (in_front is None or member in in_front))
+                robot in users or (place is stand and (in_front is None or member in in_front))
             ):
                 cycle = [member]
                 while cycle[-1] is not robot:
                     cycle.append(came_from[cycle[-1]])
                 return cycle
-            for other in (*users, *_behind(member, there)):
+            for other in (*users, *_behind(member, place)):
                 if other is not robot and other not in came_from and routes[other].stands is not None:
                     came_from[other] = member
                     to_follow.append(other)
@@ -106,7 +106,7 @@ class Acyclic:
 
 
 def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
-    """The robot behind another on the lane where that stands, or the one on its way in."""
+    """Return the robot behind another on the lane where the other stands, or the one on its way in."""
     lane = member.lane
     if lane is None or lane.lane_of_both is not stand:
         return ()
@@ -116,14 +116,14 @@ def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
 
 
 def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
-    """The robots ahead of one on the lane where it stands, or None for all there if it is still on its way in."""
+    """Return the robots ahead of one on the lane where it stands, or None for all there if it is still coming in."""
     if robot.lane is None or robot.lane.lane_of_both is not stand:
         return None
-    found, other = set(), robot.ahead
+    robots_ahead, other = set(), robot.ahead
     while other is not None:
-        found.add(other)
+        robots_ahead.add(other)
         other = other.ahead
-    return found
+    return robots_ahead
 
 
 DESPERATE = 5
@@ -153,7 +153,7 @@ class Avoidance:
         self._claims: dict[Body, Claim] = {}  # of robots that are out, oldest first
 
     def rely_on(self, lanes: Iterable[Lane]) -> None:
-        """The lanes of the floor: where some are refuges, robots may make way for others on them.
+        """Take the lanes of the floor: where some are refuges, robots may make way for others on them.
 
         Where none is, a plan is an order of drives home, and it is cheaper to see that there is one than to keep it.
         """
@@ -166,7 +166,7 @@ class Avoidance:
     # Routes
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
-        """The whole route of a robot that is in a bay or station and about to set out, or on the lanes at the start."""
+        """Declare the whole route of a robot in a slot that is about to set out, or on the lanes at the start."""
         lane = robot.lane
         if lane is not None:
             declared = DeclaredRoute([lane.lane_of_both, *trail_of(lane.end, route)])
@@ -197,7 +197,7 @@ class Avoidance:
         return True
 
     def left(self, robot: Body) -> None:
-        """A robot is in a bay or station, and no longer in the way of others."""
+        """Note that a robot is in a bay or station, and no longer in the way of others."""
         if robot in self.declared.routes:
             self.declared.drop(robot)
             self.test.left(robot)
@@ -212,16 +212,16 @@ class Avoidance:
         if witness is not None and witness[0] is stand:
             return False
         route = self.declared.routes[robot]
-        to = route.trail.index(stand, route.at + 1)
+        target = route.trail.index(stand, route.at + 1)
         if route.stands is None and (oldest := self._held_back_by(robot, stand)) is not None:
             self._refuse(robot, stand, (oldest,))
             return False
         before = route.at, route.stands, route.direction
-        passed = route.trail[route.at + 1 : to + 1]
+        passed = route.trail[route.at + 1 : target + 1]
         if self.has_zones and not self._enter_zones(robot, stand, passed):
             return False
         self.declared.count(robot, passed, -1)
-        route.at, route.stands = to, stand
+        route.at, route.stands = target, stand
         blockers = self.test.after_step(robot)
         if blockers is not None:
             route.at, route.stands, route.direction = before
@@ -261,7 +261,7 @@ class Avoidance:
         return True
 
     def _held_back_by(self, robot: Body, stand: Stand) -> Body | None:
-        """The robot that has waited so long that this one may not set out now."""
+        """Return the robot that has waited so long that this one may not set out now."""
         for other, claim in self._claims.items():
             waited = self.env.now - claim.begun
             if other is robot or claim.via is None or waited <= self.patience:
@@ -273,7 +273,7 @@ class Avoidance:
         return None
 
     def _waits_for_time(self, robot: Body) -> bool:
-        """Whether a robot waits for an opening or a repair, or for one that does: holding others back helps none."""
+        """Whether a robot waits for an opening or a repair, or for one that does: holding others back is no help."""
         seen: set[Body] = set()
         to_follow = [robot]
         while to_follow:
@@ -294,12 +294,12 @@ class Avoidance:
     # Refusals, and asking again
 
     def wait_begins(self, claim: Claim) -> None:
-        """A claim has to wait, for whatever reason."""
+        """Note that a claim has to wait, for whatever reason."""
         if claim.via is not None:
             self._claims[claim.robot] = claim
 
     def wait_ends(self, claim: Claim) -> None:
-        """A claim waits no longer."""
+        """Note that a claim waits no longer."""
         self._claims.pop(claim.robot, None)
 
     def _refuse(self, robot: Body, stand: Stand, blockers: Collection[Body]) -> None:
@@ -309,9 +309,9 @@ class Avoidance:
             self._asks_again[other][robot] = None
 
     def _moved(self, robot: Body) -> None:
-        """Claims that were refused because of where it stood, or of its route, are looked at again.
+        """Look again at claims that were refused because of where it stood, or because of its route.
 
-        So is the one that the plan begins with, whoever made it unsafe before: the proof rests on it.
+        So is the claim of the robot that the plan begins with, whichever made it unsafe: the proof rests on it.
         """
         first = self.test.first()
         if first is not None:

@@ -121,14 +121,14 @@ class Body:
         self,
         number: int,
         speed: float,
-        at: Intersection,
+        node: Intersection,
         driver: Driver | None = None,
         motion: Motion | None = None,
         delays: NodeDelays | None = None,
     ) -> None:
         self.number = number
         self.speed = self.pace = speed
-        self.at = at
+        self.at = node
         self.driver = driver or NoDriver()
         self.task = -1
         # Of its drive
@@ -164,13 +164,13 @@ class Body:
     # Where it is
 
     def position(self, now: float) -> float:
-        """Where it is on its lane."""
+        """Return where it is on its lane."""
         if now >= self.until:
             return self.target
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
     def passes(self, position: float) -> float:
-        """The time at which it passes `position` on its lane, no farther than its target, or a past time."""
+        """Return the time at which it passes `position` on its lane, no farther than its target, or a past time."""
         if position <= self.pos:
             return self.since if position == self.pos else -inf
         return self.until - (self.target - position) / self.pace
@@ -184,7 +184,7 @@ class Body:
         return self.driven + self.position(now) - before
 
     def place(self, now: float) -> str:
-        """Where it is, in words."""
+        """Say where it is, in words."""
         if self.lane is None:
             return f"{'off the lanes' if self.cleared else 'in the bay'} at {self.at.name}"
         if self.held is not None and self.position(now) >= self.lane.length:
@@ -194,18 +194,18 @@ class Body:
     # Onto lanes and nodes, and off them
 
     def begin_on_node(self, node: Intersection) -> None:
-        """It stands there at the start of a run."""
+        """Stand there at the start of a run."""
         self.at = node
 
     def begin_on_lane(self, lane: Lane, ahead: Body | None, position: float) -> None:
-        """It stands there at the start of a run, as the last of the queue."""
+        """Stand there at the start of a run, as the last of the queue."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = position
         self.driven = -position
         self.take_pace_of(lane, 0.0)
 
     def take_pace_of(self, lane: Lane, time: float) -> None:
-        """Its own speed, the limit of a lane that it enters at a time, or the pace of the ring that it turns with.
+        """Take its own speed, the limit of a lane that it enters at a time, or the pace of the ring that it turns with.
 
         The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
         """
@@ -222,7 +222,7 @@ class Body:
             self.train_pace, self.braking = inf, 0.0
 
     def pace_on(self, lane: Lane, time: float) -> float:
-        """The pace that it will have on a lane that it enters at a time."""
+        """Return the pace that it will have on a lane that it enters at a time."""
         pace = min(self.speed, lane.limit_at(time) if lane.slow else lane.limit, self.train_pace)
         return pace if self.look_ahead is None else min(pace, self.look_ahead.limit_on(lane))
 
@@ -232,19 +232,19 @@ class Body:
             self.braking = self.look_ahead.distance(self.pace)
 
     def hold(self, node: Intersection, room: Lane | None) -> None:
-        """It is granted an intersection, with room on the lane beyond."""
+        """Hold an intersection that it is granted, with room on the lane beyond."""
         self.held = node
         self.granted = room
         self.claim = None
 
     def give_up_room(self) -> None:
-        """It stays where it is; the room that it was granted is for others."""
+        """Stay where it is; the room that it was granted is for others."""
         if self.granted is not None:
             self.granted.entering = None
             self.granted = None
 
     def off_lane(self, out: float) -> None:
-        """It leaves its lane's queue, where the gap closes, and passes the lane's end at the time `out`."""
+        """Leave its lane's queue, where the gap closes, and pass the lane's end at the time `out`."""
         lane, front, behind = self.lane, self.ahead, self.behind
         self.driven += lane.length
         self.out_at = out
@@ -261,7 +261,7 @@ class Body:
             self.behind = None
 
     def onto_lane(self, lane: Lane, ahead: Body | None, goal: float, target: float, since: float, until: float) -> None:
-        """From the intersection at the lane's start, as the last of its queue, and on to its first target there."""
+        """Go from the intersection at the lane's start, as the last of its queue, on to its first target there."""
         self.lane = lane
         self.ahead = ahead
         self.held = self.granted = None
@@ -273,14 +273,14 @@ class Body:
         self.moves += 1
 
     def onto_short_lane(self, lane: Lane, ahead: Body | None, since: float) -> None:
-        """From the node at its start, holding its end, at `since`; it has committed to no target yet."""
+        """Go from the node at its start, holding its end, at `since`; it has committed to no target yet."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = 0.0
         self.entered_at = self.line_at = since
         self.moves += 1
 
     def into_bay(self, node: Intersection) -> None:
-        """From the intersection that it held into the bay or station beside it."""
+        """Go from the intersection that it held into the bay or station beside it."""
         self.lane = self.held = self.ahead = None
         self.at = node
         self.pos = self.target = 0.0
@@ -294,31 +294,31 @@ class Body:
     # Along a lane
 
     def head_for(self, goal: float) -> None:
-        """Where it wants to go on its lane."""
+        """Set where it wants to go on its lane."""
         self.goal = goal
 
     def drive_on(self, target: float, until: float) -> None:
-        """Under way it goes on to a further target, without a stop."""
+        """Go on under way to a further target, without a stop."""
         self.target = target
         self.until = until
 
     def arrive(self) -> None:
-        """It is where it was sure to get to."""
+        """Be where it was sure to get to."""
         self.pos = self.target
 
     def turn_on_node(self, time: float, now: float) -> None:
-        """It faces its next lane after a time, once it stands; with nothing to turn it need not stop."""
+        """Face its next lane after a time, once it stands; with nothing to turn it need not stop."""
         self.ready_at = (self.brake_to_stand(now) if time else now) + time
 
     def turn_with_ring(self, pace: float) -> None:
-        """It moves with a ring of waiting robots, on its lane and, if it leaves that, on the next."""
+        """Move with a ring of waiting robots, on its lane and, if it leaves that, on the next."""
         self.pace = pace
         self.braking = 0.0
         if self.claim is not None:
             self.train_pace = pace
 
     def start_with_ring(self, time: float, stretch: Stretch) -> None:
-        """The ring has braked and gathered speed, and starts at that time."""
+        """Start at a time with a ring that has braked and gathered speed."""
         self.line_at = self.until
         self.until = time
         self.stretch = stretch
@@ -326,15 +326,15 @@ class Body:
     # What it is wanted for
 
     def work_on(self, task: int) -> None:
-        """From now on it drives for a task, which rows of the log name; -1: for none."""
+        """Drive from now on for a task, which rows of the log name; -1: for none."""
         self.task = task
 
     def recall_from(self, time: float) -> None:
-        """From a time on it is wanted elsewhere; inf: it is not."""
+        """Be wanted elsewhere from a time on; inf: it is not."""
         self.recall_at = time
 
     def turn_off(self) -> None:
-        """It leaves its route for good, at the node that it comes to next."""
+        """Leave its route for good, at the node that it comes to next."""
         self.recall_at = -inf
 
     @property
@@ -343,15 +343,15 @@ class Body:
         return self.recall_at == -inf
 
     def break_down_at(self, time: float) -> None:
-        """From a time on it breaks down at its next decision."""
+        """Break down at its next decision from a time on."""
         self.halts_at = time
 
     def break_down(self) -> None:
-        """It stands until it is repaired."""
+        """Stand until it is repaired."""
         self.broken = True
 
     def be_cleared(self, node: Intersection) -> None:
-        """Out of its lane's queue and off the node that it held; it is beside a node from now on."""
+        """Leave its lane's queue and the node that it held; it is beside a node from now on."""
         lane = self.lane
         if lane is not None:
             self.driven -= lane.length - self.pos
@@ -361,25 +361,25 @@ class Body:
         self.cleared = True
 
     def come_back(self) -> None:
-        """It stands on a node again."""
+        """Stand on a node again."""
         self.cleared = False
 
     def be_repaired(self) -> None:
-        """It works again."""
+        """Work again."""
         self.broken = False
 
     def allow_detours(self, number: int) -> None:
-        """It may take so many detours on the drive that begins."""
+        """Allow so many detours on the drive that begins."""
         self.detours = number
 
     def count_detour(self) -> None:
-        """It takes one of them."""
+        """Count a detour that it takes."""
         self.detours -= 1
 
     # Gathering speed and braking
 
     def change_speed(self, speed: float) -> None:
-        """Standing, it has loaded or unloaded, and drives at another speed from now on."""
+        """Drive at another speed from now on: standing, it has loaded or unloaded."""
         if speed != self.speed:
             self.speed = speed
             self._take_pace()
@@ -391,18 +391,18 @@ class Body:
         return self.pace * self.pace * self.stretch.motion.gathers / 2
 
     def keep_braking_distance(self, env: Environment) -> None:
-        """It can always stop before it may have to: it looks its braking distance ahead."""
+        """Look its braking distance ahead, so that it can always stop before it may have to."""
         assert self.stretch is not None
         self.look_ahead = LookAhead(env, self, self.stretch.motion.brakes)
 
     def begin_to_brake(self) -> None:
-        """It comes to a stand at its target, even if it could go on meanwhile."""
+        """Brake to a stand at its target, even if it could go on meanwhile."""
         assert self.stretch is not None
         braking, self.stretch = self.stretch.stopped
         self.stands_at = self.until + braking
 
     def going_on(self, now: float) -> tuple[float, Stretch]:
-        """When a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
+        """Return when a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
         assert self.stretch is not None
         if now > self.until + EPS:
             braking, anew = self.stretch.stopped
@@ -410,19 +410,19 @@ class Body:
         return max(now, self.until, self.stands_at), self.stretch
 
     def commit_stretch(self, stretch: Stretch) -> None:
-        """It leaves its lane by a stretch that was worked out before."""
+        """Leave its lane by a stretch that was worked out before."""
         self.stretch = stretch
         if self.train_pace == inf:  # else the ring starts at `until`
             self.line_at = self.until
 
     def commit_length(self, length: float, now: float) -> float:
-        """It drives a further length on its lane, and sets off at the time returned."""
+        """Drive a further length on its lane, and return when it sets off."""
         begin, stretch = self.going_on(now)
         more, self.stretch = stretch.further(length, self.pace)
         return begin + more
 
     def commit_length_under_way(self, length: float) -> bool:
-        """Under way it drives a further length as fast as now; False: that is not possible, and nothing has changed."""
+        """Drive a further length as fast as now, under way; False: not possible, and nothing has changed."""
         if self.stretch is None:
             return True
         if self.stands_at >= self.until:  # it brakes for its target
@@ -434,19 +434,19 @@ class Body:
         return True
 
     def put_off(self, time: float, pace: float) -> float:
-        """It starts late; returns the part of that time that gathering speed takes anyway."""
+        """Start late, and return the part of that time that gathering speed takes anyway."""
         if self.stretch is None:
             return 0.0
         part, self.stretch = self.stretch.later(time, pace)
         return part
 
     def start_at_pace(self, length: float) -> None:
-        """It has stood, and gathers its pace while it waits to drive a length."""
+        """Gather its pace from a stand while it waits to drive a length."""
         if self.stretch is not None:
             _, self.stretch = self.stretch.at_speed(self.pace).further(length, self.pace)
 
     def brake_to_stand(self, now: float) -> float:
-        """It stops where it is, or is sure to get to; returns when it has braked."""
+        """Stop where it is, or is sure to get to, and return when it has braked."""
         if self.stretch is None:
             return now
         braking, self.stretch = self.stretch.stopped
@@ -465,7 +465,7 @@ class Body:
 
     @property
     def time_left(self) -> float:
-        """How long it drives at its pace to the end of its lane."""
+        """The time that it drives at its pace to the end of its lane."""
         lane = self.lane
         return 0.0 if lane is None else (lane.length - self.position(lane.rules.env.now)) / self.pace
 
@@ -478,7 +478,7 @@ class Body:
 
     @property
     def blocker(self) -> Body | None:
-        """The one robot that it waits for, or None if it is not blocked or only waits for time to pass."""
+        """The robot that it waits for, or None if it is not blocked or only waits for time to pass."""
         if self.waiting_behind is not None:
             return self.ahead
         claim = self.claim
@@ -508,7 +508,7 @@ class Body:
         return waited
 
     def kept_out(self, closure: Closure, duration: float) -> None:
-        """An episode of waiting for a lane that was closed: no collision, and counted apart."""
+        """Count an episode of waiting for a lane that was closed: no collision, and counted apart."""
         self.waited += duration
         self.waited_apart[closure.wait] = self.waited_apart.get(closure.wait, 0.0) + duration
         self.encounters += closure.is_person
@@ -534,7 +534,7 @@ class Body:
             lane.rules.log.kept_out(end, self, IN_LIFT, lane.edge[1], lane.edge, duration)
 
     def delay_after(self, now: float) -> float:
-        """The part of its delay that is still to come."""
+        """Return the part of its delay that is still to come."""
         delay = self.delay
         return 0.0 if delay is None or delay.end <= now else delay.end - max(delay.begin, now)
 
@@ -547,26 +547,26 @@ class Body:
         return self.rear_ends - (self.delay is not None and self.delay.end > now and not self.delay.in_lift)
 
     def wait_for(self, claim: Claim, now: float) -> None:
-        """It waits for an intersection and room beyond it, until it holds them."""
+        """Wait for an intersection and room beyond it, until it holds them."""
         self.claim = claim
         self.waiting_since = now
 
     def waits_anew(self, now: float) -> None:
-        """It waits on, for something else: `waiting_since` is the start of the present episode."""
+        """Wait on, for something else: `waiting_since` is the start of the present episode."""
         self.waiting_since = now
 
     def count_wait_at_node(self, duration: float) -> None:
-        """An episode of waiting before an intersection is over."""
+        """Count an episode of waiting before an intersection that is over."""
         self.waited += duration
         self.crossings += 1
 
     def cut_wait_behind(self, left: float, *, begun: bool) -> None:
-        """The run ends before an episode does that was known: what is left of it does not count."""
+        """Cut an episode that was known and is not over when the run ends: what is left of it does not count."""
         self.waited -= left
         self.rear_ends -= not begun
 
     def delay_is_known(self, delay: Delay) -> None:
-        """It will wait behind a slower robot."""
+        """Note that it will wait behind a slower robot."""
         self.delay = delay
         self.driver.notice_delay(delay.begin, delay.end)
 
@@ -583,7 +583,7 @@ class Body:
         self.until = until
 
     def stop_waiting(self, now: float) -> Drive:
-        """It has waited behind another and may go on. The caller says when its drive is due."""
+        """Stop waiting behind another, as it may go on. The caller says when its drive is due."""
         drive, self.waiting_behind = self.waiting_behind, None
         assert drive is not None
         self.driver.notice_wait(waiting=False)
@@ -592,7 +592,7 @@ class Body:
         return drive
 
     def end_waits(self, now: float) -> None:
-        """At the end of a run: the episode that is under way ends here, and one that was to come does not begin."""
+        """End, at the end of a run, the episode that is under way; one that was to come does not begin."""
         if self.delay is not None and self.delay.end > now:
             cut = self._leave_out_of_lift if self.delay.in_lift else partial(self.delay.lane.cut_delay, self)
             cut(self.delay, now)

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class LookAhead:
-    """Looks B ahead for one robot: decides there whether it goes on or brakes.
+    """A look B ahead for one robot: it decides there whether the robot goes on or brakes.
 
     `brakes` is the time in which it loses a unit of speed. `when` is the time of the next decision, inf if none is to
-    come, and `pending` that of the event that comes up for it, at that time or before.
+    come, and `pending` the time of the event for it, then or before.
     """
 
     def __init__(self, env: Environment, robot: Body, brakes: float) -> None:
@@ -41,16 +41,16 @@ class LookAhead:
         self.when = self.pending = math.inf
 
     def limit_on(self, lane: Lane) -> float:
-        """The speed from which it can brake within a lane: the next intersection is claimed from there."""
+        """Return the speed from which it can brake within a lane: the next intersection is claimed from there."""
         room = lane.length if lane.short else lane.stop_line
         return math.sqrt(2 * room / self.brakes)
 
     def distance(self, pace: float) -> float:
-        """The braking distance."""
+        """Return the braking distance."""
         return pace * pace * self.brakes / 2
 
     def expect(self) -> None:
-        """The robot is sure to get to another place: it decides a braking distance before that."""
+        """Decide a braking distance before the place to which the robot is now sure to get."""
         robot = self.robot
         assert robot.stretch is not None
         self.when = robot.until - robot.stretch.braking_distance(robot.braking) / robot.pace
@@ -63,7 +63,7 @@ class LookAhead:
 
     def _look(self, _: Event) -> None:
         now = self.env.now
-        if now < self.pending:  # another comes up for the same decision
+        if now < self.pending:  # another event comes up for this decision
             return
         self.pending = math.inf
         if self.when > now + EPS:

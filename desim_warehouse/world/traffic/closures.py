@@ -36,13 +36,13 @@ class Closure(Protocol):
     is_person: bool
 
     def closed_until(self, now: float) -> float:
-        """When it opens: not after `now` if it is open, inf if it never opens again."""
+        """Return when it opens: not after `now` if it is open, inf if it never opens again."""
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """When it opens for a robot: the same, or earlier if it makes an exception for one that has waited long."""
+        """Return when it opens for a robot: as `closed_until`, or earlier for one that has waited long."""
 
     def expected_until(self, time: float, now: float) -> float:
-        """When it is expected at `now` to be open for a robot that comes at `time`, or an earlier time."""
+        """Return when it is expected at `now` to be open for a robot that comes at `time`, or an earlier time."""
 
 
 class ClosedHours:
@@ -55,16 +55,16 @@ class ClosedHours:
         self.hours = hours
 
     def closed_until(self, now: float) -> float:
-        """When it opens."""
+        """Return when it opens."""
         begin, end = self.hours.following(now)
         return end if begin <= now + EPS < end else now
 
     def opens_for(self, robot: Passer, now: float) -> float:  # noqa: ARG002 - it is open to all or to none
-        """When it opens."""
+        """Return when it opens."""
         return self.closed_until(now)
 
     def expected_until(self, time: float, now: float) -> float:  # noqa: ARG002 - it is known
-        """When it opens for one that comes at `time`."""
+        """Return when it opens for one that comes at `time`."""
         return self.closed_until(time)
 
 
@@ -75,12 +75,12 @@ class Slowness(NamedTuple):
     hours: Hours = ALWAYS
 
     def limit(self, now: float) -> float:
-        """The limit now, inf if there is none."""
+        """Return the limit now, inf if there is none."""
         return self.speed if self.hours.is_open(now) else math.inf
 
 
 class Restrictions:
-    """What keeps robots out of lanes or slows them down, by edge."""
+    """Restrictions by edge: closures that keep robots out of lanes, and limits that slow them down."""
 
     def __init__(self) -> None:
         self.closures: dict[Edge, list[Closure]] = {}
@@ -93,17 +93,17 @@ class Restrictions:
 
     @classmethod
     def of(cls, model: Model, layout: Layout, people: Iterable[PeopleSource]) -> Restrictions:
-        """Those of a model."""
-        found = cls()
+        """Collect the closures and speed limits of a model."""
+        restrictions = cls()
         for closure in model.traffic.closures.values():
-            found.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
+            restrictions.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
         for slow in model.traffic.slow.values():
             if slow.hours is not None:  # the others are limits of the layout
-                found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
+                restrictions.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
         for source in people:
             for aisle in source.aisles:
-                found.close(aisle.edges, aisle)
-        return found
+                restrictions.close(aisle.edges, aisle)
+        return restrictions
 
     def close(self, edges: Iterable[Edge], closure: Closure) -> None:
         """Keep robots out of edges."""
@@ -117,5 +117,5 @@ class Restrictions:
 
 
 def hours_closed(model: Model) -> list[Hours]:
-    """The calendars of the closures of a model."""
+    """Return the calendars of the closures of a model."""
     return [model.hours(name) for name in dict.fromkeys(spec.hours for spec in model.traffic.closures.values())]

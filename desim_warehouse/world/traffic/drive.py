@@ -103,12 +103,12 @@ class Drive:
     def _drive_and_brake(self) -> Generator[Event, object, bool]:
         if self.robot.look_ahead is not None:
             self.robot.look_ahead.drive = self
-        there = yield from self._drive()
-        if there:
+        has_arrived = yield from self._drive()
+        if has_arrived:
             braked = self.robot.brake_to_stand(self.env._now)
             if braked > self.env._now:
                 yield Arrival(self.env, braked)
-        return there
+        return has_arrived
 
     def _drive(self) -> Generator[Event, object, bool]:
         robot = self.robot
@@ -174,7 +174,7 @@ class Drive:
         return lane
 
     def _under_way(self) -> Event:
-        """Due when the robot is there, or at an intersection where it cannot just go on."""
+        """Return an event that is due when the robot is there, or at an intersection where it cannot just go on."""
         event = self.held_up = happened(self.env)
         if self.robot.until > self.env._now:
             self.due(self.robot.until)
@@ -195,7 +195,7 @@ class Drive:
             callback(event)
 
     def _clear_of_node(self, onward: Lane) -> float:
-        """When a robot that sets out from the stop line now leaves the node."""
+        """Return when a robot that sets out from the stop line now leaves the node."""
         robot = self.robot
         if robot.stretch is not None:
             stop = self.stop if self.index + 1 == len(self.route) else None
@@ -207,7 +207,7 @@ class Drive:
         return clear + self._more_time(lane, onward)
 
     def _more_time(self, lane: Lane, onward: Lane) -> float:
-        """Spent at the end of a lane beside its `node_time`: to turn to the next, and for a delay."""
+        """Return the time spent at the end of a lane beside its `node_time`: to turn to the next, and for a delay."""
         robot = self.robot
         time = lane.turn_to(onward) if self.turn_time else 0.0
         return time if robot.delays is None else time + robot.delays.at(robot.moves)
@@ -215,7 +215,7 @@ class Drive:
     def _crossing(
         self, onward: Lane, stop: float | None, now: float, entry: float
     ) -> tuple[float, float, float, Stretch]:
-        """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
+        """Return when a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
 
         Its pace beyond the node is of the instant at which it leaves that, not before `entry`. Unless it stops on the
         node all that it loses is spent where it stands now, and it drives on at a steady pace, by which its followers
@@ -251,7 +251,7 @@ class Drive:
         return begin + late, out + late, clear + late, stretch
 
     def _take_detour(self) -> bool:
-        """A robot held up at an intersection takes another route from there, or not."""
+        """Take another route from the intersection at which a robot is held up, or not."""
         other = self.robot.driver.take_detour(self.route, self.index, self.stop)
         if other is None:
             return False
@@ -268,7 +268,7 @@ class Drive:
         return claim is None or robot.held is None or claim.node is robot.held
 
     def go_round(self, other: Sequence[Lane]) -> None:
-        """Another way from the node that it comes to next. A claim that waits there is for that from now on."""
+        """Take another way from the node that it comes to next. A claim that waits there is for that from now on."""
         self.route, self.index = other, 0
         claim = self.robot.claim
         if claim is None:
@@ -298,7 +298,7 @@ class Drive:
             yield from self._to_node()
 
     def goes_on_early(self, now: float) -> bool:
-        """Before it would have to brake for the stop line it goes on, if the way is free: over the node or up to it."""
+        """Go on, if the way is free, before it would have to brake for the stop line: over the node or up to it."""
         robot, lane, onward = self.robot, self.robot.lane, self.onward
         node: Intersection = lane.end
         if robot.halts_at <= robot.until or (onward is None and self.stop is not None):
@@ -317,7 +317,7 @@ class Drive:
         return True
 
     def _goes_on_from_node(self, onward: Lane | None, now: float) -> bool:
-        """The same where the node at the end of its lane is its own already."""
+        """Whether it may go on from a node that it already holds, at the end of its lane."""
         robot, lane = self.robot, self.robot.lane
         if onward is None or lane.node_time or self._more_time(lane, onward):
             return False  # it stops there
@@ -336,7 +336,7 @@ class Drive:
 
     # In one piece for speed: each part that is a call of its own costs about 1 % of a run.
     def roll(self) -> None:
-        """The robot is where it was sure to get to, and drives on if it can.
+        """Drive on if it can, now that the robot is where it was sure to get to.
 
         Along its lane as far as the robot ahead allows, up to its own stop or the stop line. From there it goes over
         the intersection if both the node and its stand beyond are free.
@@ -424,7 +424,7 @@ class Drive:
     # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
 
     def _rests_beyond(self) -> Lane | None:
-        """The lane on which a robot can next stand clear of the intersection before it, if any."""
+        """Return the lane on which a robot can next stand clear of the intersection before it, if any."""
         route = self.route
         for index in range(self.index, len(route)):
             lane = route[index]
@@ -433,7 +433,7 @@ class Drive:
         return None
 
     def _closes_beyond(self) -> Lane | None:
-        """A lane that closes at times, beyond the intersection before the robot, and too short to stand on.
+        """Return a lane that closes at times, beyond the intersection before the robot, too short to stand on.
 
         It waits where it is until that is open, rather than on the node.
         """
@@ -441,7 +441,7 @@ class Drive:
         return lane if lane is not None and lane.short and lane.closures else None
 
     def _to_node(self) -> Steps:
-        """From the stop line to stand on the intersection."""
+        """Drive from the stop line to stand on the intersection."""
         robot = self.robot
         if robot.held is None:
             if robot.recall_at > self.env._now or robot.lane.end.is_lift:  # out of a cabin it goes on to the next node
@@ -451,7 +451,7 @@ class Drive:
         yield from self._to_end()
 
     def _to_end(self) -> Steps:
-        """Along the lane to its end, all of it granted, and the time at the node spent."""
+        """Drive along the lane to its end, all of it granted, and spend the time at the node."""
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
         yield Arrival(self.env, self._spend_node_time(lane))
@@ -466,14 +466,14 @@ class Drive:
         return robot.until + spent
 
     def _along_short(self, stop: float) -> Steps:
-        """Farther along a lane that is too short to stand clear of its nodes, with its end held."""
+        """Drive farther along a lane that is too short to stand clear of its nodes, with its end held."""
         robot = self.robot
         robot.lane.commit(robot, stop, self.env._now)
         yield Arrival(self.env, robot.until)
         robot.arrive()
 
     def _from_node(self) -> Generator[Event, object, Departure]:
-        """From a bay or an intersection onto the next lane where the robot can stand."""
+        """Drive from a bay or an intersection onto the next lane where the robot can stand."""
         robot = self.robot
         if robot.held is None:
             yield from self._out_of_bay()
@@ -507,7 +507,7 @@ class Drive:
                 return Departure.THERE
 
     def _out_of_bay(self) -> Steps:
-        """From a bay or station onto the node beside it, or back from where it was cleared off the lanes."""
+        """Go from a bay or station onto the node beside it, or back from where it was cleared off the lanes."""
         robot = self.robot
         if robot.halts_at <= self.env._now:
             yield from self._halt()
@@ -518,13 +518,13 @@ class Drive:
         robot.driver.left_bay()
 
     def _turn(self, onward: Lane) -> None:
-        """On a node: turn to the next lane, also while waiting to be let in. Out of a bay it faces the lane already."""
+        """Turn on a node to the next lane, also while waiting to be let in. Out of a bay it faces the lane already."""
         robot = self.robot
         if self.turn_time and robot.lane is not None:
             robot.turn_on_node(robot.lane.turn_to(onward), self.env._now)
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
-        """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
+        """Drive over a lane too short to stand on, holding its end before it sets off, also while it halts.
 
         And over those beyond it that are as short, as long as they are free: a grid of cells costs one event a cell.
         """
@@ -536,7 +536,7 @@ class Drive:
         yield event
 
     def _set_out_over_short(self, onward: Lane, target: float, now: float, *, early: bool = False) -> None:
-        """From the node it holds over a short lane whose end is granted, where the drive is due.
+        """Set out from the node it holds over a short lane whose end is granted, where the drive is due.
 
         `early`: one that looks ahead is let in before it is at the node, and its drive is due there already.
         """
@@ -554,15 +554,15 @@ class Drive:
             if node.claims:
                 node.freed(now)
         # The time at the node is spent where it gets there: it may stop short of it.
-        there = self._spend_node_time(onward) if target == onward.length else robot.until
+        arrival = self._spend_node_time(onward) if target == onward.length else robot.until
         if early:
-            self.there = there
+            self.there = arrival
             return
         self.callbacks = ROLL  # as `due` does
-        heappush(env._queue, (there, NORMAL, next(env._eid), self))
+        heappush(env._queue, (arrival, NORMAL, next(env._eid), self))
 
     def _cross_next_short(self, now: float, *, early: bool = False) -> bool:
-        """From the end of a short lane: set out over the next, if that is short too and the way is free."""
+        """Set out from the end of a short lane over the next, if that is short too and the way is free."""
         robot, index = self.robot, self.index
         if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None) or not robot.lane.short:
             return False

@@ -1,4 +1,4 @@
-"""What traffic asks of a robot, and tells it, about the body that it drives."""
+"""Drivers: what traffic asks of a robot, and tells it, about the body that it drives."""
 
 from __future__ import annotations
 
@@ -15,40 +15,46 @@ if TYPE_CHECKING:
 
 
 class Driver(Protocol):
-    """Who decides for a body and learns what happens to it: a robot."""
+    """A robot, as its body knows it: it decides, and learns what happens to the body."""
 
     def left_bay(self) -> None:
-        """It has just left the bay it stood in."""
+        """Note that it has just left the bay it stood in."""
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot held up before `route[index]`, or None to wait. Asked while `detours` are left."""
+        """Return another route if held up before `route[index]`, or None to wait. Asked while `detours` are left."""
+
+    def give_way(self) -> None:
+        """Go on to a bay, if it rests where it is, as others wait for it."""
 
     def notice_wait(self, waiting: bool) -> None:
-        """It begins, or ends, to wait in traffic."""
+        """Note that it begins, or ends, to wait in traffic."""
 
     def notice_delay(self, begin: float, end: float) -> None:
-        """It is known that it will wait in traffic from `begin` to `end`."""
+        """Note that it will wait in traffic from `begin` to `end`."""
 
     def halt(self, drive: Drive) -> Steps:
-        """A breakdown is due: the robot stands until it is repaired, or cleared off the lanes. Never in a bay."""
+        """Stand until a due breakdown is repaired, or the robot is cleared off the lanes. Never in a bay."""
 
 
 class NoDriver:
-    """For bodies that only follow routes."""
+    """A driver of bodies that only follow routes."""
 
     def left_bay(self) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
-        """None: it waits."""
+        """Return None: it waits."""
         return None
 
-    def notice_wait(self, waiting: bool) -> None:
+    def give_way(self) -> None:
         """Nothing to do."""
+
+    def notice_wait(self, waiting: bool) -> None:
+        """Do nothing."""
 
     def notice_delay(self, begin: float, end: float) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def halt(self, drive: Drive) -> Steps:  # noqa: ARG002
-        """It never breaks down."""
+        """Do nothing: it never breaks down."""
         yield from ()

@@ -1,4 +1,4 @@
-"""What closures and people leave in the log, and how often robots and people meet.
+"""Rows of closures and people in the log, and how often robots and people meet.
 
 Both come and go whatever robots do, so their rows are written at the end of a run, and so is who was in an aisle when a
 person came.
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 
 def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, list[tuple[float, float]]]:
-    """For each edge that closes by calendar when it is closed, from the start of a run to `end`."""
-    found: defaultdict[Edge, list[tuple[float, float]]] = defaultdict(list)
+    """Return for each edge that closes by calendar when it is closed, from the start of a run to `end`."""
+    closed: defaultdict[Edge, list[tuple[float, float]]] = defaultdict(list)
     for closure in model.traffic.closures.values():
         hours = model.hours(closure.hours)
         stretches = []
@@ -36,19 +36,19 @@ def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, lis
             stretches.append((max(begin, 0.0), until))
             begin, until = hours.following(until) if math.isfinite(until) else (math.inf, math.inf)
         for edge in edges_of(layout, closure.members):
-            found[edge] = merged([*found[edge], *stretches])
-    return found
+            closed[edge] = merged([*closed[edge], *stretches])
+    return closed
 
 
 def record_closures(log: Log, model: Model, layout: Layout, end: float) -> None:
-    """A row when an edge closes, and when it opens."""
+    """Write a row when an edge closes, and when it opens."""
     for edge, stretches in closed_stretches(model, layout, end).items():
         for begin, until in stretches:
             log.closed(edge, begin, until)
 
 
 def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
-    """A row for each edge of an aisle when a person comes into it, and when they leave, in order of time."""
+    """Write rows when a person comes into an aisle, one for each edge, and when they leave, in order of time."""
     for source in people:
         source.come(end)
     for number, visit in enumerate(_in_order(people)):
@@ -58,8 +58,8 @@ def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
 def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[Start]) -> None:
     """Add to what robots have counted that people came into an aisle with them, and tally the visits of people.
 
-    `visits` begin in the counted time, of which `time` is the sum for all people and `shared` that with a robot in the
-    same aisle.
+    `visits` begin in the counted time; `time` is their time within it for all people, and `shared` the part with a
+    robot in the aisle.
     """
     stays = _stays(log, starts)
     visits, time, shared = 0, [0.0], [0.0]
@@ -90,7 +90,7 @@ Stay = tuple[int, float, float]
 
 
 class Stays(NamedTuple):
-    """The robots on an edge, in the order in which they came, and for each the latest time at which one of them left.
+    """The robots on an edge, in the order in which they came, with the latest time up to each at which one left.
 
     One that is cleared off the edge may leave it before the robots ahead of it.
     """
@@ -99,7 +99,7 @@ class Stays(NamedTuple):
     latest: list[float]
 
     def overlapping(self, begin: float, end: float) -> Iterator[Stay]:
-        """Robots that are there at some time from `begin` to `end`."""
+        """Iterate over robots that are there at some time from `begin` to `end`."""
         for rank in range(bisect_right(self.latest, begin), len(self.each)):
             robot, since, until = self.each[rank]
             if since >= end and since > begin:
@@ -109,19 +109,19 @@ class Stays(NamedTuple):
 
 
 def _stays(log: Log, starts: Sequence[Start]) -> dict[Edge, Stays]:
-    """The robots on each edge. The last may still be there at the end."""
+    """Return the robots on each edge. The last may still be there at the end."""
     where: dict[int, tuple[Edge, float]] = {
         robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
     }
-    found: defaultdict[Edge, list[Stay]] = defaultdict(list)
+    stays: defaultdict[Edge, list[Stay]] = defaultdict(list)
     for row in log.of(*PLACES):
         if row.robot in where:
             left, since = where.pop(row.robot)
-            found[left].append((row.robot, since, row.time))
+            stays[left].append((row.robot, since, row.time))
         if row.edge is not None:
             where[row.robot] = row.edge, row.time
     for robot, (edge, since) in where.items():
-        found[edge].append((robot, since, log.end))
-    for each in found.values():
+        stays[edge].append((robot, since, log.end))
+    for each in stays.values():
         each.sort(key=lambda stay: stay[1:])
-    return {edge: Stays(each, list(accumulate((stay[2] for stay in each), max))) for edge, each in found.items()}
+    return {edge: Stays(each, list(accumulate((stay[2] for stay in each), max))) for edge, each in stays.items()}

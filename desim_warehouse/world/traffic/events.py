@@ -28,10 +28,10 @@ class Clock(Environment):
 
     now: float = 0.0  # a property in SimPy
     ticks: int = 0
-    """How many of the scheduled events are those of clocks that go on whatever happens (`tick`)."""
+    """How many scheduled events belong to clocks that go on whatever happens (`tick`)."""
 
     def step(self) -> None:
-        """The next event, in SimPy's own loop (`run`): it sets its private time only, which `now` would not follow."""
+        """Run the next event, in SimPy's own loop (`run`): its private time alone would leave `now` behind."""
         if self._queue:
             self.now = self._queue[0][0]
         super().step()
@@ -83,21 +83,21 @@ class Clock(Environment):
 
 
 def happened(env: Environment) -> Event:
-    """An event that has succeeded already but is not scheduled: its holder says when its callbacks are called."""
+    """Make an event that has succeeded but is not scheduled: its holder says when its callbacks are called."""
     event = Event(env)
     event._ok, event._value = True, None
     return event
 
 
 def end_of_instant(env: Environment, priority: EventPriority, delay: float = 0.0) -> Event:
-    """Due `delay` from now, by its priority among the events of that instant."""
+    """Make an event that is due `delay` from now, by its priority among the events of that instant."""
     event = happened(env)
     env.schedule(event, priority=priority, delay=delay)
     return event
 
 
 class Arrival(Event):
-    """Due at a time that is given, not at a delay from now: without the rounding of `now + delay`."""
+    """An event due at a given time, not at a delay from now: without the rounding of `now + delay`."""
 
     def __init__(self, env: Environment, time: float) -> None:
         self.env = env

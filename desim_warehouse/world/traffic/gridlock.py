@@ -50,14 +50,38 @@ class Gridlock:
         self.mixed = mixed
         self.rule = rule
         self.rotations = 0
+        self._bodies: list[Body] = []
+        self._resting: dict[Body, None] = {}
+
+    # Robots that rest on lanes or nodes, until others wait for them
+
+    def know(self, robot: Body) -> None:
+        """Take note of a robot that may rest on lanes, or wait for one that does."""
+        self._bodies.append(robot)
+
+    def rests(self, robot: Body) -> None:
+        """Note that a robot rests where it stands, until others wait for it."""
+        self._resting[robot] = None
+
+    def goes_on(self, robot: Body) -> None:
+        """Note that it no longer does."""
+        self._resting.pop(robot, None)
+
+    def is_waited_for(self, robot: Body) -> bool:
+        """Return whether others wait for a robot, which then may not rest; with `avoid`, whether any robot waits."""
+        if self.rule == "avoid":
+            return any(other.is_waiting for other in self._bodies)
+        return any(other.blocker is robot for other in self._bodies)
 
     def check(self, robot: Body) -> None:
         """Follow who waits for whom from a robot that has just become blocked, and turn the ring if there is one.
 
         A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
-        closes on itself.
+        closes on itself, or ends at a robot that rests: that one gives way.
         """
-        if self.rule == "avoid":
+        if self.rule == "avoid":  # why a step is refused has no single reason
+            for resting in list(self._resting):
+                resting.driver.give_way()
             return
         last, member, seen = robot, robot.blocker, {robot}
         while member is not None and member not in seen:
@@ -66,6 +90,8 @@ class Gridlock:
         if member is None:
             if last.claim is not None:  # the chain may be a ring when a lane that is closed opens
                 last.claim.node.wait_for_opening(last.claim, self.env._now)
+            elif last in self._resting:
+                last.driver.give_way()
             return
         ring = [member]
         while (after := ring[-1].blocker) is not member:
@@ -112,7 +138,7 @@ class Gridlock:
     def _turn(self, ring: list[Body]) -> None:
         """Let the heads of a ring's lanes go all at once, or one of them where the ring would cross itself.
 
-        Each gets nearer to where it is going, so with routes that end all work does.
+        Each gets nearer to where it is going, and routes are finite, so all work ends.
         """
         now = self.env.now
         if self.rule == "stop":
@@ -129,7 +155,7 @@ class Gridlock:
         claims = [robot.claim for robot in ring if robot.claim is not None]
         passed = set()
         for claim in claims:
-            # A figure of eight passes this free node twice. The one that waits on it makes a gap, and the two loops
+            # A figure of eight passes this free node twice. The robot that waits on it makes a gap, and the two loops
             # turn one after the other; sent another way, two full loops would change places for ever.
             if claim.node.holder is None and claim.node in passed:
                 claim.node.award(claim, None)
@@ -152,14 +178,14 @@ class Gridlock:
 
     @staticmethod
     def _keep_together(ring: list[Body], now: float) -> None:
-        """A ring turns as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
+        """Turn a ring as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
 
         And all of it starts at one time, when the last has braked and gathered speed.
         """
         claims = [robot.claim for robot in ring if robot.claim is not None]
         drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
         slowest = min(
-            *(min(robot.speed, robot.pace) for robot in ring), *(one.pace_on(lane, now) for one, lane in drives)
+            *(min(robot.speed, robot.pace) for robot in ring), *(member.pace_on(lane, now) for member, lane in drives)
         )
         for robot in ring:
             robot.turn_with_ring(slowest)

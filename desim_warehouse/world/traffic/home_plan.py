@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class DeclaredRoute:
-    """What a robot has still to use, in order, and where it stands: nowhere (-1) while it is in a bay.
+    """The trail that a robot has yet to use, in order, and where it stands: nowhere (-1) while it is in a bay.
 
     A trail has a mark before the first lane of a zone of one direction, and one after the node at its end there.
     `direction` is the one in which the robot drives a zone now.
@@ -64,14 +64,14 @@ class Declared:
         self.users: dict[Step, dict[Body, int]] = defaultdict(dict)
 
     def add(self, robot: Body, route: DeclaredRoute) -> None:
-        """A robot has declared a route, or another before it has set out."""
+        """Note a route that a robot has declared, or another before it has set out."""
         if robot in self.routes:
             self.drop(robot)
         self.routes[robot] = route
         self.count(robot, route.trail[route.at + 1 :], 1)
 
     def replace(self, robot: Body, rest: list[Step]) -> list[Step]:
-        """A robot that is out has other steps still to use. Returned are those that it had."""
+        """Give a robot that is out other steps to use, and return the steps that it had."""
         route = self.routes[robot]
         old = route.trail[route.at + 1 :]
         self.count(robot, old, -1)
@@ -80,12 +80,12 @@ class Declared:
         return old
 
     def drop(self, robot: Body) -> None:
-        """A robot is in a bay or station."""
+        """Drop the route of a robot that is in a bay or station."""
         route = self.routes.pop(robot)
         self.count(robot, route.trail[route.at + 1 :], -1)
 
     def count(self, robot: Body, steps: Iterable[Step], change: int) -> None:
-        """A robot has these steps still to use (1), or no longer (-1)."""
+        """Count steps that a robot has still to use (1), or no longer (-1)."""
         for step in steps:
             users = self.users[step]
             number = users.get(robot, 0) + change
@@ -96,9 +96,9 @@ class Declared:
 
 
 def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection | None = None) -> list[Step]:
-    """The nodes and lanes on which a robot can stand along a route from a node, in order, without short lanes.
+    """Return the nodes and lanes on which a robot can stand along a route from a node, in order, without short lanes.
 
-    `direction` is that of a zone in which the robot comes to the node, or stands on it.
+    `direction`: of a zone in which the robot comes to the node, or stands on it.
     """
     trail: list[Step] = [node]
     for lane in route:
@@ -119,7 +119,7 @@ def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection
 class HomePlan:
     """Whether a state is safe, where robots can make way for others on one-way lanes (a `Test` of the guard).
 
-    `moves` are those of every robot that is out, the last of them home. A robot under way stands where it is going to.
+    `moves`: of every robot that is out, the last of them home. A robot under way stands where it is going to.
     """
 
     __slots__ = ("_at_refuges", "_by_rank", "_ranks", "declared", "moves", "stands")
@@ -135,25 +135,25 @@ class HomePlan:
     # What happens on the lanes
 
     def starts(self, robot: Body) -> None:
-        """A robot stands on the lanes at the start of a run: `check` has seen that all there can come home."""
+        """Take a robot on the lanes at the start of a run: `check` has seen that all there can come home."""
         self.stands.put(robot, _held(self.declared.routes[robot]))
         self._search([*self.stands.held])
 
     def left(self, robot: Body) -> None:
-        """A robot is off the lanes."""
+        """Drop the moves of a robot that is off the lanes."""
         if robot in self.stands.held:
             self.stands.take(robot)
             self._drop(robot)
 
     def first(self) -> Body | None:
-        """Whose move is the first: no other robot has to move before it, so its claim must not go unheard."""
+        """Return the robot whose move is the first: none has to move before it, so its claim must not go unheard."""
         ranks, by_rank = self._ranks, self._by_rank
         while ranks and ranks[0] not in by_rank:
             del ranks[0]
         return by_rank[ranks[0]] if ranks else None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
-        """The robots that no plan was found for, now that a robot has taken a step; None if there is a plan."""
+        """Return the robots that no plan was found for, now that a robot has taken a step; None if there is a plan."""
         route = self.declared.routes[robot]
         before = self.stands.take(robot) if robot in self.stands.held else None
         self.stands.put(robot, _held(route))
@@ -167,22 +167,22 @@ class HomePlan:
         return blockers
 
     def after_change(self, robot: Body) -> Collection[Body] | None:
-        """The same of a robot that has taken another route: its old moves say nothing of that."""
+        """Replan a robot that changed its route, as its old moves no longer apply; see `after_step`."""
         return self._search([robot])
 
     # Put first
 
     def _put_first(self, robot: Body, route: DeclaredRoute) -> bool:
         """Whether the plan holds with the step, just taken, before it."""
-        moves, to = self.moves[robot], route.at
+        moves, target = self.moves[robot], route.at
         done = 0
-        while moves[done][1] < to:
+        while moves[done][1] < target:
             done += 1
         leaves = moves[done][0]  # from then on the robot is where the plan has it
         for stand in self.stands.held[robot]:
             if self._is_used(stand, robot, leaves):
                 return False
-        if moves[done][1] == to:
+        if moves[done][1] == target:
             done += 1
         if done:
             for rank, _ in moves[:done]:
@@ -236,19 +236,19 @@ class HomePlan:
     def _from_then(
         self, robot: Body, route: DeclaredRoute, later: list[Move], when: float, rank: float
     ) -> list[Move] | None:
-        """The moves of a robot that drives on just before some move of the plan, as far as its way is free then."""
+        """Return the moves of a robot that drives on just before a move of the plan, as far as its way is free then."""
         trail, refuges = route.trail, self.stands.refuges
         taken = self._refuges_taken(robot, when)
-        found = []
+        refuges_ahead = []
         for index in range(route.at + 1, len(trail)):
             step = trail[index]
             if step in taken or self._is_there(step, robot, when):
                 break
             if step in refuges:
-                found.append(index)
+                refuges_ahead.append(index)
         else:
             return [(rank, len(trail))]
-        for index in reversed(found):
+        for index in reversed(refuges_ahead):
             rest = [move for move in later if move[1] > index]
             leaves = rest[0][0]
             if not any(when <= used < leaves for used in self._uses(trail[index], robot)):
@@ -256,16 +256,16 @@ class HomePlan:
         return None
 
     def _uses(self, stand: Step, robot: Body) -> Iterator[float]:
-        """The ranks of moves by which other robots come to a stand or pass it."""
+        """Iterate over the ranks of moves by which other robots come to a stand or pass it."""
         for other in self.declared.users.get(stand, ()):
             moves = self.moves.get(other)
             if moves is not None and other is not robot:
                 route = self.declared.routes[other]
-                at = route.at
+                place = route.at
                 for rank, upto in moves:
-                    if stand in route.trail[at + 1 : upto + 1]:
+                    if stand in route.trail[place + 1 : upto + 1]:
                         yield rank
-                    at = upto
+                    place = upto
 
     def _is_there(self, step: Step, robot: Body, when: float) -> bool:
         """Whether another robot stands on a stand now and has not left it before some move of the plan."""
@@ -273,7 +273,7 @@ class HomePlan:
         return any(other is not robot and self.moves[other][0][0] >= when for other in line)
 
     def _refuges_taken(self, robot: Body, when: float) -> set[Step]:
-        """The refuges to which other robots have made way just before some move of the plan."""
+        """Return the refuges to which other robots have made way just before some move of the plan."""
         taken = set()
         for other in list(self._at_refuges):
             moves = self.moves.get(other, ())
@@ -328,7 +328,7 @@ class HomePlan:
         return self._ranks[-1] + 1 if self._ranks else 0.0
 
     def _just_before(self, rank: float) -> float | None:
-        """A rank below another and above all that are below that; None if numbers are too coarse for one more."""
+        """Return a rank below another and above all below that; None if numbers are too coarse for one more."""
         index = bisect_left(self._ranks, rank)
         if not index:
             return rank - 1
@@ -342,6 +342,6 @@ class HomePlan:
 
 
 def _held(route: DeclaredRoute) -> tuple[Step, ...]:
-    """What a robot stands on: its stand, and the mark of the direction that it keeps others from in a zone."""
+    """Return what a robot stands on: its stand, and the mark of the direction it keeps others from in a zone."""
     assert route.stands is not None
     return (route.stands,) if route.direction is None else (route.stands, route.direction.opposite)

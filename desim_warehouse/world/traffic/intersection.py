@@ -51,12 +51,12 @@ class Claim(Event):
         self.attribute(self.met)
 
     def attribute(self, closure: Closure | None) -> None:
-        """From now on a closure is in the way, or other robots are (None)."""
+        """Attribute the wait from now on to a closure, or to other robots (None)."""
         self.because = closure
         self.kept_out_of = self.over if self.over is not None and closure in self.over.closures else self.lane
 
     def go_for(self, lane: Lane | None, over: Lane | None) -> None:
-        """From now on it is for room on other lanes: the robot goes another way from there."""
+        """Claim room on other lanes from now on: the robot goes another way from there."""
         self.give_up_room()
         self.lane, self.over = lane, over
         if lane is not None:
@@ -64,13 +64,13 @@ class Claim(Event):
 
     @property
     def shut_by(self) -> Closure | None:
-        """What keeps the robot out of a lane now, so that only time keeps it waiting."""
-        if self.lane is not None and self.lane.closures and (found := self.lane.shut_by(self.robot)) is not None:
-            return found
+        """The closure that keeps the robot out of a lane now, so that only time keeps it waiting."""
+        if self.lane is not None and self.lane.closures and (closure := self.lane.shut_by(self.robot)) is not None:
+            return closure
         return None if self.over is None else self.over.shut_by(self.robot)
 
     def give_up_room(self) -> None:
-        """From now on it is for the intersection alone: the robot goes another way from there."""
+        """Claim the intersection alone from now on: the robot goes another way from there."""
         if self.because is not None:
             self.node.now_waits_for(self, None, self.env.now)
         if self.lane is not None:
@@ -145,7 +145,7 @@ class Intersection:
         return self.opens_at(robot, via) <= now + EPS
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:
-        """When the robot that passed last is far enough beyond it for one that comes `via` a lane."""
+        """Return when the robot that passed last is far enough beyond it for one that comes `via` a lane."""
         left_on = self.left_on
         if left_on is None:
             return -math.inf
@@ -183,7 +183,7 @@ class Intersection:
         self.count_claim(claim, claim.other, self.rules.env._now)
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
-        """It is the robot's, and with it room on `lane`."""
+        """Give it to the robot, and with it room on `lane`."""
         self.holder = robot
         robot.hold(self, lane)
         if lane is not None:
@@ -216,7 +216,7 @@ class Intersection:
     def serve(self, now: float) -> None:
         """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
         guard = self.rules.guard
-        for claim in self.claims:  # one that has no room is passed over: the node is for those who have
+        for claim in self.claims:  # a claim without room is passed over: the node is for claims with room
             if claim.has_room:
                 if claim.because is not None:
                     self.now_waits_for(claim, None, now)
@@ -260,7 +260,7 @@ class Intersection:
             Arrival(self.rules.env, when).callbacks.append(self._opened)
 
     def _opened(self, _: Event) -> None:
-        """A lane beyond it has opened: some robots that were kept out may now close a ring."""
+        """Look at robots that were kept out of a lane that has opened: they may now close a ring."""
         self.opening = math.inf
         now: float = self.rules.env._now
         for claim in self.claims:
@@ -274,7 +274,7 @@ class Intersection:
     # Leaving it
 
     def passed(self, robot: Body, onward: Lane, time: float) -> None:
-        """A robot's centre leaves it for a lane at `time`. The last to do so counts."""
+        """Note that a robot's centre leaves it for a lane at `time`. The last to do so counts."""
         if self.holder is robot:  # in a rotation it may be the next robot's already
             self.holder = None
         if time >= self.left_at:
@@ -284,7 +284,7 @@ class Intersection:
             self.left_pace = robot.pace
 
     def freed(self, now: float) -> None:
-        """It is free and has claims: serve them. Robots that now wait for room only may have closed a ring.
+        """Serve its claims, as it is free. Robots that now wait for room only may have closed a ring.
 
         With a robot becoming blocked, and a node opening again, this is one of the three moments at which rings close.
         """
@@ -294,7 +294,7 @@ class Intersection:
                 self.rules.gridlock.check(claim.robot)
 
     def now_waits_for(self, claim: Claim, closure: Closure | None, now: float) -> None:
-        """Something else is in the way from now on: a closure (None: robots); what a robot has waited is an episode.
+        """Note that something else is in the way now: a closure (None: robots); the wait so far is an episode.
 
         Not where one person goes and another stays: it still waits for people.
         """
@@ -308,7 +308,7 @@ class Intersection:
         claim.robot.waits_anew(now)
 
     def count_claim(self, claim: Claim, other: Body | None, end: float) -> None:
-        """An episode of waiting for a claim: a collision, or, where a closure is in the way, none."""
+        """Count an episode of waiting for a claim: a collision, or, where a closure is in the way, none."""
         robot, closure = claim.robot, claim.because
         duration = end - robot.waiting_since
         if duration <= EPS:
@@ -322,7 +322,7 @@ class Intersection:
             self.rules.log.kept_out(end, robot, closure.wait, self.name, claim.kept_out_of.edge, duration)
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
-        """One collision: an episode of waiting before this intersection that ends at `end`."""
+        """Count a collision: an episode of waiting before this intersection that ends at `end`."""
         self.waits += 1
         self.blocked += duration
         robot.count_wait_at_node(duration)
@@ -331,7 +331,7 @@ class Intersection:
 
 
 def _pace_by(robot: Body, via: Lane) -> float:
-    """How fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
+    """Return how fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
     pace = min(robot.speed, via.limit)
     return max(pace, robot.pace) if robot.lane is via else pace
 
@@ -346,15 +346,15 @@ class FreeIntersection(Intersection):
     __slots__ = ()
 
     def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002
-        """Always."""
+        """Whether it is open: always."""
         return True
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002
-        """It never closes."""
+        """Return when it opens: it never closes."""
         return -math.inf
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
-        """The robot may stand on it, with others, and has room on `lane`."""
+        """Let the robot stand on it, with others, with room on `lane`."""
         robot.hold(self, lane)
         if lane is not None:
             lane.entering = robot

@@ -29,7 +29,7 @@ class Lane:
     lane has no room to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins
     two nodes of one intersection, and counts as short. `stop_line` is D before the end, where a robot claims what comes
     next. At the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
-    other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
+    other's `twin`: robots are on one of them only. `zone_direction`: of a zone used in one direction at a time.
     `tail` and `head` are the points it joins (x + iy). `out_at` and `out_pace` say when and how fast the last robot
     left its end, `out_since` when it set out from the stop line if it stood there after it had left the queue.
     """
@@ -114,11 +114,11 @@ class Lane:
         self.blocked = 0.0
 
     def limit_at(self, time: float) -> float:  # noqa: ARG002 - see RestrictedLane
-        """The speed limit for a robot that enters it at a time."""
+        """Return the speed limit for a robot that enters it at a time."""
         return self.limit
 
     def turn_to(self, onward: Lane) -> float:
-        """How long a robot that comes by this lane turns on the node before it can leave by another."""
+        """Return how long a robot that comes by this lane turns on the node before it can leave by another."""
         time = self.turns.get(onward)
         if time is None:
             time = self.turns[onward] = self.rules.turn_time * turn(self.heading, onward.heading) / (math.pi / 2)
@@ -135,22 +135,22 @@ class Lane:
         return last is None or last.target >= 2 * self.headway - EPS  # one D for each of the two
 
     def shut_by(self, robot: Body) -> Closure | None:  # noqa: ARG002 - see RestrictedLane
-        """What keeps a robot out now, if the lane is closed."""
+        """Return what keeps a robot out now, if the lane is closed."""
         return None
 
     def _is_clear_for(self, robot: Body) -> bool:
-        """Of a two-way lane: whether no robot comes towards it. One that turns back at its end meets only itself."""
+        """Whether no robot comes towards it on a two-way lane. One that turns back at its end meets only itself."""
         assert self.twin is not None
         other = self.twin.last
         return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
 
     @property
     def lane_of_both(self) -> Lane:
-        """The same lane for both directions of a two-way one."""
+        """The lane that stands for both directions of a two-way lane."""
         return self if self.twin is None or self.edge < self.twin.edge else self.twin
 
     def clear_stop(self, stop: float) -> float:
-        """Where a robot stops that wants to stop at `stop`: D clear of the nodes.
+        """Return where a robot stops that wants to stop at `stop`: D clear of the nodes.
 
         Nearer it would keep others off the node while it loads, and a ring could not turn past it.
         """
@@ -161,7 +161,7 @@ class Lane:
         return max(min(stop, self.length) if self.short else min(stop, self.stop_line), self.headway)
 
     def made_room(self, behind: Body | None, now: float) -> None:
-        """There is more room before the robot `behind`, or (None) at the lane's start, for those who wait."""
+        """Let waiting robots use more room before the robot `behind`, or (None) at the lane's start."""
         if behind is None:
             if self.wanted:
                 self.start.serve(now)
@@ -171,7 +171,7 @@ class Lane:
     # The queue
 
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
-        """A robot leaves the node at the lane's start at `clear`, bound for `stop` or the stop line, as the last.
+        """Let a robot enter as the last: it leaves the node at the start at `clear`, for `stop` or the stop line.
 
         Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it is D behind all the
         way, and one event still takes it there.
@@ -198,20 +198,20 @@ class Lane:
         self.passages += 1
 
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
-        """How much later than at `clear` a robot enters, at the pace that it has from now on."""
+        """Return how much later than at `clear` a robot enters, at the pace that it has from now on."""
         robot.take_pace_of(self, clear)
         if ahead is None and self.out_at <= clear >= self.out_since and not robot.braking:
             return 0.0  # the last that left is off the lane by then
         return self.free_at(robot, ahead, 0.0, target, clear) - (clear + target / robot.pace)
 
     def first_target(self, stop: float | None) -> float:
-        """How far a robot that enters the lane now commits to drive on it (see `enter`)."""
+        """Return how far a robot that enters the lane now commits to drive on it (see `enter`)."""
         goal = self.stop_line if stop is None else stop
         last = self.last
         return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
 
     def enter_standing(self, robot: Body, since: float) -> None:
-        """A robot that stood on the node at the lane's start is on this short lane from `since` on, at 0."""
+        """Put a robot that stood on the node at the lane's start on this short lane from `since` on, at 0."""
         if self.rules.mixed:
             robot.take_pace_of(self, since)
         robot.onto_short_lane(self, self.last, since)
@@ -219,7 +219,7 @@ class Lane:
         self.passages += 1
 
     def place(self, robot: Body, position: float) -> None:
-        """A robot stands here at the start of a run, as the last."""
+        """Put a robot here at the start of a run, as the last."""
         robot.begin_on_lane(self, self.last, position)
         self.last = robot
 
@@ -229,7 +229,7 @@ class Lane:
         self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
-        """Those behind a robot that has made way come up, down the queue: who waits sets off, who drives drives on.
+        """Let robots behind one that has made way come up, down the queue: waiting ones set off, others drive on.
 
         So the target of every robot is as far as its goal and the robot ahead allow, also while it drives: a platoon
         flows as one. Each is woken when it is at its new target: a queue moves up by one event a robot.
@@ -270,7 +270,7 @@ class Lane:
             rules.log.drive(robot, since)
 
     def _put_off(self, robot: Body, ahead: Body | None, pace: float, since: float, late: float, end: float) -> None:
-        """A robot starts late behind a slower one, or behind one that gathers speed as it has to do itself."""
+        """Put off the start of a robot behind a slower one, or behind one that still gathers speed."""
         if robot.stretch is not None:
             part = robot.put_off(late, pace)
             since, late = since + part, late - part
@@ -304,7 +304,7 @@ class Lane:
         return True
 
     def free_at(self, robot: Body, ahead: Body | None, start: float, target: float, since: float) -> float:
-        """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
+        """Return when a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
         Coming later than it could counts as waiting.
         Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
@@ -322,14 +322,14 @@ class Lane:
         return free
 
     def _clear_at(self, ahead: Body | None, place: float, pace: float) -> float:
-        """When the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
+        """Return when the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
         if ahead is not None:
             return ahead.passes(place + self.headway)
         beyond = place - (self.length - self.headway)
         return self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
-        """One collision: an episode of waiting behind `other` on this lane that ends at `end`.
+        """Count a collision: an episode of waiting behind `other` on this lane that ends at `end`.
 
         However often a robot would stop and start in small steps meanwhile: counted so, S grows without limit as the
         steps shrink.
@@ -342,7 +342,7 @@ class Lane:
             self.rules.log.collision(end, robot, other, None, self.edge, duration)
 
     def cut_delay(self, robot: Body, delay: Delay, now: float) -> None:
-        """The run ends before a delay that was counted is over: what is left of it does not count."""
+        """Cut a delay that was counted and is not over when the run ends: what is left of it does not count."""
         left = robot.delay_after(now)
         begun = delay.begin < now - EPS
         robot.cut_wait_behind(left, begun=begun)
@@ -379,11 +379,11 @@ class RestrictedLane(Lane):
         self.usual = limit
 
     def limit_at(self, time: float) -> float:
-        """The speed limit at a time."""
+        """Return the speed limit at a time."""
         return min((slowness.limit(time) for slowness in self.slow), default=self.usual)
 
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
-        """The same, and its pace is of the instant at which it enters.
+        """Return how much later a robot enters, at the pace that holds at the instant at which it does.
 
         Put off until after the limit has changed, it may enter as it changes, at another pace.
         """
@@ -401,7 +401,7 @@ class RestrictedLane(Lane):
         return late
 
     def shut_by(self, robot: Body) -> Closure | None:
-        """What keeps a robot out now. A robot in a lane of the same closure is not kept out."""
+        """Return what keeps a robot out now. A robot in a lane of the same closure is not kept out."""
         now: float = self.rules.env._now
         for closure in self.closures:
             if closure.opens_for(robot, now) > now and not self._is_reached_within(closure, robot.lane):

@@ -1,4 +1,4 @@
-"""How robots gather speed and brake: what a drive takes beyond its length at a steady pace, exactly.
+"""Acceleration and braking of robots: what a drive takes beyond its length at a steady pace, exactly.
 
 A *stretch* is what a robot drives from one stand to the next, in pieces of a length and a speed limit. Its
 time-optimal drive accelerates to the limit, keeps to it, and brakes in time for a slower piece or a stop. Each piece
@@ -6,7 +6,7 @@ then takes its length / limit and a time lost, which is known in closed form (a 
 short pieces). In traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no
 time steps, one event a drive.
 
-What that leaves out. Times at the ends of a drive are exact, positions in between are not: within v / 2a of a start
+Left out: times at the ends of a drive are exact, positions in between are not: within v / 2a of a start
 and v / 2d of a stop a robot is up to v² / 2a (or v² / 2d) from a real one, 2.25 m with 1.5 m/s and 0.5 m/s².
 
 - A robot that gets the intersection just as it comes to the stop line has not braked; an instant later it has
@@ -50,7 +50,7 @@ class Motion(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """What a robot has driven or committed to since it stood, and the time that it has `lost` beyond a steady pace.
+    """The drive of a robot since it stood, done or committed to, and the time `lost` beyond a steady pace.
 
     Of a long stretch only the last pieces are kept, as far back as it may have to brake for what comes. It came to the
     first of them at `speed`.
@@ -63,7 +63,7 @@ class Stretch(NamedTuple):
 
     @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
     def further(self, length: float, limit: float, foreseen: float = 0.0) -> tuple[float, Stretch]:
-        """The time that a further piece loses, and the stretch with it, with the speed at its end free.
+        """Return the time that a further piece loses, and the stretch with it, with the speed at its end free.
 
         It is lost as on one of the length `foreseen`, if that is more.
         """
@@ -79,7 +79,7 @@ class Stretch(NamedTuple):
         return (*pieces, (length, limit))
 
     def later(self, time: float, limit: float) -> tuple[float, Stretch]:
-        """The part of a late start that gathering speed takes anyway, and the stretch with that part lost already."""
+        """Return the part of a late start that gathering speed takes anyway, and the stretch with that part lost."""
         to_come = self.further(limit * limit * self.motion.gathers / 2, limit)[0]
         time = min(time, to_come)
         return time, self._replace(lost=self.lost + time)
@@ -87,21 +87,21 @@ class Stretch(NamedTuple):
     @property
     @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
     def stopped(self) -> tuple[float, Stretch]:
-        """The time that it loses more if it stops at its end, and the stretch after that."""
+        """Return the time that it loses more if it stops at its end, and the stretch after that."""
         lost = time_lost(self.pieces, self.motion, self.speed, stops=True)
         return max(lost - self.lost, 0.0), Stretch(self.motion)
 
     def braking_distance(self, most: float) -> float:
-        """The length over which it brakes to stop at its end: `most`, or less if it does not gather all its speed."""
+        """Return the length over which it brakes to its end: `most`, or less if it gathers less speed."""
         gathers, brakes = self.motion
         return min(most, sum(length for length, _ in self.pieces) * brakes / (gathers + brakes))
 
     def at_speed(self, limit: float) -> Stretch:
-        """After a stop, when it has lost all that gathering speed up to a limit can take."""
+        """Return the stretch after a stop, when it has lost all that gathering speed up to a limit can take."""
         return Stretch(self.motion, lost=limit * self.motion.gathers / 2)
 
     def _without_the_past(self) -> Stretch:
-        """Without the pieces that lie farther back than it may ever have to brake from."""
+        """Return it without the pieces that lie farther back than it may ever have to brake from."""
         pieces = self.pieces
         if len(pieces) <= 1:
             return self
@@ -120,7 +120,7 @@ class Stretch(NamedTuple):
 
 @lru_cache(maxsize=DRIVES_KEPT)
 def time_lost(pieces: tuple[Piece, ...], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
-    """What the time-optimal drive over pieces takes beyond the sum of length / limit.
+    """Return the time that the time-optimal drive over pieces takes beyond the sum of length / limit.
 
     It comes to the first at `speed`. At the end it stops, or its speed is free.
     """
@@ -129,7 +129,7 @@ def time_lost(pieces: tuple[Piece, ...], motion: Motion, speed: float = 0.0, *, 
 
 
 def _speeds(pieces: Sequence[Piece], motion: Motion, first: float, last: float) -> list[float]:
-    """The speeds at the ends of all pieces: as fast as can be gathered, and no faster than can be braked from."""
+    """Return the speeds at the ends of all pieces: as fast as can be gathered, and still be braked from."""
     speeds = [first]
     for i, (length, limit) in enumerate(pieces):
         then = pieces[i + 1][1] if i + 1 < len(pieces) else last
@@ -144,7 +144,7 @@ def _reached(speed: float, length: float, slowness: float) -> float:
 
 
 def _lost_on(piece: Piece, comes: float, goes: float, motion: Motion) -> float:
-    """On one piece, between the speeds at its ends: up to a peak, which is the limit if there is room, and down."""
+    """Return the time lost on one piece, between the speeds at its ends: up to a peak, at most the limit, and down."""
     (length, limit), (gathers, brakes) = piece, motion
     squared = (2 * length + gathers * comes * comes + brakes * goes * goes) / ((gathers + brakes) or math.inf)
     if gathers + brakes == 0 or squared >= limit * limit:
@@ -164,7 +164,7 @@ class NodeDelays:
         self._delay = 0.0
 
     def at(self, move: int) -> float:
-        """The delay at the end of the lane that it entered as number `move`, from 1; 0: where it starts.
+        """Return the delay at the end of the lane that it entered as number `move`, from 1; 0: where it starts.
 
         It is the same however often it is asked for.
         """

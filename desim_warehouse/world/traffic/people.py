@@ -62,19 +62,19 @@ class Aisle:
         self.busy_since = self.busy_until = -math.inf
 
     def closed_until(self, now: float) -> float:
-        """When those who are in it now will all have left."""
+        """Return when all who are in it now will have left."""
         self.source.come(now)
         return self.busy_until
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """When they have all left, or step aside for a robot that waits."""
+        """Return when all in it have left, or step aside for a robot that waits."""
         until, give_way = self.closed_until(now), self.source.spec.give_way
         if give_way is None or robot.claim is None:
             return until
         return min(until, max(robot.claim.begun, self.busy_since) + give_way.after)
 
     def expected_until(self, time: float, now: float) -> float:
-        """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.
+        """Return the mean time left of a stay, from now, for a robot that sees a person but not since when.
 
         Or sooner, if people step aside for it.
         """
@@ -100,13 +100,14 @@ class PeopleSource:
         self._next = math.inf
 
     def start(self, streams: Streams, hours: Hours, hour: float) -> None:
-        """With the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
+        """Take the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
-        self._next = next(self._arrivals, math.inf)
+        # Without an aisle to come to, which `desim check` refuses, nobody does.
+        self._next = next(self._arrivals, math.inf) if self.aisles else math.inf
 
     def _times(self, hours: Hours, hour: float) -> Iterator[float]:
-        """The times at which people come. At random it is a Poisson process in the time that is open to them."""
+        """Iterate over the times at which people come: at random, a Poisson process in the time open to them."""
         if self.spec.per_hour is None:
             yield from sorted(self.spec.times)
             return
@@ -120,7 +121,7 @@ class PeopleSource:
             yield time
 
     def come(self, now: float) -> None:
-        """All visits that have begun by now."""
+        """Add all visits that have begun by now."""
         while self._next <= now:
             stream = cache(partial(self._streams.stream, f"people:{self.name}", len(self.visits)))
             which = 0 if len(self.aisles) == 1 else int(stream().choice(len(self.aisles), p=self.weights))
@@ -133,37 +134,37 @@ class PeopleSource:
 
 
 def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[PeopleSource]:
-    """Where the people of a model come from.
+    """Make the sources of people of a model.
 
     `inside` are edges in an intersection, which are no aisles.
     """
-    found = []
+    made = []
     for name, spec in model.people.items():
         if spec.aisles:
-            found.append(PeopleSource(name, spec, [edges_along(layout, line) for line in spec.aisles], None))
+            made.append(PeopleSource(name, spec, [edges_along(layout, line) for line in spec.aisles], None))
         else:
             aisles, weights = storage_aisles(model, layout, inside)
-            found.append(PeopleSource(name, spec, aisles, weights))
-    return found
+            made.append(PeopleSource(name, spec, aisles, weights))
+    return made
 
 
 def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tuple[list[tuple[Edge, ...]], list[float]]:
-    """The edges with storage places, each an aisle by itself, and their shares of demand, without those `inside`."""
+    """Return the edges with storage places, each an aisle by itself, and their shares of demand, without `inside`."""
     demand = [0.0] * len(layout.storage)
     for share, weights in _asked_for(model, layout):
         for number in range(len(demand)):
             demand[number] += share * (1 / len(demand) if weights is None else float(weights[number]))
-    found: dict[tuple[Edge, ...], float] = {}
+    demand_of: dict[tuple[Edge, ...], float] = {}
     for place, wanted in zip(layout.storage, demand, strict=True):
         if place.edge[0] != place.edge[1] and place.edge not in inside:
             aisle = edges_along(layout, sorted(place.edge))
-            found[aisle] = found.get(aisle, 0.0) + wanted
-    total = math.fsum(found.values())
-    return list(found), [wanted / total if total else 1 / len(found) for wanted in found.values()]
+            demand_of[aisle] = demand_of.get(aisle, 0.0) + wanted
+    total = math.fsum(demand_of.values())
+    return list(demand_of), [wanted / total if total else 1 / len(demand_of) for wanted in demand_of.values()]
 
 
 def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[float] | None]]:
-    """How demand is spread over storage places, with weights, or None for equal shares."""
+    """Iterate over how demand is spread over storage places, with weights, or None for equal shares."""
     tasks, storage = model.tasks, layout.storage
     if isinstance(tasks.goods, tuple):
         listed = [0.0] * len(storage)

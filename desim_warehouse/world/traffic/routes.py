@@ -107,7 +107,7 @@ class Routes:
         self._known: dict[Edge, list[Lane]] = {}
 
     def route(self, origin: str, goal: str, speed: float | None = None, after: float = 0.0) -> list[Lane]:
-        """The lanes from one node to another, as the routing policy chooses them.
+        """Return the lanes from one node to another, as the routing policy chooses them.
 
         Where lanes close, for a robot of a `speed` that sets out `after` some time.
         """
@@ -119,7 +119,7 @@ class Routes:
         return lanes
 
     def _roads(self, speed: float | None, after: float) -> Roads:
-        """What the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
+        """Return what the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
         roads = self.roads
         if not self.passes_closures or (after == 0 and speed in {None, roads.speed}):
             return roads
@@ -135,8 +135,8 @@ class Routes:
         except TypeError:  # names that cannot be looked up
             lanes = []
         if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
-            known = all(isinstance(name, str) for name in names)
-            said = " > ".join(names if known else map(shown, names)) or "nothing"
+            are_names = all(isinstance(name, str) for name in names)
+            said = " > ".join(names if are_names else map(shown, names)) or "nothing"
             raise fault("routing", policy, now, f"{said} is no route from {origin} to {goal}")
         closed = self._in_lane.intersection(names[1:-1])
         if closed:
@@ -157,7 +157,7 @@ class Routes:
         return None
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot held up before `route[index]` at `node`, or None to wait."""
+        """Return another route for a robot held up before `route[index]` at `node`, or None to wait."""
         last = route[-1]
         goal = last.edge[1] if stop is None else last.edge[0]
         if node == goal:
@@ -188,7 +188,7 @@ class Routes:
         return other if time < present * (1 - LESS) else None
 
     def delay(self, origin: str, edge: Edge, speed: float, usual: float) -> float:
-        """How much later than by the `usual` time a robot is at the end of an edge, for lanes that are closed."""
+        """Return how much later than by the `usual` time a robot is at the end of an edge, for lanes that close."""
         if not self.passes_closures:
             return 0.0
         roads = self._roads(speed, 0.0)
@@ -207,7 +207,7 @@ class Routes:
         return self._closed_for(edge, begin + after)
 
     def _shut_for(self, begin: float, approach: float, edge: Edge, after: float) -> float:
-        """For one that sets out at `begin` from now, and takes `approach` from a stop line to the node behind it."""
+        """Return how long an edge is shut for a robot that sets out `begin` from now, `approach` ahead of the node."""
         closures = self._closes.get(edge)
         if closures is None:
             return 0.0
@@ -216,7 +216,7 @@ class Routes:
         return max(0.0, *(closure.closed_until(claims) - claims for closure in closures))
 
     def block(self, robot: Body, left: float) -> None:
-        """A robot has broken down: its lane, or all that lead to its node, are expected to be blocked for so long."""
+        """Expect the lane of a robot that has broken down, or all lanes to its node, to be blocked for so long."""
         if robot.held is not None:
             edges = [edge for edge, lane in self.lanes.items() if lane.end is robot.held]
         else:
@@ -225,7 +225,7 @@ class Routes:
         self._broken[robot] = edges, left
 
     def unblock(self, robot: Body) -> None:
-        """It works again, or is off the lanes."""
+        """Free the lanes of a robot that works again, or is off the lanes."""
         self._broken.pop(robot, None)
 
     def _limit(self, edge: Edge) -> float:
@@ -241,7 +241,7 @@ class Routes:
 
 
 def wait_at(lane: Lane, after: float, now: float) -> float:
-    """How long a robot is expected to wait before a lane if it comes there `after` from now."""
+    """Return how long a robot is expected to wait before a lane if it comes there `after` from now."""
     time = now + after
     return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])
 
@@ -253,7 +253,7 @@ class _EdgeData(dict[str, Any]):
     """
 
     def get(self, key: str, default: Any = None) -> Any:
-        """The attribute; raises KeyError for one that no edge has."""
+        """Return the attribute; raises KeyError for one that no edge has."""
         if key not in self and key not in _ATTRIBUTES and key != _USUAL:
             near = nearest(key, _ATTRIBUTES)
             raise KeyError(f"edges have no {key!r}, {f'did you mean {near!r}?' if near else 'but length and speed'}")

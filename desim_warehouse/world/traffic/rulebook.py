@@ -1,4 +1,4 @@
-"""What holds everywhere on a floor: distances and times, and who decides on steps and on rings of waiting robots."""
+"""Rules that hold everywhere on a floor: distances and times, and who decides on steps and on rings of robots."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class StepGuard(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What holds everywhere on a floor, for its lanes and intersections.
+    """The rules of a floor, for its lanes and intersections.
 
     `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
     other's position. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
@@ -70,7 +70,7 @@ class Rules:
     turn_time: float = 0.0
 
     def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
-        """How far the robot that left by one lane must be before the next may come `via` another.
+        """Return how far the robot that left by one lane must be before the next may come `via` another.
 
         `ratio` is how far, at least, the one that leaves drives while the other drives 1.
         """

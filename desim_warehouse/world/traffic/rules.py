@@ -16,7 +16,7 @@ EPS = 1e-6
 
 
 def exact_length(length: float, headway: float) -> float:
-    """A lane's length, or D or 2 D where it is within the tolerance of them.
+    """Return a lane's length, or D or 2 D where it is within the tolerance of them.
 
     Lanes of at least D, and of at least 2 D, obey other rules than shorter ones. Which rule holds must not depend on
     rounding, and a lane that is one by the tolerance only has stop lines that do not fit it.
@@ -29,7 +29,7 @@ def exact_length(length: float, headway: float) -> float:
 
 @lru_cache(maxsize=10_000)
 def closing_distance(angle: float, theta: float, headway: float, approach: float) -> float:
-    """How far a robot must be beyond a node before the next may start towards it from `approach` before it.
+    """Return how far a robot must be beyond a node before the next may start towards it from `approach` before it.
 
     `angle` is between the headings of the one that comes and the one that leaves, `theta` the collision angle (both in
     radians). With x to go and the other y beyond the node, the one that comes would stop for some x on its way iff x +
@@ -49,7 +49,7 @@ def closing_distance(angle: float, theta: float, headway: float, approach: float
 def closing_distance_apart(
     shift: complex, comes: float, leaves: float, theta: float, headway: float, approach: float, ratio: float
 ) -> float:
-    """The same for two nodes of one intersection: the robot left at `shift` from the node that the next one comes to.
+    """Return `closing_distance` for two nodes of one intersection: the robot left at `shift` from the next one's.
 
     The two paths do not meet in a point, so the largest x + y at which the next one would stop is found by trying a
     grid of x and y, on the safe side by half a grid step. It is kept for all runs of a study. `comes` and `leaves` are
@@ -69,6 +69,6 @@ def closing_distance_apart(
     return min(max(gap - approach * ratio, 0.0), headway)
 
 
-def turn(one: float, other: float) -> float:
-    """The angle between two headings, 0..pi."""
-    return abs((one - other + math.pi) % (2 * math.pi) - math.pi)
+def turn(heading: float, onward: float) -> float:
+    """Return the angle between two headings, 0..pi."""
+    return abs((heading - onward + math.pi) % (2 * math.pi) - math.pi)

@@ -97,7 +97,7 @@ class Traffic:
             self.lanes[start.edge].place(robot, start.offset)
 
     def clear(self, robot: Body, name: str) -> None:
-        """From where it stands on the lanes to beside a node: what it held is free, and those behind move up."""
+        """Move a robot from the lanes to beside a node: the places it held are free, and robots behind move up."""
         now, node = self.rules.env._now, self.nodes[name]
         held, lane, behind = robot.held, robot.lane, robot.behind
         robot.be_cleared(node)
@@ -112,7 +112,7 @@ class Traffic:
                 place.freed(now)
 
     def into_bay(self, robot: Body) -> None:
-        """From the node it stands on into the bay beside it: at once, and the node is open to all."""
+        """Move a robot from the node it stands on into the bay beside it: at once, and the node is open to all."""
         now = self.rules.env._now
         node, lane = robot.held, robot.lane
         if lane is not None:
@@ -134,7 +134,7 @@ def _intersections(
     zones: Sequence[TrafficZone],
     free: frozenset[str],
 ) -> dict[str, Intersection]:
-    """By node. Nodes joined by an edge shorter than D, or in one zone, cannot both be occupied and are one.
+    """Make the intersections, by node: nodes joined by an edge shorter than D, or in one zone, cannot both be occupied.
 
     One with a free node among its nodes is free as a whole.
     """
@@ -166,7 +166,7 @@ def _lanes(
     node_times: Mapping[str, float],
     restrictions: Restrictions,
 ) -> dict[Edge, Lane]:
-    """By edge."""
+    """Make the lanes, by edge."""
     lanes: dict[Edge, Lane] = {}
     points, headings = layout.points, layout.headings
     kinds: dict[Edge, Callable[..., Lane]] = {

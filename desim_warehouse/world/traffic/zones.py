@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Exit:
-    """Where a route leaves a line of lanes: after the node at the end of the last of them that it drives."""
+    """The place where a route leaves a line of lanes: after the node at the end of the last that it drives."""
 
 
 class ZoneDirection:
@@ -40,7 +40,7 @@ class ZoneDirection:
         self.robots: dict[Body, None] = {}
 
     def is_in(self, robot: Body, now: float) -> float | None:
-        """Of a robot that has been granted what lies beyond: when to look whether it has left, or None if it has."""
+        """Return when to look whether a robot that holds its stand beyond has left, or None if it has."""
         lane = robot.lane
         if lane is None:
             return None
@@ -51,12 +51,12 @@ class ZoneDirection:
 
 
 def directions(zones: Iterable[TrafficZone]) -> dict[tuple[str, str], ZoneDirection]:
-    """By edge, of which zone's direction it is part."""
-    found = {}
+    """Return the zone's direction that each edge is part of, if any."""
+    direction_of = {}
     for zone in zones:
         if zone.rule == "one-direction":
-            there, back = ZoneDirection(), ZoneDirection()
-            there.opposite, back.opposite = back, there
+            forth, back = ZoneDirection(), ZoneDirection()
+            forth.opposite, back.opposite = back, forth
             for a, b in pairwise(zone.line):
-                found[a, b], found[b, a] = there, back
-    return found
+                direction_of[a, b], direction_of[b, a] = forth, back
+    return direction_of

@@ -24,6 +24,7 @@ LENGTHS = {
     "pallets": 2400.0,
 }
 """Seconds, of which the last two thirds are counted."""
+LARGE = ("goods-to-person", "sorting")
 HOUR = 3600.0
 
 
@@ -52,9 +53,7 @@ def delivered(said):
     return int(re.search(r"In all: ([\d,]+) (?:load|line)s? delivered", said)[1].replace(",", ""))
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.long] * (name == "goods-to-person")) for name in LENGTHS]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * (name in LARGE)) for name in LENGTHS])
 def test_a_window_that_is_the_whole_run_shows_the_run_s_own_indicators(name):
     run = short(name)
     at_end, said = shown(run, None, run.record.end)

@@ -275,7 +275,7 @@ def test_what_is_known_to_fail_is_not_judged_again():
         return at_least(5, 2)(GRID[number]) + 0.001 * (-1) ** r
 
     doubted = follow(scout_steps(GRID, fewest, ENOUGH, Budget(100), known), sample)
-    found = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, known=known), sample)
+    found = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, earlier=known), sample)
     assert GRID[found.design] == (5, 2)
     assert {design[0] for design, _ in asked} == {5}
     assert [GRID[number] for number in found.below] == [(5, 1)]

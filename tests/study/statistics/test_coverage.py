@@ -6,6 +6,7 @@ import pytest
 from desim_warehouse.study.statistics.comparison import compare, paired
 from desim_warehouse.study.statistics.intervals import estimate
 from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision
+from tests.daily import some
 from tests.study.statistics.coverage import CASES
 from tests.study.statistics.searches import kn, smallest
 
@@ -96,7 +97,7 @@ def test_replicating_until_precise_enough_still_covers():
     assert 80 <= np.mean(lengths) <= 105
 
 
-@pytest.mark.parametrize("name", ["shifted", "lognormal", "collisions"])
+@pytest.mark.parametrize("name", some(["shifted", "lognormal", "collisions"], 3))
 def test_replicating_skewed_output_until_precise_enough_still_covers(name):
     # a minimum of 10 covers the shifted exponential in 0.92; the rule's own 30 keeps the promise
     draw, truth = SKEWED.get(name) or (lambda rng, shape: rng.exponential(1.0, shape) + 2.0, 3.0)
@@ -169,7 +170,7 @@ def test_kn_does_not_take_a_rare_event_for_none():
     assert right / 200 >= 0.95
 
 
-@pytest.mark.parametrize("correlated", [False, True])
+@pytest.mark.parametrize("correlated", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_kn_picks_a_design_within_the_indifference_zone_in_95_per_cent_of_trials(correlated):
     # slippage: all rivals exactly delta behind, the hardest case the promise covers; variances unequal
     rng = np.random.default_rng(105)

@@ -161,14 +161,14 @@ def test_a_run_that_alone_leaves_a_verdict_open_is_named():
     assert judged("", [90.0, 110.0] * 4, target, 0.975, False, (0, np.inf)).outlier is None
 
 
-@pytest.mark.parametrize("tasks", [50, 1000])
+@pytest.mark.parametrize("tasks", [50, pytest.param(1000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("target", [0.95, 0.99])
 @pytest.mark.parametrize("alike", [0.01, 0.1])
 def test_a_design_that_just_misses_is_said_to_meet_in_at_most_5_per_cent_of_studies(tasks, target, alike):
     assert wrongly_met(target, tasks, alike, 100) <= 0.07  # 5 %, and a standard error
 
 
-@pytest.mark.parametrize("tasks", [50, 1000])
+@pytest.mark.parametrize("tasks", [50, pytest.param(1000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("target", [0.95, 0.99])
 @pytest.mark.parametrize("alike", [0.01, 0.1])
 def test_a_design_that_is_better_by_the_zone_is_said_to_miss_in_at_most_5_per_cent_of_studies(tasks, target, alike):
@@ -181,7 +181,7 @@ def test_days_of_many_tasks_tell_of_a_miss_by_one_point_in_few_runs():
     assert judged("", of(shares, 7000), parse_target("on_time >= 0.9"), SURE, False, (0, 1), 0.01).verdict == "fails"
 
 
-@pytest.mark.parametrize("tasks", [50, 1000])
+@pytest.mark.parametrize("tasks", [50, pytest.param(1000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("alike", [0.01, 0.1])
 def test_a_design_beyond_the_zone_fails_in_at_most_5_per_cent_of_studies_and_a_bad_one_never_meets(tasks, alike):
     rng = np.random.default_rng(tasks)

@@ -6,11 +6,12 @@ Excel writes. A file of 588 kB with one cell of 600 MB took 1.7 GB; now it takes
 
 from __future__ import annotations
 
+import datetime as dt
 import re
 import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -34,18 +35,31 @@ def rows_of(path: Path, sheet: str | None) -> Iterator[list[str]]:
     Raises:
         ModelError: where there is no such sheet, or openpyxl is not installed. ValueError: for what is damaged or huge.
     """
+    with _opened(path) as book:
+        yield from _filled(path, book, sheet)
+
+
+def sheets_of(path: Path) -> list[str]:
+    """The names of the sheets of a workbook; raises errors as `rows_of` does."""
+    with _opened(path) as book:
+        return list(book.sheetnames)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """A workbook that is read row by row, once its sizes are those of one."""
     try:
         from openpyxl import load_workbook
     except ImportError:
         cure = "install it: pip install 'desim-warehouse[excel]'"
-        raise ModelError([f"{path}: orders in Excel, which need the package openpyxl; {cure}"]) from None
+        raise ModelError([f"{path}: a workbook of Excel, which needs the package openpyxl; {cure}"]) from None
     _check_sizes(path)
     try:
         with (
             path.open("rb") as file,
             closing(load_workbook(file, read_only=True, data_only=True, keep_links=False)) as book,
         ):
-            yield from _filled(path, book, sheet)
+            yield book
     except (KeyError, TypeError, AttributeError, SyntaxError, EOFError, zlib.error) as error:
         raise ValueError(f"damaged: {reason(error)}") from None
 
@@ -69,7 +83,15 @@ def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
                 cells += [None] * (column + 1 - len(cells))
                 cells[column] = value if cells[column] is None else cells[column]
         above |= {column: (last, cells[column]) for column, last in below.get(rank, ()) if column < len(cells)}
-        yield ["" if cell is None else str(cell) for cell in cells]
+        yield [_text(cell) for cell in cells]
+
+
+def _text(cell: Any) -> str:
+    """A cell as text; a time that Excel counts beyond a day (`[h]:mm`) with all of its hours."""
+    if isinstance(cell, dt.timedelta):
+        minutes, seconds = divmod(round(cell.total_seconds()), 60)
+        return f"{minutes // 60:02}:{minutes % 60:02}:{seconds:02}"
+    return "" if cell is None else str(cell)
 
 
 def _without_end(row: Sequence[Any]) -> list[Any]:
