@@ -134,5 +134,5 @@ class Costs:
         for name, cost in self.outgrown():
             terminalreporter.write_line(
                 f"OUTGROWN {name} took {cost:.1f} s of processor. A test has at most {self.limit:g}, "
-                f"what tests share {SHARED * self.limit:g}: make it smaller, or mark it (CONTRIBUTING.md)"
+                f"what tests share {SHARED * self.limit:g}: make it smaller, or mark it (docs/dev/adding.md)"
             )

@@ -39,7 +39,7 @@ def renamed(prefix):
 
 
 def extended(entry):
-    """The register with one entry more in `STATES`, as CONTRIBUTING says."""
+    """The register with one entry more in `STATES`, as docs/dev/adding.md says."""
     source = (_ROOT / "states.py").read_text()
     end = '    )\n}\n"""By name, in the order of tables and indicators."""'
     assert source.count(end) == 1
