@@ -28,7 +28,8 @@ class Lifts:
     """Checks of lifts, for `Audit`."""
 
     def check_lifts(self):
-        for name, lift in self.run.model.layout.lifts.items():
+        for lift in self.run.layout.lifts:
+            name = lift.name
             passages = sorted(self.passages_of(name, lift), key=lambda one: (one.there, one.called))
             for one in passages:
                 self.check_ride(name, lift, one)
