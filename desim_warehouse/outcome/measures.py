@@ -374,8 +374,9 @@ def lifts_taken(history: History) -> dict[str, float]:
     }
     driven = {lift: beside(model, lift, mine) for lift, mine in rides.items()}
     least = {lift: time_taken(model, lift, mine) - driven[lift] for lift, mine in rides.items()}
-    times = history.totals[IN_LIFT] / math.fsum(least.values()) if any(least.values()) else 0.0
-    return {lift.name: (times * least[lift] + driven[lift]) / whole if whole else math.nan for lift in rides}
+    weights = least if any(least.values()) else dict.fromkeys(rides, 1.0)  # cabins were called, and nobody rode yet
+    times = history.totals[IN_LIFT] / math.fsum(weights.values()) if rides else 0.0
+    return {lift.name: (times * weights[lift] + driven[lift]) / whole if whole else math.nan for lift in rides}
 
 
 def lift_utilisation(history: History) -> float:
