@@ -77,7 +77,7 @@ FEATURES = {
         (
             "world.traffic.people",
             "world.traffic.closures",
-            "world.traffic.encounters",
+            "world.encounters",
             "world.places.cut_off",
             "feasibility.closures",
         )

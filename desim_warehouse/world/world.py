@@ -25,6 +25,7 @@ from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Task, create
 from desim_warehouse.states import AT_START, OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.orders.batches import Batcher
 from desim_warehouse.world.orders.demand import Demand, Orders
 from desim_warehouse.world.orders.dispatch import Dispatcher
@@ -58,7 +59,6 @@ from desim_warehouse.world.robots.settled import (
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import Rows, less, tallies
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
-from desim_warehouse.world.traffic.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.gridlock import Rule
 from desim_warehouse.world.traffic.motion import Motion

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.intersection import Claim
-    from desim_warehouse.world.traffic.lift import Lift
+    from desim_warehouse.world.traffic.lift import LiftCrossing
 
 
 _NAMED = 6  # robots of a ring that an error names
@@ -108,7 +108,7 @@ class Gridlock:
         If not, it is looked at again.
         """
         now: float = self.env._now
-        calls: list[tuple[Lift, Claim]] = []
+        calls: list[tuple[LiftCrossing, Claim]] = []
         for robot in ring:
             claim = robot.claim
             if (
@@ -122,11 +122,11 @@ class Gridlock:
                 claim.node.reopen_later(now)
                 return False
             if claim.node.is_lift:
-                calls.append((cast("Lift", claim.node), claim))
+                calls.append((cast("LiftCrossing", claim.node), claim))
         return not calls or self._cabins_are_there(calls, now)
 
     @staticmethod
-    def _cabins_are_there(calls: list[tuple[Lift, Claim]], now: float) -> bool:
+    def _cabins_are_there(calls: list[tuple[LiftCrossing, Claim]], now: float) -> bool:
         """Whether the cabins of lifts stand open before robots of a ring; one that it passes twice need not yet."""
         passed = Counter(lift for lift, _ in calls)
         ready = [lift.is_ready(claim, now) for lift, claim in calls if passed[lift] == 1]  # all of them are called

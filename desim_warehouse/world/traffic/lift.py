@@ -12,7 +12,7 @@ import math
 from collections.abc import Generator
 from typing import TYPE_CHECKING
 
-from desim_warehouse.layout.layout import Lift as Shaft
+from desim_warehouse.layout.layout import Lift
 from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.lane import Lane
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     Steps = Generator[Event, object, None]
 
 
-class Lift(Intersection):
+class LiftCrossing(Intersection):
     """The cabin stands, or is sure to be, at the `floor` of a robot. From `free_at` on it may be called or go to rest.
 
     Floors are ranks in the nodes of its `shaft`. It is free once the robot that left is D beyond it and the doors have
@@ -39,7 +39,7 @@ class Lift(Intersection):
 
     is_lift = True
 
-    def __init__(self, rules: Rules, shaft: Shaft) -> None:
+    def __init__(self, rules: Rules, shaft: Lift) -> None:
         super().__init__(rules, list(shaft.nodes))
         self.shaft = shaft
         self.floor = 0 if shaft.rests is None else shaft.nodes.index(shaft.rests)
@@ -133,7 +133,7 @@ class Ride(Lane):
 
     def set_off(self, robot: Body, target: float, now: float) -> None:  # noqa: ARG002 - there is one
         """The doors close behind a robot once it stands, and open on its floor."""
-        assert isinstance(self.start, Lift)
+        assert isinstance(self.start, LiftCrossing)
         begin = robot.brake_to_stand(now)
         robot.ride(begin, begin + self.start.shaft.carrying(*self.edge))
         robot.uses_lift(self, begin, robot.until)

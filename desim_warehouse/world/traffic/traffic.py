@@ -24,7 +24,7 @@ from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
-from desim_warehouse.world.traffic.lift import Lift, Ride
+from desim_warehouse.world.traffic.lift import LiftCrossing, Ride
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import exact_length
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
@@ -148,7 +148,7 @@ def _intersections(
             groups.update(dict.fromkeys(other, one))
     found: dict[str, Intersection] = {}
     for shaft in layout.lifts:
-        found.update(dict.fromkeys(shaft.nodes, Lift(rules, shaft)))
+        found.update(dict.fromkeys(shaft.nodes, LiftCrossing(rules, shaft)))
     for name, group in groups.items():
         if name not in found:
             node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
