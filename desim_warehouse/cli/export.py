@@ -52,7 +52,7 @@ def _listed(formats: Mapping[str, tuple[str, str]]) -> str:
 def command(path: str, form: str, out: str | None, noise: float, gaps: float, force: bool) -> None:
     """Write what is at PATH in an open format: a run (a folder from `desim run --out`), or the layout of a model.
 
-    Below the name of what is written, a table says what of the model the format cannot hold.
+    Of a layout, a table below its name says what of the model the format cannot hold.
     """
     from desim_warehouse.questions.run import load_run
     from desim_warehouse.report.export import export

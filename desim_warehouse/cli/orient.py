@@ -162,7 +162,7 @@ def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
 
 
 def _judged_by(model: Model) -> str:
-    """Indicator that compares floors: a duration, as throughput follows demand unless tasks are always open."""
+    """Return the indicator that compares floors: throughput if tasks are always open, else mean cycle time, or T."""
     if model.tasks.never_end and not model.tasks.arrive:
         return _OPEN
     return "cycle_time_mean" if model.run.length else "T"

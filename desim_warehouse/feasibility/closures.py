@@ -65,7 +65,7 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _blocked(model: Model) -> Iterator[Finding]:
-    """Find robots that stand where they broke down for longer than it takes to clear the lane."""
+    """Find breakdowns without `clear` whose mean repair blocks a lane for longer than `LONGEST_BLOCKED`."""
     for place, spec in breakdowns(model).items():
         if spec.clear is not None or mean_of(spec.repair) * model.units.seconds <= LONGEST_BLOCKED:
             continue

@@ -103,7 +103,7 @@ def _put(section: Any, path: Keys, value: Any, positions: FilePositions, label: 
 
 
 def _remove(section: Any, path: Keys) -> list[Problem]:
-    """Take a key away, if it is there, and return why it cannot be."""
+    """Take a key away, if it is there; an entry of a list stays, and is the problem returned."""
     for key in path[:-1]:
         section = (
             section[int(key)] if _is_entry(section, key) else section.get(key) if isinstance(section, dict) else None

@@ -28,7 +28,7 @@ def watching(is_key: Callable[[Keys], bool], source: str) -> type[Composer]:
             self.inside = False  # of the value at an unknown key
 
         def compose_node(self, parent: Any, index: Any) -> Any:
-            """Compose a key or a value; `index` is None for a key and for the whole."""
+            """Compose a node, or stop at too many values at unknown keys; `index` is None for a key and the whole."""
             if index is None:
                 return super().compose_node(parent, index)
             self.path.append(getattr(index, "value", index))

@@ -223,7 +223,7 @@ def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[
 
 
 def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, int]:
-    """Return the parts around `top`, up to the next on either side with less than a value."""
+    """Return the first part, from `first` on, and the end of the stretch around `top` that has at least `least`."""
     low = high = top
     while low > first and values[low - 1] >= least:
         low -= 1

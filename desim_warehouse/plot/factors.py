@@ -156,7 +156,7 @@ def facets(
 
 
 def _vertical(axes: Axes, indicator: str, estimates: list[Cell], target: float | None) -> None:
-    """Set the limits of the vertical axis: around a target, else from 0 where nothing is below it; shares in %."""
+    """Draw the target, and set the limits around it; without one, from 0 if no interval is below it; shares in %."""
     if target is not None:
         _target(axes, indicator, target, estimates)
     elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in estimates):

@@ -95,7 +95,7 @@ def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
 
 
 def days(shown: Days | None, goal: Target, model: Model) -> str:
-    """Summarise the days behind a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
+    """Summarise the days behind a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for one, or all alike."""
     if shown is None:
         return ""
     aim, beyond = words.amount(goal.indicator, goal.value, goal.unit), "below" if goal.sign > 0 else "above"

@@ -96,7 +96,7 @@ class ResultsData:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """One row per run: factors under their key, replication, seed, indicators, run_time, error."""
+        """One row per run: factors under their key, replication, seed, indicators, deterministic, run_time, error."""
         return self.frame(self.plan.indicators)
 
     def frame(self, indicators: Sequence[str]) -> pd.DataFrame:

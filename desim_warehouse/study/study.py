@@ -244,7 +244,7 @@ class StudyEngine:
             return self.carry_out(runner, make, indicator, failed=failed)
 
     def carry_out(self, runner: StudyRunner, make: Callable[[bool], Procedure[T]], indicator: str, **how: Any) -> T:
-        """Carry out a sequential procedure in an open session, for procedures that look at the rows of the runner."""
+        """Carry out a procedure with the `runner` of a session that is open; arguments as of `StudyRunner.follow`."""
         runner.recall()
         result = runner.follow(make, indicator, **how)
         self.plan = replace(self.plan, replications=tuple(runner.replications.values()))

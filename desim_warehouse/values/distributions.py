@@ -67,7 +67,7 @@ class Distribution(Part, ABC):
 
     @property
     def range(self) -> str:
-        """The least and the largest time in words, where that says more than mean and cv."""
+        """The least and the largest time in words, without unit: `from 4 to 12`; empty where mean and cv say all."""
         return ""
 
     @cached_property

@@ -88,7 +88,7 @@ def _unnamed_calendars(model: Model) -> list[str]:
 
 
 def _names_in(part: Part, section: str) -> list[Any]:
-    """Return the names of parts of a section of the model that the keys of a section give."""
+    """Return what those keys of a part hold that name something in `section`; None for one that is not given."""
     fields = type(part).model_fields.items()
     keys = [name for name, field in fields if _is_name(whole_annotation(field), section)]
     return [getattr(part, key) for key in keys]

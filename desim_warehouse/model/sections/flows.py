@@ -517,7 +517,7 @@ class Rates:
         return [first + n * self.every for n in range(int((end - first) / self.every) + 1)]
 
     def _from_first(self, time: float) -> float:
-        """Return the mean number of tasks by a time from the first rate on."""
+        """Return the mean number of tasks from the start of the profile to a time after it, through all its rounds."""
         rounds, rest = divmod(time, self.every * len(self.rates))
         step = min(int(rest // self.every), len(self.rates) - 1)
         return rounds * self.sums[-1] + self.sums[step] + (rest - step * self.every) * self.rates[step]

@@ -151,7 +151,7 @@ class ChargerNodes:
         return len({*choice}.difference(self.now))
 
     def changes(self, choice: Sequence[str]) -> Mapping[str, Any]:
-        """The bays with these nodes."""
+        """The overrides that put the chargers at these nodes; parking gives up those taken, and gets those left."""
         changes = self._stand(self.zone, choice) | {f"layout.bays.{self.zone}.total_chargers": len(choice)}
         if self.bays[self.zone].chargers is not None:
             changes[f"layout.bays.{self.zone}.chargers"] = None

@@ -74,7 +74,7 @@ class SearchedDirections:
 
     @property
     def cost(self) -> float:
-        """The cost of turning these aisles once, by `prices.turned_aisle`."""
+        """The cost of turning the aisles of `turned` once, each at `prices.turned_aisle`; 0 without prices."""
         return 0.0 if self.model.prices is None else self.model.prices.turned_aisle * len(self.turned)
 
 

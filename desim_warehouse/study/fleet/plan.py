@@ -419,7 +419,7 @@ class Planner:
         return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
 
     def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
-        """The cost of a design a year, by these runs where runs have a part in it."""
+        """The cost of a design a year: the mean of these runs where prices depend on them and they have it."""
         cost = self.designs.cost(counts)
         if cost is None or is_fixed(self.model.prices):
             return cost

@@ -278,7 +278,7 @@ class _Proof:
             self.open = self._cheaper()
 
     def _under_open(self) -> int | None:
-        """The largest design with less of the first count than an undecided one, unless it was shown to fail.
+        """The largest design with less of the first count than an undecided one, if not `failing` or ruled out.
 
         An undecided design says nothing of smaller ones, which are ruled out by default only.
         """
@@ -416,7 +416,7 @@ class _Proof:
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
-        """Judge a design. It becomes the best if it meets the target, else it is known to fail."""
+        """Judge a design: it becomes the best if it meets the target, else it is `failing`, even if undecided."""
         meets = (yield from self.judge.verdict(number)) == "meets"
         if meets:
             self.best = number

@@ -106,7 +106,7 @@ class Openings:
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
 
     def look_again(self) -> None:
-        """Forget who was held back and who was not: lanes are blocked by a broken robot, or free again."""
+        """Forget which tasks were held back, and until when: a broken robot blocks lanes, or they are free again."""
         self.cut_off.look_again()
         self._known.clear()
         self._held.clear()

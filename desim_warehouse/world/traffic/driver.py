@@ -33,7 +33,7 @@ class Driver(Protocol):
         """Note that it will wait in traffic from `begin` to `end`."""
 
     def halt(self, drive: Drive) -> Steps:
-        """Stand until a due breakdown is repaired, or the robot is cleared off the lanes. Never in a bay."""
+        """Stand until a due breakdown is repaired, on the lanes or, once cleared, beside them. Never in a bay."""
 
 
 class NoDriver:
