@@ -1,4 +1,4 @@
-"""Pages for a browser: template, style and script of a package joined with data into one HTML text."""
+"""Pages of one file: `WebPage`, which saves or shows any page, and `joined`, which makes those of replay and live."""
 
 from __future__ import annotations
 

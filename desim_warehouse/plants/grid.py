@@ -1,7 +1,7 @@
 """Grids of cells, as in multi-agent path finding: free cells are points, joined to neighbours by two-way lanes.
 
-A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. Every reader of a grid format fills in
-a `Grid`; `plant_of` makes a plant of it.
+A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a
+plant of the `Grid` that a reader fills in.
 
 A grid that names no places of work has goods and stations in every cell, as an assumption to change. Cells that robots
 cannot reach are named.

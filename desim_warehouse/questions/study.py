@@ -1,4 +1,4 @@
-"""Which designs of a study meet the target, and how do all of them do? Studies whose results answer in words."""
+"""What users hold of a study: `Study`, `Results`, `Comparison`, `MainEffects`, its engine with words and tables."""
 
 from __future__ import annotations
 

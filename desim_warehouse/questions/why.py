@@ -1,4 +1,4 @@
-"""Why a warehouse does no better: `why`, and its answer, about the warehouse as it is, whatever any change gains."""
+"""The question of `desim why`: `study.held_up` finds what holds a warehouse up and its cost; this words the answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's experiment repeated: T, S and C of its 30 cells, beside the paper's and its program's values."""
+"""`desim paper`: the paper's 30 cells simulated again, T, S and C beside the values of the paper and its program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cost of a task, measured: one robot of a kind on the model's own floor, with its own work and without traffic.
+"""The cost of a task, for `run.quick`: measured by simulating one robot of a kind alone, on the model's own floor.
 
 Everything that costs time or energy is told by the world alone, and read here from the log. What robots share
 (stations, chargers, lanes), and what keeps them from work for a share of the time, is worked out from it.

@@ -1,36 +1,36 @@
-"""The sections and keys of a study file.
+"""The keys of a study file and of the arguments of `Study`, as `study.reading` checks them, and their JSON Schema.
 
 An example, of which only `model` must be there:
 
-name: Fleet size                       # for tables and figures
-description: one or two sentences
-model: ../models/multibots.yaml        # a model file, relative to the study file; or a whole model
-set:                                   # changes to the model, for all runs, as `--set` makes them
-tasks.goods: {random: 20}
-factors:                               # what is varied: any key of a model, and its values
-fleet.size: 1..6                     # whole numbers, both ends; 1..12..2 in steps of 2
-battery.threshold: [2, 3.5, 5]       # a list; ranges such as 1..3 may stand in it
-battery.capacity: {linspace: [5, 20, 4]}    # 4 values from 5 to 20
-policies.charging:                   # whole policies, with parameters
-- threshold
-- {name: opportunity, margin: 1}
-tasks.goods:                         # values with names: tables and figures show the names
-named: {group 1: [11, 8, 39], group 2: [74, 50, 62]}
-demand:                              # several keys changed together; the factor has a name of its own
-cases:
-today: {tasks.goods: {poisson: 200}}
-plus 30 %: {tasks.goods: {poisson: 260}, fleet.size: 6}
-design: grid                           # all combinations (default); or
-# paired: first values of all factors, then second values, ...
-replications: 20                       # a number; or until the mean is known well enough:
-# replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 30, cap: 200}
-seed: 0                                # replication r has the same run seed at every point
-indicators: [T, S, C]                  # columns of the table; default: all
-baseline: {fleet.size: 3}              # the design that others are compared with; default: the first
-confidence: 0.95
-target: on_time >= 95 %                # what designs should meet: reports name those that do
-timeout: 60                            # seconds that a run may take; default: no limit
-warm_up: auto                          # run.warm_up of each design from five pilot runs of it; default: as in the model
+    name: Fleet size                       # for tables and figures
+    description: one or two sentences
+    model: ../models/multibots.yaml        # a model file, relative to the study file; or a whole model
+    set:                                   # changes to the model, for all runs, as `--set` makes them
+      tasks.goods: {random: 20}
+    factors:                               # what is varied: any key of a model, and its values
+      fleet.size: 1..6                     # whole numbers, both ends; 1..12..2 in steps of 2
+      battery.threshold: [2, 3.5, 5]       # a list; ranges such as 1..3 may stand in it
+      battery.capacity: {linspace: [5, 20, 4]}  # 4 values from 5 to 20
+      policies.charging:                   # whole policies, with parameters
+        - threshold
+        - {name: opportunity, margin: 1}
+      tasks.goods:                         # values with names: tables and figures show the names
+        named: {group 1: [11, 8, 39], group 2: [74, 50, 62]}
+      demand:                              # several keys changed together; the factor has a name of its own
+        cases:
+          today: {tasks.goods: {poisson: 200}}
+          plus 30 %: {tasks.goods: {poisson: 260}, fleet.size: 6}
+    design: grid                           # all combinations (default); or
+                                           # paired: first values of all factors, then second values, ...
+    replications: 20                       # a number; or until the mean is known well enough:
+    # replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 30, cap: 200}
+    seed: 0                                # replication r has the same run seed at every point
+    indicators: [T, S, C]                  # columns of the table; default: all
+    baseline: {fleet.size: 3}              # the design that others are compared with; default: the first
+    confidence: 0.95
+    target: on_time >= 95 %                # what designs should meet: reports name those that do
+    timeout: 60                            # seconds that a run may take; default: no limit
+    warm_up: auto                          # run.warm_up of each design from five pilot runs; default: the model's
 """
 
 from __future__ import annotations

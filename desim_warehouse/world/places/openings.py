@@ -1,4 +1,4 @@
-"""Tasks held back at the source while a station or the way is closed, so that no robot sets out only to wait for that.
+"""A part of `Reach` that the dispatcher asks: it holds tasks back while a station or the way there would be closed.
 
 A robot sent to a station that opens in eight hours would wait there with its load, in a slot that others need. So a
 task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked

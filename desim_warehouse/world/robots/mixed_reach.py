@@ -1,4 +1,4 @@
-"""Reach of robots where kinds differ in battery, charging or chargers: each robot is asked of its own kind."""
+"""`MixedReach`, which the dispatcher asks in place of a `Reach` where kinds differ in battery, charging, chargers."""
 
 from __future__ import annotations
 

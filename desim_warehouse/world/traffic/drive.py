@@ -1,4 +1,4 @@
-"""A drive: a robot on its way over lanes and intersections, as a process and as the one event of its progress.
+"""A robot's drive over lanes and intersections, made by `Traffic.drive`: a process, and the one event of its progress.
 
 A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in one
 timeout and decides again. At the stop line, D before an intersection, it claims in one step the intersection and room
