@@ -35,7 +35,7 @@ class WorkingDay:
 
     @property
     def busiest(self) -> float:
-        """The rate of the busiest hour, as a multiple of the usual one."""
+        """The rate in the peak, as a multiple of the rate outside it; never below 1, and 1 without a peak."""
         return 1.0 if self.peak is None else max(self.peak.times, 1.0)
 
     @property

@@ -116,7 +116,7 @@ def _as_on_axis(model: Model, time: float) -> str:
 
 
 def flag(day: Day) -> str:
-    """Say in two words what the worst stretch was."""
+    """Say what the worst stretch was: nothing delivered, or most tasks open; empty without one."""
     return "" if day.worst is None else "nothing delivered" if isinstance(day.worst, Halt) else "most tasks open"
 
 

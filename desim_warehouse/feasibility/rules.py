@@ -317,7 +317,7 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find tasks that are due sooner than the quickest of their flow can be delivered from its good."""
+    """Find each `due_within`, of a flow or the goods, that is less than a robot at the good needs to deliver it."""
     tasks = model.tasks
     within = {name: flow.due_within for name, flow in tasks.flows.items()} or {
         "": getattr(tasks.goods, "due_within", None)

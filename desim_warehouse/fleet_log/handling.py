@@ -53,7 +53,7 @@ class Episodes:
 
     @property
     def over(self) -> Any:
-        """Whether each stretch ended while the log went on."""
+        """Whether each stretch was seen to end: not where a gap in the log or its end came first."""
         return np.isfinite(self.ended[:, 1])
 
     @property

@@ -237,7 +237,7 @@ def _aim(goal: Target, by: float, unit: str) -> Aim:
 
 
 def _promise(model: Model) -> str:
-    """How verdicts are reached, for the page."""
+    """Say for the page when verdicts are given, with what risk, and after how many runs at the earliest."""
     least = days_needed(model).least
     when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"

@@ -61,7 +61,7 @@ def robot_radii(model: Model) -> list[float]:
 
 
 def zones(model: Model, layout: Layout) -> list[Zone]:
-    """Return all bays, then all stations, with their slots."""
+    """Lay out all bays, then all stations: where each slot of them is drawn, and the radius it has room for."""
     start = model.fleet.homes(layout.bays)
     largest = max(robot_radii(model))
     cell = cell_size(model, layout)

@@ -58,7 +58,7 @@ Columns = dict[str, Any]
 
 
 def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
-    """List the roots of waiting, most time first: in words, node, time and share of all time, and longest waits.
+    """List the main roots of waiting, most time first: words, node's number, time with share, robots, longest waits.
 
     Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.
     """

@@ -75,7 +75,7 @@ def _covered(chance: float, days: int) -> bool:
 
 
 def closed(model: Model, length: float | None = None) -> list[str]:
-    """The closures that never fall into a run of this length (None: the model's own), in a line each."""
+    """The closures that never fall into the counted time of a run of this length (None: the model's), a line each."""
     end = length or model.run.length or math.inf
     return [
         f"closures of {name} never fall into a run: nothing here says what they cost"

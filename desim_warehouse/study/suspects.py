@@ -93,7 +93,7 @@ class Suspect:
 
     @property
     def scale(self) -> float:
-        """Factor that scales its gain to a common dose: 10 % of a capacity or of the work, or all of the rest."""
+        """Factor from its gain to that of a common dose, 10 % of a capacity or the work; 1 where all is taken away."""
         return 1.0 if self.dose is None else DOSE / abs(self.dose)
 
 

@@ -79,7 +79,7 @@ def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> Non
 
 
 def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
-    """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half the way to the limit.
+    """The zone as given, else 0.01 of a share or 1 % of the target; at most halfway from that to the range's end.
 
     Raises:
         StudyError: no amount of the indicator, or one in which nearly all designs lie.

@@ -40,7 +40,7 @@ def read_base(base: bytes) -> Model:
 
 
 def simulate_batch(simulator: Simulator, base: Model, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
-    """Simulate a batch on a worker."""
+    """Simulate runs on a worker, one after the other; returns fewer outcomes than runs where they take long."""
     return simulator.batch(base, batch, timeout)
 
 

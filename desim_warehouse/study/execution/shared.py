@@ -135,7 +135,7 @@ class SharedExecutor(ABC):
         self.wake()
 
     def stop(self, handle: Handle) -> None:
-        """Stop a run that was cancelled, wherever it is simulated."""
+        """Have a cancelled run stopped wherever it is simulated; does not wait for that."""
         self.to_stop.put(handle)
         self.wake()
 

@@ -24,7 +24,7 @@ class Driver(Protocol):
         """Return another route if held up before `route[index]`, or None to wait. Asked while `detours` are left."""
 
     def give_way(self) -> None:
-        """Go on to a bay, if it rests where it is, as others wait for it."""
+        """End its rest, if it rests where it unloaded: others wait for the place, and it goes on to a bay."""
 
     def notice_wait(self, waiting: bool) -> None:
         """Note that it begins, or ends, to wait in traffic."""

@@ -261,7 +261,7 @@ class _EdgeData(dict[str, Any]):
 
 
 def _strict(graph: nx.DiGraph) -> nx.DiGraph:
-    """Copy a graph, with edges that know only the attributes that they have, length and speed."""
+    """Copy a graph for a user's own policy: to `get` an attribute that is misspelt raises KeyError."""
     strict = nx.DiGraph()
     strict.edge_attr_dict_factory = _EdgeData
     strict.add_nodes_from(graph.nodes(data=True))
