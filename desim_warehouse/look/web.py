@@ -1,4 +1,4 @@
-"""Pages of one file: `WebPage`, which saves or shows any page, and `joined`, which makes those of replay and live."""
+"""Pages of one file: `WebPage` saves or shows any page, `joined` makes the pages of the replay and the live page."""
 
 from __future__ import annotations
 

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
+_LOADING = names(lambda state: state.phase is Phase.LOADING)
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -359,7 +360,7 @@ class History:
             if row.robot in since:
                 spans.append((inside[row.robot], since.pop(row.robot), row.time))
             has_moved = row.node is not None and row.node != inside.get(row.robot)
-            if has_moved or (row.kind == "loading" and row.task in stored):
+            if has_moved or (row.kind in _LOADING and row.task in stored):
                 inside.pop(row.robot, None)  # it has left: goods of a storage place lie outside
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time

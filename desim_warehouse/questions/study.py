@@ -1,4 +1,4 @@
-"""What users hold of a study: `Study`, `Results`, `Comparison`, `MainEffects`, its engine with words and tables."""
+"""A study in the hands of a user: `Study`, `Results`, `Comparison`, `MainEffects`; its engine with words and tables."""
 
 from __future__ import annotations
 

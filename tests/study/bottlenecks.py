@@ -48,9 +48,9 @@ def planted(number):
     changes = {
         **AS_DRAFTED_BEFORE,
         "tasks.goods": {"saturated": 3 * robots},
-        "battery.consumption": CONSUMPTION,
+        "battery.consumption": {"standing": 0, **dict.fromkeys(("empty", "loaded", "handling"), CONSUMPTION)},
         "battery.charge_rate": 0.5,
-        "battery.reserve": 100,  # no battery runs flat, however scarce chargers are
+        "battery.reserve": 100,  # with it, and as robots that wait draw nothing, no battery runs flat
         # Slots to wait in where chargers are scarce: as many as robots, over all nodes.
         "layout.bays.charging.places": math.ceil(robots / len(whole.layout.bays["charging"].at)),
         "layout.stations.packing.servers": robots,
