@@ -66,10 +66,10 @@ class LiftCrossing(Intersection):
             return
         assert via is not None  # nothing stands beside a lift
         now: float = self.rules.env._now
-        there = self._call(robot, via.edge[1], now)
-        robot.uses_lift(via, now, there)
-        if there > now:
-            yield Arrival(self.rules.env, there)
+        opens = self._call(robot, via.edge[1], now)
+        robot.uses_lift(via, now, opens)
+        if opens > now:
+            yield Arrival(self.rules.env, opens)
 
     def is_ready(self, claim: Claim, now: float) -> bool:
         """Whether the cabin stands open before a robot in a ring; if not, it comes, and is nobody's until it is there.
@@ -94,24 +94,24 @@ class LiftCrossing(Intersection):
         return self.ready_for is robot
 
     def _call(self, robot: Body, node: str, now: float) -> float:
-        """The cabin is to come to a robot at a node; returns when the doors are open."""
+        """Call the cabin to a robot at a node; returns when the doors are open."""
         if self._stands_open(robot, node, now):
-            there = now
+            opens = now
         else:
             begin = max(now, self.free_at)
-            there = begin + self._comes_from(node, begin) + self.shaft.doors
+            opens = begin + self._takes_to(node, begin) + self.shaft.doors
         self.floor, self.ready_for = self.shaft.nodes.index(node), None
-        return there
+        return opens
 
-    def _comes_from(self, node: str, now: float) -> float:
-        """How long the cabin takes to a node from where it stands, open or closed, or is on its way to rest."""
-        shaft, floor = self.shaft, float(self.floor)
+    def _takes_to(self, node: str, now: float) -> float:
+        """Return how long the cabin takes to a node from where it stands, open or closed, or is on its way to rest."""
+        shaft, floor, closing = self.shaft, float(self.floor), 0.0
         if self.ready_for is not None:
-            return shaft.doors + abs(shaft.nodes.index(node) - floor) * shaft.ride
-        if shaft.rests is not None and now > self.free_at:
-            to = shaft.nodes.index(shaft.rests) - floor
-            floor += math.copysign(min((now - self.free_at) / shaft.ride, abs(to)), to)
-        return abs(shaft.nodes.index(node) - floor) * shaft.ride
+            closing = shaft.doors
+        elif shaft.rests is not None and now > self.free_at:
+            left = shaft.nodes.index(shaft.rests) - floor
+            floor += math.copysign(min((now - self.free_at) / shaft.ride, abs(left)), left)
+        return closing + abs(shaft.nodes.index(node) - floor) * shaft.ride
 
     def passed(self, robot: Body, onward: Lane, time: float) -> None:
         """A robot's centre leaves the cabin at a time, and the doors close when it is D beyond."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 
-from desim_warehouse.errors import nearest, shown
+from desim_warehouse.errors import PolicyError, nearest, shown
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
@@ -135,25 +135,26 @@ class Routes:
         except TypeError:  # names that cannot be looked up
             lanes = []
         if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
-            are_names = all(isinstance(name, str) for name in names)
-            said = " > ".join(names if are_names else map(shown, names)) or "nothing"
-            raise fault("routing", policy, now, f"{said} is no route from {origin} to {goal}")
+            raise self._no_route(names, origin, goal)
         closed = self._in_lane.intersection(names[1:-1])
         if closed:
-            said = f"{' > '.join(names)} is no route from {origin} to {goal}"
-            raise fault("routing", policy, now, f"{said}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)")
+            raise self._no_route(names, origin, goal, f", as {min(closed)} is a bay in the lane (layout.bays: in_lane)")
         if self._shafts and (through := self._through_lift(lanes)) is not None:
-            said = f"{' > '.join(names)} is no route from {origin} to {goal}"
-            raise fault(
-                "routing", policy, now, f"{said}, as {through} is in a lift, through which it leads on one floor"
-            )
+            why = f", as {through} is in a lift, through which it leads on one floor"
+            raise self._no_route(names, origin, goal, why)
         return lanes
 
+    def _no_route(self, names: Sequence[object], origin: str, goal: str, why: str = "") -> PolicyError:
+        """Make the error of an answer of the policy that is no route; `why` goes on with its sentence."""
+        are_names = all(isinstance(name, str) for name in names)
+        route = " > ".join(map(str if are_names else shown, names)) or "nothing"
+        return fault("routing", self.policy, self.env.now, f"{route} is no route from {origin} to {goal}{why}")
+
     def _through_lift(self, lanes: Sequence[Lane]) -> str | None:
-        """The node of a lift by which lanes lead in and out on the same floor."""
-        for one, other in itertools.pairwise(lanes):
-            if one.end.is_lift and not one.inside and not other.inside:
-                return one.edge[1]
+        """Return the node of a lift by which lanes lead in and out on the same floor."""
+        for lane, onward in itertools.pairwise(lanes):
+            if lane.end.is_lift and not lane.inside and not onward.inside:
+                return lane.edge[1]
         return None
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
