@@ -49,6 +49,15 @@ def counts():
     return counted
 
 
+def hidden(tree):
+    """The names of the module that a comprehension hides by a name of its own."""
+    own = {node.name for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    imports = [node for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom))]
+    own |= {(alias.asname or alias.name).partition(".")[0] for node in imports for alias in node.names}
+    targets = [node.target for node in ast.walk(tree) if isinstance(node, ast.comprehension)]
+    return [name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name) and name.id in own]
+
+
 def test_vague_names_and_leaning_docstrings_are_recognised():
     code = 'def f(one):\n    """The same of robots."""\n    found, robots = 1, 2\n    return [of for of in robots]'
     tree = ast.parse(code)
@@ -61,6 +70,13 @@ def test_no_file_has_more_vague_names_or_leaning_docstrings_than_before():
     kept, now = json.loads(COUNTS.read_text("utf-8")), counts()
     grown = {file: pair for file, pair in now.items() if any(map(operator.gt, pair, kept.get(file, [0, 0])))}
     assert grown == {}, f"more than in {COUNTS.name}: name them by what they are"
+
+
+def test_no_comprehension_hides_a_function_or_a_module():
+    """Python 3.12.1 inlines comprehensions, and loses a global that one of them hides (`UnboundLocalError`)."""
+    assert hidden(ast.parse("from a import one\n\ndef f(ones):\n    return [one for one in ones]")) == ["one"]
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
+    assert {path.name: names for path, tree in trees.items() if (names := hidden(tree))} == {}
 
 
 if __name__ == "__main__":

@@ -94,7 +94,7 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
 
     Words that replace a number stand in the first of these columns. A column without a value is left out.
     """
-    with_numbers = {number.of for option in options for number in option.numbers}
+    with_numbers = {reading.of for option in options for reading in option.numbers}
     shown = [measure for measure in measures if measure in with_numbers] or list(measures)[:1]
     rows = [[option.full_name, *_cells(option, shown)] for option in options]
     heads = ["option", *(measures[measure] for measure in shown)]
@@ -113,7 +113,7 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
 
 
 def _cells(option: Option, shown: Sequence[str]) -> list[str]:
-    texts = {number.of: number.text for number in option.numbers}
+    texts = {reading.of: reading.text for reading in option.numbers}
     first = option.said or (texts.get(shown[0], "") if shown else option.text)
     return [first, *(texts.get(measure, "") for measure in shown[1:])]
 

@@ -181,7 +181,7 @@ def level(value: Any) -> str:
 def design_spoken(design: Mapping[str, Any]) -> str:
     """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
     counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
-    others = [setting(key, value) for key, value in design.items() if not _counted(key, value)]
+    others = [setting(key, v) for key, v in design.items() if not _counted(key, v)]
     return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
 
 

@@ -289,21 +289,21 @@ class Desk:
         while len(self.of) < _AHEAD * self.workers and self.error is None:
             ready = [
                 (len(design.outcomes) + len(design.handles), -design.asked, design.number, design, run)
-                for design, count in want.items()
-                if (run := self._next(design, count, design in watched)) is not None
+                for design, most in want.items()
+                if (run := self._next(design, most, design in watched)) is not None
             ]
             if not ready:
                 return
             *_, chosen, run = min(ready)
             self._submit(chosen, run)
 
-    def _next(self, design: Design, count: int, watched: bool) -> int | None:
+    def _next(self, design: Design, most: int, watched: bool) -> int | None:
         """The next run of a design: the latest once more, for its floor, where that is watched and not made yet."""
         under_way = any(r in design.outcomes for r in design.handles)
         if watched and design.n and design.floor is None and not under_way:
             return design.n - 1
-        count = min(count, design.n + _AHEAD * self.workers)  # runs count in order: none is far ahead of a slow one
-        return next((r for r in range(count) if r not in design.outcomes and r not in design.handles), None)
+        most = min(most, design.n + _AHEAD * self.workers)  # runs count in order: none is far ahead of a slow one
+        return next((r for r in range(most) if r not in design.outcomes and r not in design.handles), None)
 
     def _submit(self, design: Design, r: int) -> None:
         run = Wanted(design.number, design.named.changes, run_seed(self.seed, r), floor=r in design.outcomes)

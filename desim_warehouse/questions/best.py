@@ -362,7 +362,7 @@ def design(candidate: JudgedDesign | TriedDesign) -> str:
 
 def _values(searched: SearchedDesigns, candidate: JudgedDesign) -> str:
     """The value of the indicator, and of the target, with their intervals."""
-    values = [words.reached(number.of, number.text) for number in _numbers(searched, candidate)]
+    values = [words.reached(reading.of, reading.text) for reading in _numbers(searched, candidate)]
     return ", ".join(values) or "no run that ended"
 
 

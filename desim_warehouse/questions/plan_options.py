@@ -40,13 +40,13 @@ class OptionsPlan(Answered, ComparedOptions):
         """A row for each fleet of each option: the option, then the columns of `Plan.table`."""
         import pandas as pd
 
-        tables = [plan.table.assign(option=name) for name, plan in self.plans.items()]
+        tables = [planned.table.assign(option=name) for name, planned in self.plans.items()]
         whole = pd.concat(tables, ignore_index=True)
         return whole[["option", *(name for name in whole if name != "option")]]
 
     def in_short(self) -> str:
         """Name the first option, then the fleet of each."""
-        fleets = [f"{name}: {plan.in_short()}" for name, plan in self.plans.items()]
+        fleets = [f"{name}: {planned.in_short()}" for name, planned in self.plans.items()]
         return "; ".join([f"{self.first} first" if self.first else "none is enough", *fleets])
 
 

@@ -253,7 +253,7 @@ def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Map
     for lift in layout.lifts:
         mine = [ride for ride, owner in layout.rides.items() if owner is lift]
         rides = {
-            ride: math.fsum(count[kind] * probe.rides.get(">".join(ride), 0.0) for kind, probe in probes.items())
+            ride: math.fsum(count[kind] * probed.rides.get(">".join(ride), 0.0) for kind, probed in probes.items())
             / robots
             for ride in mine
         }

@@ -252,7 +252,7 @@ def labels(baseline: Mapping[str, Any]) -> dict[str, Label]:
 
 
 def _factors(forms: Mapping[str, Any]) -> tuple[Factor, ...]:
-    return tuple(factor_of(key, form) for key, form in forms.items())
+    return tuple(factor_of(key, values) for key, values in forms.items())
 
 
 def _misfits(factors: tuple[Factor, ...], rule: Rule) -> Iterator[PydanticCustomError]:

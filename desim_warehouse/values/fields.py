@@ -224,9 +224,9 @@ class Part(BaseModel):
     def content(self) -> Any:
         """The section as plain JSON values: with defaults, but without keys empty (none) by default and here."""
         return {
-            field.alias or name: as_json(value)
-            for name, field in type(self).model_fields.items()
-            if (value := getattr(self, name)) != field.default or value not in _EMPTY
+            info.alias or name: as_json(value)
+            for name, info in type(self).model_fields.items()
+            if (value := getattr(self, name)) != info.default or value not in _EMPTY
         }
 
     def is_random(self, model: Any) -> bool:
@@ -324,8 +324,8 @@ def _with_parts(section: type[Part], wanted: tuple[type[Part], ...]) -> tuple[st
     """The keys of a section that may hold sections of some kinds."""
     return tuple(
         name
-        for name, field in section.model_fields.items()
-        if any(issubclass(inner, wanted) or _with_parts(inner, wanted) for inner in sections_in(field.annotation))
+        for name, info in section.model_fields.items()
+        if any(issubclass(inner, wanted) or _with_parts(inner, wanted) for inner in sections_in(info.annotation))
     )
 
 
@@ -334,8 +334,8 @@ def _with_chance(section: type[Part]) -> tuple[str, ...]:
     """The keys of a section that may hold something random, so that long lists of edges are not searched for it."""
     return tuple(
         name
-        for name, field in section.model_fields.items()
-        if any(inner.is_random is not Part.is_random or _with_chance(inner) for inner in sections_in(field.annotation))
+        for name, info in section.model_fields.items()
+        if any(inner.is_random is not Part.is_random or _with_chance(inner) for inner in sections_in(info.annotation))
     )
 
 
@@ -395,8 +395,8 @@ class Forms:
         """Add the words and the other forms to the schema of the annotated type."""
         schema = handler(core)
         more = [
-            copy.deepcopy(form) if isinstance(form, dict) else handler(form.__pydantic_core_schema__)
-            for form in self.more
+            copy.deepcopy(other) if isinstance(other, dict) else handler(other.__pydantic_core_schema__)
+            for other in self.more
         ]
         return {**({"anyOf": [schema, *more]} if more else schema), "errorMessage": f"expected {self.text}"}
 

@@ -185,8 +185,13 @@ def lost_time(run: RunData) -> Folded:
         return table.model_copy(update={"note": _UNLOGGED})
     whole, unit = run.history.counted * run.model.fleet.size, run.model.units.time
     rows = [
-        (root_in_words(root, run.model), numbers.duration(time, unit), numbers.PERCENT.value(time / whole), str(robots))
-        for root, (time, robots) in list(lost_to(run.history).items())[:_ROOTS]
+        (
+            root_in_words(root, run.model),
+            numbers.duration(time, unit),
+            numbers.PERCENT.value(time / whole),
+            str(waiting),
+        )
+        for root, (time, waiting) in list(lost_to(run.history).items())[:_ROOTS]
         if time >= _LEAST_LOST * whole
     ]
     head = ("robots waited", "time, all together", "of the fleet's time", "robots")
