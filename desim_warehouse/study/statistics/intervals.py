@@ -40,7 +40,7 @@ RARE = 5
 """The fewest missed tasks assumed in the upper limit of the effective sample size, however many days there are."""
 
 
-def t_quantile(df: int, probability: float) -> float:
+def t_quantile(df: float, probability: float) -> float:
     """The `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
     from scipy.special import stdtrit
 
