@@ -492,4 +492,5 @@ def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
     for count, alike in by_count.items():
         numbers, (edge_1, edge_2) = np.array(alike), np.triu_indices(count, 1)
         pairs.append((numbers[:, edge_1] * len(ends) + numbers[:, edge_2]).ravel())
-    return np.divmod(np.unique(np.concatenate(pairs)), max(len(ends), 1))
+    every = np.sort(np.concatenate(pairs))  # np.unique would import masked arrays
+    return np.divmod(every[np.diff(every, prepend=-1) != 0], max(len(ends), 1))
