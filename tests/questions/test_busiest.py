@@ -97,7 +97,7 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", some(CASES, 3))
 def test_plan_names_the_planted_bottleneck(case):
-    model, planted = hall(case).replace({"log": "tasks"}), CASES[case][1]
+    model, planted = hall(case).replace({"log": "tasks", "run.length": "3 h"}), CASES[case][1]
     robots = [model.fleet.size]
     plan = plan_fleet(model, "throughput_per_hour >= 5", robots=robots, strategies={}, search=dw.Search(runs=60))
     assert named(plan.answer.answer) == set(planted)

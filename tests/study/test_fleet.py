@@ -19,8 +19,8 @@ from tests.study import plans
 from tests.world.test_hours import SQUARE
 
 WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 3"
-SHORT = {"run.length": 3600, "run.warm_up": 600, "fleet.start_energy": 1, "battery.consumption": 0.0001}
-"""An hour, in which batteries last: settled ones are found in a long run of each fleet."""
+SHORT = {"run.length": 1800, "run.warm_up": 300, "fleet.start_energy": 1, "battery.consumption": 0.0001}
+"""Half an hour, in which batteries last: settled ones are found in a long run of each fleet."""
 SET = " ".join(f"--set {key}={value}" for key, value in SHORT.items())
 
 
