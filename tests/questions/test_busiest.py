@@ -178,7 +178,7 @@ def test_a_design_costs_the_same_a_year_whatever_is_asked(work_time):
     prices = {"hours": 4000, "robot": 6000, "station_hour": 30}
     station = {"at": ["E"], "places": 8, "servers": 1, "work_time": work_time}
     changes = {"prices": prices, "fleet.size": 2, "layout.stations": {"packing": station}, "log": "tasks"}
-    model = dw.load(HALL, {**changes, "run.length": 7200, "run.warm_up": 0})
+    model = dw.load(HALL, {**changes, "run.length": 3600, "run.warm_up": 0})
     goal, search = "throughput_per_hour >= 5", dw.Search(runs=60)
     plans = [
         plan_fleet(model, goal, robots=[2], strategies={}, search=search),

@@ -73,7 +73,7 @@ def asked(monkeypatch):
 def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(asked):
     """Six robots before one station that closes at night: with four times the tasks, four times the questions."""
     questions = []
-    for rate in (1000, 4000):
+    for rate in (500, 2000):
         asked.clear()
         model = drafted().replace({**FULL, **OPEN_BY_DAY, "tasks.goods": {"poisson": rate}, "run.length": 300})
         run = dw.simulate(model)
