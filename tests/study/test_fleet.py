@@ -286,7 +286,7 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
 
 def test_prices_of_the_model_choose_the_cheapest_and_are_those_of_its_annual_cost(here):
     prices = {"hours": 4000, "robot": 30_000, "charger": 8_000}
-    model = dw.load("w.yaml", {"run.length": 3600, "run.warm_up": 600, "prices": prices})
+    model = dw.load("w.yaml", {**SHORT, "prices": prices})
     designs = Designs(model)
     assert designs.cost((3, 2)) == 106_000
     assert designs.key((3, 2)) < designs.key((4, 1))
