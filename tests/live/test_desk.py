@@ -90,6 +90,15 @@ def test_going_back_simulates_nothing(page):
     assert next(page.answers(found["id"]))["done"] == "all"
 
 
+def test_what_one_client_tries_is_in_the_list_of_another(page):
+    mine, other = page.design(robots=2)["id"], Client(page.live)
+    with other.http:
+        theirs = other.design(**{"fleet.size": 3, "policies.allocation": "auction"})["id"]
+        other.until(theirs, lambda one: one["n"])
+        answer = page.until(mine, lambda one: theirs in {tried["id"] for tried in one["tried"]})
+    assert any("auction" in tried["words"] for tried in answer["tried"])
+
+
 def test_thirty_more_runs_on_request(page):
     design = page.design(robots=1)["id"]
     assert page.until(design)["n"] == 35
