@@ -86,3 +86,10 @@ test("a click on what was tried goes back to it, and its words stay text", () =>
   button.on.click();
   assert.deepEqual(done, [3, null, "moved"]);
 });
+
+test("a page whose server is back asks it for the pinned design again, then for its own", async () => {
+  const asked = [], feed = { ask: async (path, { levels }) => asked.push(path, levels.robots) };
+  const live = made({ feed, pinned: { levels: { robots: 2 } }, settled: false, byHand: () => asked.push("own") });
+  await live.back();
+  assert.deepEqual([live.settled, ...asked], [true, "/api/design", 2, "own"]);
+});
