@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -49,23 +49,30 @@ class Sheet:
     marks: list[Box]
     lines: list[Box] = field(default_factory=list)
 
-    def put(self, size: tuple[float, float], around: Box, gap: float, side: Side) -> Spot | None:
+    def put(
+        self, sizes: Sequence[tuple[float, float]], around: Box, gap: float, side: Side, *, known: bool = False
+    ) -> tuple[Spot, int] | None:
         """Find a free spot for a name beside a box, and keep it free of later names.
 
         Args:
-            size: width and height of the name.
+            sizes: width and height of the name, the best size first; a smaller one on the best side is preferred to a
+                larger one on another.
             around: the box of what is named.
             gap: the least room between the two.
             side: where it stands if it can; else on the sides next to that one, and farther out.
+            known: the name stands elsewhere already, so that it is worth no line.
 
         Returns:
-            The spot; None where each would cover a mark.
+            The spot and which of the sizes it has; None where each would cover a mark.
         """
-        spots = list(_spots(size, around, gap, side))
-        for drawn in (self.marks + self.lines, self.marks):
-            if chosen := _first_free(spots, drawn):
-                self.marks.append(chosen.box)
-                return chosen
+        spots = [list(_spots(size, around, gap, side)) for size in sizes]
+        best = [(some[:1], number) for number, some in enumerate(spots)]
+        others = [(some[1:], number) for number, some in enumerate(spots)]
+        for drawn in (self.marks + self.lines, *([] if known else [self.marks])):
+            for some, number in best + others:
+                if chosen := _first_free(some, drawn):
+                    self.marks.append(chosen.box)
+                    return chosen, number
         return None
 
 
@@ -103,7 +110,7 @@ def _first_free(spots: Iterable[Spot], drawn: list[Box]) -> Spot | None:
     import numpy as np
 
     if not drawn:
-        return next(iter(spots))
+        return next(iter(spots), None)
     left, top, right, bottom = np.array(drawn, dtype=float).T
     for spot in spots:
         x0, y0, x1, y1 = spot.box

@@ -49,9 +49,9 @@ def write_names(axes: Axes, names: Iterable[Name], sheet: Sheet) -> list[Box]:
     for name in names:
         high = FontProperties(size=name.font).get_size_in_points() * point
         size = LETTER * high * len(name.text), _LINE * high
-        spot = sheet.put(size, name.around, _GAP * high, name.side)
-        if spot is None:
+        if not (put := sheet.put([size], name.around, _GAP * high, name.side)):
             continue
+        spot, _ = put
         boxes.append(spot.box)
         axes.text(
             *(spot.x, spot.y, look.text(name.text)),

@@ -16,31 +16,47 @@ NODE = box_around(0, 0, 1)
 SIZE = (4, 2)
 
 
+def put(sheet, side, **how):
+    spot = sheet.put([SIZE], NODE, 1, side, **how)
+    return spot and spot[0]
+
+
 def test_a_name_stands_on_the_side_that_is_asked_for_where_it_is_free():
-    assert Sheet([NODE]).put(SIZE, NODE, 1, (0, -1)).box == (-2, -4, 2, -2)
-    assert Sheet([NODE]).put(SIZE, NODE, 1, (1, 0)).box == (2, -1, 6, 1)
+    assert put(Sheet([NODE]), (0, -1)).box == (-2, -4, 2, -2)
+    assert put(Sheet([NODE]), (1, 0)).box == (2, -1, 6, 1)
 
 
 def test_a_text_beside_a_node_is_held_at_its_near_end():
-    east, west = (Sheet([NODE]).put(SIZE, NODE, 1, side) for side in ((1, 0), (-1, 0)))
+    east, west = (put(Sheet([NODE]), side) for side in ((1, 0), (-1, 0)))
     assert ((east.x, east.y), (west.x, west.y)) == ((2, 0), (-2, 0))
 
 
 def test_a_name_goes_round_a_mark_to_the_nearest_side():
     """Above is another node, and north-east a lane, so north-west is next."""
     above, lane = box_around(0, -3, 1), (2, -5, 9, -2)
-    assert Sheet([NODE, above], [lane]).put(SIZE, NODE, 1, (0, -1)).box == (-6, -4, -2, -2)
+    assert put(Sheet([NODE, above], [lane]), (0, -1)).box == (-6, -4, -2, -2)
 
 
 def test_a_name_covers_a_lane_rather_than_nothing_and_a_mark_never():
     everywhere = (-50, -50, 50, 50)
-    assert Sheet([NODE], [everywhere]).put(SIZE, NODE, 1, (0, -1)).box == (-2, -4, 2, -2)
-    assert Sheet([everywhere]).put(SIZE, NODE, 1, (0, -1)) is None
+    assert put(Sheet([NODE], [everywhere]), (0, -1)).box == (-2, -4, 2, -2)
+    assert put(Sheet([everywhere]), (0, -1)) is None
+
+
+def test_a_name_that_stands_elsewhere_is_worth_no_line():
+    assert put(Sheet([NODE], [(-50, -50, 50, 50)]), (0, -1), known=True) is None
+
+
+def test_a_small_name_on_its_side_is_preferred_to_a_large_one_elsewhere():
+    """Beside the node above there is room for two letters."""
+    sheet = Sheet([NODE, (1, -9, 9, 9), (-9, -9, -1, 9)])
+    spot, size = sheet.put([SIZE, (2, 1)], NODE, 1, (0, -1))
+    assert (spot.box, size) == ((-1, -3, 1, -2), 1)
 
 
 def test_a_name_keeps_its_place_free_of_the_next():
     sheet = Sheet([NODE])
-    assert sheet.put(SIZE, NODE, 1, (0, -1)).box != sheet.put(SIZE, NODE, 1, (0, -1)).box
+    assert put(sheet, (0, -1)).box != put(sheet, (0, -1)).box
 
 
 def test_a_slanted_line_is_covered_in_pieces():

@@ -195,18 +195,18 @@ def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tupl
     sheet.marks += [box for boxes in slots for box in boxes]
     sheet.lines += [box for edge in layout.lanes for box in boxes_along(*ends(layout, edge, step), room)]
     sheet.lines += [box_around(place.x, place.y, layout.goods_size / 2) for place in layout.storage]
-    names = []
+    names: list[tuple[str, str, Spot]] = []
     for zone, boxes in zip(places, slots, strict=True):
         x, y = point_of[zone.node]
         lefts, tops, rights, bottoms = zip(*boxes, strict=True)
         around = min(lefts), min(tops), max(rights), max(bottoms)
         dx, dy = (around[0] + around[2]) / 2 - x, (around[1] + around[3]) / 2 - y
         side = (1 if dx > 0 else -1, 0) if abs(dx) > abs(dy) else (0, 1 if dy > 0 else -1)
-        for kind, part in _SIZES:
-            size = LETTER * part * room * len(zone.name), part * room
-            if spot := sheet.put(size, around, room / 4, side):
-                names.append((f"{zone.kind} {kind}".strip(), zone.name, spot))
-                break
+        sizes = [(LETTER * part * room * len(zone.name), part * room) for _, part in _SIZES]
+        known = any(name == zone.name for _, name, _ in names)
+        if put := sheet.put(sizes, around, room / 4, side, known=known):
+            spot, size = put
+            names.append((f"{zone.kind} {_SIZES[size][0]}".strip(), zone.name, spot))
     return names
 
 
