@@ -41,7 +41,6 @@ _ROUNDING = 1e-9
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find what `simulate` refuses; the layout has no errors of its own."""
     yield from starts.errors(model, layout)
-    yield from _free_lifts(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
     if model.battery is not None:
@@ -71,13 +70,6 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
-
-
-def _free_lifts(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find lifts that would carry any number of robots at once."""
-    for node in sorted(model.traffic.free_nodes & {node for lift in layout.lifts for node in lift.nodes}):
-        text = "a lift carries one robot at a time, and cannot be open to all"
-        yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
 
 
 def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:

@@ -54,7 +54,10 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     for members, speed in limits:
         for edge in edges_of(Layout(graph, (), {}, {}), members):
             graph.edges[edge]["speed"] = min(graph.edges[edge]["speed"], speed)
-    lifts = tuple(Lift(name, one.nodes, one.ride, one.doors, one.rests) for name, one in spec.lifts.items())
+    lifts = tuple(
+        Lift(name, one.nodes, one.ride, one.doors, one.rests, one.people, one.outages)
+        for name, one in spec.lifts.items()
+    )
     _only_once("lift", [node for lift in lifts for node in lift.nodes])
     for lift in lifts:
         _add_rides(graph, lift)

@@ -11,7 +11,7 @@ from itertools import permutations
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from desim_warehouse.values.disturbances import OutageSpec
+from desim_warehouse.values.disturbances import OutageSpec, RidersSpec
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -80,7 +80,7 @@ class StationPlaces:
 class Lift:
     """A lift for one robot at a time: its node on each floor, from the lowest up, where its cabin rests, and times.
 
-    `ride` is from one floor to the next. The doors take `doors` to open and as long to close.
+    `ride` is from one floor to the next. The doors take `doors` to open and as long to close. `people` ride in it, too.
     """
 
     name: str
@@ -88,6 +88,8 @@ class Lift:
     ride: float
     doors: float
     rests: str | None = None
+    people: RidersSpec | None = None
+    outages: OutageSpec | None = None
 
     def way(self, one: str, other: str) -> float:
         """Time in which the cabin comes from one of its nodes to another."""

@@ -21,7 +21,7 @@ from desim_warehouse.layout import naming
 from desim_warehouse.layout.blocks import Blocks, highways
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
-from desim_warehouse.values.disturbances import OutageSpec
+from desim_warehouse.values.disturbances import OutageSpec, RidersSpec
 from desim_warehouse.values.fields import (
     SECTION,
     By,
@@ -440,6 +440,8 @@ class LiftSpec(Part):
         title="where a lift rests",
         description="the node of its own to which the empty cabin goes; default: it stays where it was left",
     )
+    people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
+    outages: OutageSpec | None = Field(None, description="of the lift; none: it never fails")
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:

@@ -107,11 +107,14 @@ def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
 
 
 def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
-    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes."""
+    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes.
+
+    Of the node of a lift those are the lanes to its doors, not the rides.
+    """
     edges: dict[Edge, None] = {}
     for member in members:
         if isinstance(member, str):
-            edges.update(dict.fromkeys(layout.graph.in_edges(member)))
+            edges.update(dict.fromkeys(edge for edge in layout.graph.in_edges(member) if edge not in layout.rides))
         else:
             edges.update(dict.fromkeys(edge for edge in (member, member[::-1]) if layout.graph.has_edge(*edge)))
     return tuple(edges)

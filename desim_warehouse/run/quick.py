@@ -17,7 +17,7 @@ from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances
-from desim_warehouse.model.facts.lifts import time_taken
+from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
@@ -258,7 +258,8 @@ def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Map
             for ride in mine
         }
         if share := math.fsum(rides.values()):
-            loads.append(LiftLoad(lift.name, share, time_taken(model, lift, rides) / share))
+            time = time_taken(model, lift, rides) / left_for_robots(model, lift)
+            loads.append(LiftLoad(lift.name, share, time / share))
     return tuple(loads)
 
 

@@ -314,7 +314,7 @@ def _lanes(run: RunData) -> Iterator[Suspect]:
 
 
 def _failures(run: RunData) -> Iterator[Suspect]:
-    """Yield breakdowns of robots, delays at nodes, and outages of chargers."""
+    """Yield breakdowns of robots, delays at nodes, and outages of chargers and lifts."""
     model = run.model
     if model.fleet.breaks_down:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
@@ -335,6 +335,10 @@ def _failures(run: RunData) -> Iterator[Suspect]:
     if fail and model.battery is not None:
         never = {f"layout.bays.{name}.outages": None for name in fail}
         yield Suspect("outages of chargers", "chargers never fail", never)
+    fail = [lift.name for lift in run.layout.lifts if lift.outages is not None and "." not in lift.name]
+    if fail:
+        never = {f"layout.lifts.{name}.outages": None for name in fail}
+        yield Suspect("outages of lifts", "lifts never fail", never)
 
 
 def _dotted(model: Model, key: str) -> bool:

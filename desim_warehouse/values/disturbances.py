@@ -1,4 +1,4 @@
-"""Disturbances in a model: breakdowns of robots, outages of chargers, delays at nodes."""
+"""Disturbances in a model: breakdowns of robots, outages of chargers and lifts, people in lifts, delays at nodes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from desim_warehouse.errors import got
+from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying, mean_of
-from desim_warehouse.values.fields import Part, Share, Usual, wrong
+from desim_warehouse.values.fields import Part, Rate, Share, Usual, wrong
 
 
 def _not_at_once(time: Varying) -> Varying:
@@ -51,18 +52,38 @@ class BreakdownSpec(Part):
 
 
 class OutageSpec(Part):
-    """How often a charger fails, and how long until it is repaired.
+    """How often a charger or a lift fails, and how long until it is repaired.
 
-    It fails by the calendar, in use or not. A robot at it is first in the queue for the next that works.
+    It fails by the calendar, in use or not. A robot at a charger is first in the queue for the next that works. Who
+    rides in a lift comes to the end of the ride.
     """
 
     every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
-        title="time between outages of a charger",
-        description="from one repair to the next failure of a charger, in use or not",
+        title="time between outages",
+        description="from one repair to the next failure of a charger or lift, in use or not",
     )
     repair: Annotated[Varying, Usual("1 min", "30 d")] = Field(
-        title="repair time of a charger", description="from a failure of a charger until it is repaired"
+        title="repair time of an outage", description="from a failure of a charger or lift until it is repaired"
     )
+
+
+class RidersSpec(Part):
+    """People who ride in a lift at random, each from one of its floors to another, all as likely.
+
+    Those who have called the cabin by the time at which a robot does ride first, in the order of their calls.
+    """
+
+    per_hour: Annotated[Rate, Usual(0, 400)] = Field(
+        title="rides of people", description="rides an hour, on average, at random"
+    )
+    transfer: Annotated[Varying, Usual("1 s", "2 min")] = Field(
+        title="transfer time", description="how long the doors stand open for them to get in, and again to get out"
+    )
+    hours: CalendarName | None = Field(None, description="they ride only then; default: always")
+
+    def is_random(self, model: Any) -> bool:  # noqa: ARG002 - when they come always is
+        """Whether it is left to chance when they ride, from where to where, or for how long."""
+        return True
 
 
 class DelaySpec(Part):
