@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import permutations
+from itertools import pairwise, permutations
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -224,12 +224,23 @@ class Layout:
 
     @cached_property
     def floors(self) -> dict[str, int]:
-        """By node a number for its floor, on which robots get about without a lift."""
+        """By node the number of its floor, on which robots get about without a lift, from the lowest (0) up."""
         import networkx as nx
 
         lanes = nx.Graph(edge for edge in self.graph.edges if edge not in self.rides)
         lanes.add_nodes_from(self.graph)
-        return {node: number for number, part in enumerate(nx.connected_components(lanes)) for node in part}
+        parts = list(nx.connected_components(lanes))
+        part_of = {node: number for number, part in enumerate(parts) for node in part}
+        above = nx.DiGraph()
+        above.add_nodes_from(range(len(parts)))
+        above.add_edges_from((part_of[a], part_of[b]) for lift in self.lifts for a, b in pairwise(lift.nodes))
+        rank = {}
+        together = nx.condensation(above)  # floors that lifts put above each other, and below
+        for number in nx.lexicographical_topological_sort(
+            together, key=lambda one: min(together.nodes[one]["members"])
+        ):
+            rank.update({part: len(rank) + more for more, part in enumerate(sorted(together.nodes[number]["members"]))})
+        return {node: rank[part] for node, part in part_of.items()}
 
     @cached_property
     def rides(self) -> dict[Edge, Lift]:
