@@ -234,7 +234,7 @@ class Layout:
         above = nx.DiGraph()
         above.add_nodes_from(range(len(parts)))
         above.add_edges_from((part_of[a], part_of[b]) for lift in self.lifts for a, b in pairwise(lift.nodes))
-        rank = {}
+        rank: dict[int, int] = {}
         together = nx.condensation(above)  # floors that lifts put above each other, and below
         for number in nx.lexicographical_topological_sort(
             together, key=lambda one: min(together.nodes[one]["members"])
