@@ -16,7 +16,7 @@ from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.disturbances import closures, disturbances
+from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
@@ -286,7 +286,8 @@ UNKNOWN = "; estimates do not know of it"
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
-    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model))]
+    unknown = [*closures(model), *shared_lifts(model, layout)]
+    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in unknown)]
     if model.fleet.breaks_down:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:

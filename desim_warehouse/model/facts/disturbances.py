@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 def disturbances(model: Model, layout: Layout) -> list[str]:
-    """List what keeps robots, chargers or lifts from work at times, a line for each."""
-    return [*_failures(model), *_lifts(model, layout), *_delays(model), *_people(model, layout)]
+    """List what keeps robots or chargers from work at times, a line for each."""
+    return [*_failures(model), *_delays(model), *_people(model, layout)]
 
 
 def left_out(model: Model) -> list[str]:
@@ -56,17 +56,19 @@ def _failures(model: Model) -> Iterator[str]:
             )
 
 
-def _lifts(model: Model, layout: Layout) -> Iterator[str]:
+def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
     """Describe which lifts fail and which people use, and how much of their time that takes."""
     for lift in layout.lifts:
         if (spec := lift.outages) is not None:
             every, repair = mean_of(spec.every), mean_of(spec.repair)
             yield (
                 f"lift {lift.name} fails every {amount(every)} {model.units.time} and takes {amount(repair)} "
-                f"{model.units.time} to repair: {amount(100 * every / (every + repair))} % of its time is left"
+                f"{model.units.time} to repair: {amount(100 * every / (every + repair))} % of its time is left, and "
+                "robots wait for that"
             )
         if lift.people is not None:
-            yield f"people have lift {lift.name} for {100 * with_people(model, lift):.3g} % of the time on average"
+            share = 100 * with_people(model, lift)
+            yield f"people have lift {lift.name} for {share:.3g} % of the time on average, and robots wait for them"
 
 
 def breakdowns(model: Model) -> dict[str, BreakdownSpec]:
