@@ -11,10 +11,12 @@ from itertools import pairwise, permutations
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from desim_warehouse.values.disturbances import OutageSpec, RidersSpec
+from desim_warehouse.values.disturbances import OutageSpec
 
 if TYPE_CHECKING:
     import networkx as nx
+
+    from desim_warehouse.layout.riders import RidersSpec
 
 
 Edge = tuple[str, str]

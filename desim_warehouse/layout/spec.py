@@ -19,9 +19,10 @@ from pydantic import (
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout import naming
 from desim_warehouse.layout.blocks import Blocks, highways
+from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
-from desim_warehouse.values.disturbances import OutageSpec, RidersSpec
+from desim_warehouse.values.disturbances import OutageSpec
 from desim_warehouse.values.fields import (
     SECTION,
     By,

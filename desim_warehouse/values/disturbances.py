@@ -1,4 +1,4 @@
-"""Disturbances in a model: breakdowns of robots, outages of chargers and lifts, people in lifts, delays at nodes."""
+"""Disturbances in a model: breakdowns of robots, outages of chargers and lifts, delays at nodes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying, mean_of
-from desim_warehouse.values.fields import Part, Rate, Share, Usual, wrong
+from desim_warehouse.values.fields import Part, Share, Usual, wrong
 
 
 def _not_at_once(time: Varying) -> Varying:
@@ -65,25 +64,6 @@ class OutageSpec(Part):
     repair: Annotated[Varying, Usual("1 min", "30 d")] = Field(
         title="repair time of an outage", description="from a failure of a charger or lift until it is repaired"
     )
-
-
-class RidersSpec(Part):
-    """People who ride in a lift at random, each from one of its floors to another, all as likely.
-
-    Those who have called the cabin by the time at which a robot does ride first, in the order of their calls.
-    """
-
-    per_hour: Annotated[Rate, Usual(0, 400)] = Field(
-        title="rides of people", description="rides an hour, on average, at random"
-    )
-    transfer: Annotated[Varying, Usual("1 s", "2 min")] = Field(
-        title="transfer time", description="how long the doors stand open for them to get in, and again to get out"
-    )
-    hours: CalendarName | None = Field(None, description="they ride only then; default: always")
-
-    def is_random(self, model: Any) -> bool:  # noqa: ARG002 - when they come always is
-        """Whether it is left to chance when they ride, from where to where, or for how long."""
-        return True
 
 
 class DelaySpec(Part):

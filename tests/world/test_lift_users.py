@@ -6,11 +6,11 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.layout.layout import Lift
+from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.model.facts.lifts import left_for_robots, with_people
 from desim_warehouse.run.quick import left_out
 from desim_warehouse.study.suspects import suspects
 from desim_warehouse.values.calendars import ALWAYS, Hours
-from desim_warehouse.values.disturbances import RidersSpec
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.traffic.lift_users import LiftUsers, PersonRide
 from tests.world.floor import PARK
