@@ -2,21 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.errors import first_of
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout.zones import zones_on
+from desim_warehouse.layout.zones import ZoneSpec, zones_on
 
 if TYPE_CHECKING:
-    from desim_warehouse.layout.checks import Use
     from desim_warehouse.layout.layout import Edge, Layout, Lift
 
 EPS = 1e-6
 
 
-def examine(layout: Layout, use: Use) -> Iterator[Finding]:
+class LiftUse(Protocol):
+    """The use of a layout by a model, as far as lifts are concerned."""
+
+    @property
+    def contact(self) -> float:
+        """The distance that robots keep."""
+
+    @property
+    def at(self) -> dict[str, str]:
+        """What robots do at nodes."""
+
+    @property
+    def zones(self) -> Mapping[str, ZoneSpec]:
+        """The traffic zones by name."""
+
+    @property
+    def free(self) -> frozenset[str]:
+        """Nodes that are open to all."""
+
+    @property
+    def people(self) -> Mapping[str, float]:
+        """The share of the time for which people have each lift."""
+
+
+def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
     """Find errors of lifts, of their places and of their use."""
     for lift in layout.lifts:
         yield from _shared(lift, use)
@@ -46,7 +69,7 @@ def examine(layout: Layout, use: Use) -> Iterator[Finding]:
                 yield Finding("LIFT", place, text, "move it to the node in front of the doors")
 
 
-def _shared(lift: Lift, use: Use) -> Iterator[Finding]:
+def _shared(lift: Lift, use: LiftUse) -> Iterator[Finding]:
     """Find lifts that would carry any number of robots at once, and those that people never leave to robots."""
     for node in sorted(use.free.intersection(lift.nodes)):
         text = "a lift carries one robot at a time, and cannot be open to all"
