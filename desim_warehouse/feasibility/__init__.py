@@ -90,6 +90,16 @@ def _use(model: Model, layout: Layout) -> checks.Use:
     homes = tuple(fleet.homes(layout.bays)) if fleet.start or layout.bays else ()
     traffic = model.traffic
     people = {lift.name: with_people(model, lift) for lift in layout.lifts}
+    timed = frozenset(node for node, _ in traffic.node_times)
     return checks.Use(
-        fleet.contact, fleet.size, fleet.start, homes, used, traffic.gridlock, traffic.zones, traffic.free_nodes, people
+        fleet.contact,
+        fleet.size,
+        fleet.start,
+        homes,
+        used,
+        traffic.gridlock,
+        traffic.zones,
+        traffic.free_nodes,
+        people,
+        timed,
     )

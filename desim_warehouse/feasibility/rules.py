@@ -255,12 +255,13 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
     """Find lifts of which more rides are asked than they can do."""
+    keys = {lift.name: lift.of for lift in model.floor.lifts}
     for lift in estimate.lifts:
         rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
         if rides > most:
             yield Finding(
                 "DEMAND_ABOVE_LIFT",
-                f"layout.lifts.{lift.name}",
+                f"layout.lifts.{keys[lift.name]}",
                 f"it can do {amount(most)} rides an hour, {amount(rides)} are asked for: its queue grows without bound",
                 "another lift beside it, a shorter ride or quicker doors",
             )

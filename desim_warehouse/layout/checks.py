@@ -39,7 +39,8 @@ SHARPEST_MERGE = math.radians(60)
 class Use:
     """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload.
 
-    `free`: nodes that are open to all; `people`: the share of the time for which people have each lift.
+    `free`: nodes that are open to all; `timed`: those at which robots spend a time of their own; `people`: the share of
+    the time for which people have each lift.
     """
 
     contact: float
@@ -51,6 +52,7 @@ class Use:
     zones: Mapping[str, ZoneSpec] = field(default_factory=dict)
     free: frozenset[str] = frozenset()
     people: Mapping[str, float] = field(default_factory=dict)
+    timed: frozenset[str] = frozenset()
 
     @property
     def at(self) -> dict[str, str]:

@@ -35,6 +35,10 @@ class LiftUse(Protocol):
         """Nodes that are open to all."""
 
     @property
+    def timed(self) -> frozenset[str]:
+        """Nodes at which robots spend a time of their own."""
+
+    @property
     def people(self) -> Mapping[str, float]:
         """The share of the time for which people have each lift."""
 
@@ -43,6 +47,9 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
     """Find errors of lifts, of their places and of their use."""
     for lift in layout.lifts:
         yield from _shared(lift, use)
+    for node in sorted(use.timed.intersection(layout.cabins_beside)):
+        text = "the time would be spent in one of several cabins"
+        yield Finding("LIFT", f"traffic.nodes.{node}.time", text, "leave it out, and give the doors more time")
     zones, contact = zones_on(layout, use.zones), use.contact
     at = {**use.at, **{node: f"zone {zone.name}" for zone in zones for node in zone.nodes}}
     for good in layout.storage:
@@ -50,7 +57,7 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
     at |= {node: f"station {station.zone}" for node, station in layout.stations.items()}
     at |= {node: f"bay {bay.zone}" for node, bay in layout.bays.items()}
     for lift in layout.lifts:
-        place = f"layout.lifts.{lift.name}"
+        place = f"layout.lifts.{lift.of}"
         for node in lift.nodes:
             lanes = [edge for edge in _edges_at(layout, node) if edge not in layout.rides]
             beside = {other for edge in lanes for other in edge if other != node}
@@ -76,7 +83,7 @@ def _shared(lift: Lift, use: LiftUse) -> Iterator[Finding]:
         yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
     if (share := use.people.get(lift.name, 0.0)) >= 1:
         text = f"people would have it for {100 * share:.3g} % of the time, so robots would wait for ever longer"
-        yield Finding("LIFT", f"layout.lifts.{lift.name}.people", text, "fewer rides, or a faster lift")
+        yield Finding("LIFT", f"layout.lifts.{lift.of}.people", text, "fewer rides, or a faster lift")
 
 
 def _edges_at(layout: Layout, node: str) -> list[Edge]:

@@ -441,6 +441,12 @@ class LiftSpec(Part):
         title="where a lift rests",
         description="the node of its own to which the empty cabin goes; default: it stays where it was left",
     )
+    cabins: Annotated[Count, Usual(1, 8)] = Field(
+        1,
+        title="cabins of a lift",
+        description="how many such lifts stand side by side, each with doors and a lane of its own from the same "
+        "nodes; only routes by `congestion-aware` take all of them",
+    )
     people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
     outages: OutageSpec | None = Field(None, description="of the lift; none: it never fails")
 

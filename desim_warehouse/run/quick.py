@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
@@ -248,15 +249,19 @@ def _stations(
 
 
 def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
-    """List the lifts that robots of the probes used, by how often."""
+    """List the lifts that robots of the probes used, by how often.
+
+    Of a lift with several cabins all are used alike where routes see queues.
+    """
     robots, loads = sum(count.values()), []
+    spread = model.policies.routing.name == "congestion-aware"
     for lift in layout.lifts:
-        mine = [ride for ride, owner in layout.rides.items() if owner is lift]
-        rides = {
-            ride: math.fsum(count[kind] * probed.rides.get(">".join(ride), 0.0) for kind, probed in probes.items())
-            / robots
-            for ride in mine
-        }
+        alike = [other for other in layout.lifts if other.of == lift.of] if spread else [lift]
+        rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
+        for other in alike:
+            for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):
+                by_kind_of = (count[kind] * probed.rides.get(">".join(same), 0.0) for kind, probed in probes.items())
+                rides[ride] += math.fsum(by_kind_of) / robots / len(alike)
         if share := math.fsum(rides.values()):
             time = time_taken(model, lift, rides) / left_for_robots(model, lift)
             loads.append(LiftLoad(lift.name, share, time / share))

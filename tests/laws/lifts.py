@@ -74,7 +74,7 @@ def others(draw, lift):
     if draw.random() < 0.3:
         every = varying(draw, draw.choice((5, 50)) * longest)
         users["outages"] = {"every": every, "repair": varying(draw, draw.choice((0.5, 5)) * longest)}
-    return users
+    return users | ({"cabins": draw.choice((2, 3))} if draw.random() < 0.2 else {})
 
 
 def renamed(part, names):
