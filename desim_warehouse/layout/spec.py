@@ -19,6 +19,7 @@ from pydantic import (
 from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.layout import naming
 from desim_warehouse.layout.blocks import Blocks, highways
+from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.disturbances import OutageSpec
@@ -437,6 +438,14 @@ class LiftSpec(Part):
         title="where a lift rests",
         description="the node of its own to which the empty cabin goes; default: it stays where it was left",
     )
+    cabins: Annotated[Count, Usual(1, 8)] = Field(
+        1,
+        title="cabins of a lift",
+        description="how many such lifts stand side by side, each with doors and a lane of its own from the same "
+        "nodes; only routes by `congestion-aware` take all of them",
+    )
+    people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
+    outages: OutageSpec | None = Field(None, description="of the lift; none: it never fails")
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:

@@ -100,6 +100,12 @@ KINDS = {
     "edge_opened": RowKind("tasks", "it opens again", "none"),
     "person_in": RowKind("tasks", "a person comes into an aisle, a row for each of its edges", "number of the visit"),
     "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
+    "person_rides": RowKind(
+        "all",
+        "a person has a lift, up to `until`: it comes to `node`, and takes them along `edge`",
+        "time since the call",
+    ),
+    "lift_fails": RowKind("all", "a lift fails with its cabin at `node`, and works again at `until`", "none"),
 }
 """The kinds of rows (energy: the robot's)."""
 
@@ -246,6 +252,16 @@ class Log:
         for edge in edges:
             for time, kind in ((begin, "person_in"), (end, "person_out")):
                 self.event(time, kind, NONE, NONE, None, float(number), edge=edge)
+
+    def person_rides(self, begin: float, edge: tuple[str, str], waited: float, until: float) -> None:
+        """Write that a person rides in a lift, from where it sets out to them until its doors close behind them."""
+        if self.everything:
+            self.rows.append((begin, "person_rides", NONE, NONE, edge[0], edge, waited, until, NONE))
+
+    def lift_fails(self, begin: float, node: str, until: float) -> None:
+        """Write that a lift is out of order, with its cabin at a node."""
+        if self.everything:
+            self.rows.append((begin, "lift_fails", NONE, NONE, node, None, None, until, NONE))
 
     def of(self, *kinds: str) -> Iterator[LogRow]:
         """Iterate over the rows of some kinds, in order of time once it is closed."""

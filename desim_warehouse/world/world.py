@@ -61,6 +61,7 @@ from desim_warehouse.world.robots.tallies import Rows, less, tallies
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.gridlock import Rule
+from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.motion import Motion
 from desim_warehouse.world.traffic.people import PeopleSource, sources
 from desim_warehouse.world.traffic.routes import Routes
@@ -118,6 +119,8 @@ class World:
         # Lanes before routes and robots, which drive on them, and before bays: on guarded lanes slots are kept.
         restrictions = Restrictions.of(model, self.layout, self.people)
         self.traffic = _traffic(self.env, model, self.layout, self.log, zones, restrictions)
+        if self.layout.lifts:
+            self.traffic.share_lifts(self._users_of_lifts())
         self._find_ways(restrictions)
         homes = model.fleet.homes(self.layout.bays)
         self._open_places(homes)
@@ -130,6 +133,17 @@ class World:
         self._put_into_bays(homes, start)
         # Last, when every robot has a slot in its bay: a robot that starts on the lanes may leave its slot to another.
         self._stand_on_lanes()
+
+    def _users_of_lifts(self) -> dict[str, LiftUsers]:
+        """Return who has lifts beside robots, by the name of the lift."""
+        model = self.model
+        return {
+            lift.name: LiftUsers(
+                lift, self.streams, model.hours(lift.people.hours if lift.people else None), model.units.hour
+            )
+            for lift in self.layout.lifts
+            if lift.people or lift.outages
+        }
 
     def _people(self, zones: Sequence[TrafficZone]) -> Sequence[PeopleSource]:
         """Return the sources of people; visits are drawn as far as needed."""
