@@ -129,7 +129,7 @@ class Robot:
         self.job: Task | None = None
         cut_off = reach.openings.cut_off
         self.closings = Closings(env, self, cut_off, dispatcher.take_back) if cut_off.closures else None
-        self.tour = Tour(
+        self.tour = around.tours(
             self,
             env,
             dispatcher=dispatcher,
@@ -677,6 +677,10 @@ class Robot:
         waited = self.body.waited_by(now) - self.waited_before
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
+
+    def stood_aside(self) -> None:
+        """Declare, where lanes are two-way, how it goes on from beside its lane."""
+        self.itinerary.stand_aside()
 
     def give_way(self) -> None:
         """Go on to a bay, if it rests, as others wait for it."""

@@ -279,6 +279,27 @@ class Body:
         self.entered_at = self.line_at = since
         self.moves += 1
 
+    def leave_queue(self) -> None:
+        """Leave its lane's queue where it stands, beside the lane; it counts as on the lane still."""
+        if self.ahead is not None:
+            self.ahead.behind = self.behind
+        if self.behind is not None:
+            self.behind.ahead = self.ahead
+        self.ahead = self.behind = None
+
+    def queue_between(self, ahead: Body | None, behind: Body | None) -> None:
+        """Stand in its lane's queue again, between two others."""
+        self.ahead, self.behind = ahead, behind
+        if ahead is not None:
+            ahead.behind = self
+        if behind is not None:
+            behind.ahead = self
+
+    def be_on_lane_again(self, now: float) -> None:
+        """Stand on its lane where it left that, and want to go no farther yet."""
+        self.goal = self.target = self.pos
+        self.since = self.until = now
+
     def into_bay(self, node: Intersection) -> None:
         """Go from the intersection that it held into the bay or station beside it."""
         self.lane = self.held = self.ahead = None
@@ -550,6 +571,10 @@ class Body:
         """Wait for an intersection and room beyond it, until it holds them."""
         self.claim = claim
         self.waiting_since = now
+
+    def resume(self) -> None:
+        """Wait no longer for room beside a lane, or on it."""
+        self.claim = None
 
     def waits_anew(self, now: float) -> None:
         """Wait on, for something else: `waiting_since` is the start of the present episode."""
