@@ -90,6 +90,17 @@ class Asides:
                 self.fault(time, f"robots {first.robot} and {then.robot} are {gap:g} apart on {then.edge}")
                 return
 
+    def is_off(self, visit):
+        """When a robot is off a lane: in a wide aisle others may come back onto it while it stands on the node.
+
+        Elsewhere they come in by that node, and it has left that first.
+        """
+        length = self.graph.edges[visit.edge]["length"]
+        if visit.edge not in self.run.layout.widths:
+            return visit.leave
+        points = zip(visit.times, visit.places, strict=True)
+        return min([visit.leave, *(time for time, place in points if place >= length - TOL)])
+
     def parts(self, visit):
         """A visit without the times at which the robot stood beside the lane."""
         begin = visit.enter

@@ -277,10 +277,12 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides):
         for a, b in self.run.layout.two_way:
             for visit in (*edges.get((a, b), ()), *edges.get((b, a), ())):
                 self.check_clear_of_nodes(visit)
-            there, back = ([part for visit in edges.get(edge, ()) for part in self.parts(visit)] for edge in ((a, b), (b, a)))
+            there, back = (
+                [part for visit in edges.get(edge, ()) for part in self.parts(visit)] for edge in ((a, b), (b, a))
+            )
             for visit in there:
                 for other in back:
-                    begin, end = max(visit.enter, other.enter), min(visit.leave, other.leave)
+                    begin, end = max(visit.enter, other.enter), min(self.is_off(visit), self.is_off(other))
                     if visit.robot != other.robot and end > begin + self.delay:
                         self.fault(begin, f"robots {visit.robot} and {other.robot} meet head-on between {a} and {b}")
 

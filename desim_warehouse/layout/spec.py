@@ -484,8 +484,8 @@ def _form_of_width(value: Any) -> str | None:
 class AisleSpec(Part):
     """Aisles of one width, by the nodes along each of them. All others are narrow.
 
-    In an aisle that is wide, or at least twice as wide as the distance D that robots keep, a robot that loads or unloads
-    at a storage place stands beside its lane, where there is room for one, and others drive past.
+    In an aisle that is wide, or at least twice as wide as the distance D that robots keep, a robot that loads or
+    unloads at a storage place stands beside its lane, where there is room for one, and others drive past.
     """
 
     along: tuple[Aisle, ...] = Field(
@@ -495,7 +495,8 @@ class AisleSpec(Part):
         "directions where there are two",
     )
     width: Annotated[
-        Annotated[Literal["wide", "narrow"], form("word")] | Annotated[Annotated[Length, Usual("50 cm", "20 m")], form("length")],
+        Annotated[Literal["wide", "narrow"], form("word")]
+        | Annotated[Annotated[Length, Usual("50 cm", "20 m")], form("length")],
         Forms(_WIDTH, pick=_form_of_width),
     ] = Field("wide", title="width of an aisle", description="wide, narrow, or how wide its free floor is")
 
@@ -543,9 +544,9 @@ class LayoutSpec(Part):
     ] = Field(
         "narrow",
         title="width of aisles",
-        description="narrow: a robot that loads or unloads at a storage place stands in its lane; wide, or at least twice "
-        "as wide as the distance D that robots keep: it stands beside the lane, and others drive past; for all aisles, "
-        "or by name",
+        description="narrow: a robot that loads or unloads at a storage place stands in its lane; wide, or at least "
+        "twice as wide as the distance D that robots keep: it stands beside the lane, and others drive past; for all "
+        "aisles, or by name",
     )
 
     @property

@@ -21,9 +21,9 @@ def with_wide_aisles(mapping, key):
         layout["storage"][0] = {**layout["storage"][0], "popularity": 1}
     if draw.random() < 0.7 and mapping.get("battery") is None:
         slow = draw.choice((3, 10, 40))
-        for key in ("load_time", "unload_time"):
-            if isinstance(tasks.get(key, 0), int | float):
-                tasks[key] = tasks.get(key, 0) + slow
+        for time in ("load_time", "unload_time"):
+            if isinstance(tasks.get(time, 0), int | float):
+                tasks[time] = tasks.get(time, 0) + slow
     made = {**mapping, "layout": layout, "tasks": tasks}
     layout["aisles"] = draw.choice(("wide", "wide", 1000, some(made, draw)))
     return made

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import got
-from desim_warehouse.layout.spec import Aisle, NodeName, see_node
+from desim_warehouse.layout.spec import Aisle, see_node
 from desim_warehouse.layout.zones import Members, ZoneSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
@@ -24,7 +23,6 @@ from desim_warehouse.values.fields import (
     Time,
     Unit,
     Usual,
-    known,
     limited,
     wrong,
 )

@@ -25,12 +25,11 @@ class TourAside(Tour):
     def _handle(self, stop: Stop) -> Steps:
         """Load or unload beside the lane, where the aisle is wide. Of several stops at one place, it stays for all."""
         robot, lane = self.robot, self.robot.body.lane
-        drive = robot.driving
-        if self.aside is None and isinstance(lane, WideLane):
-            if drive is not None and lane.has_place(robot.body, drive.stop):
-                is_aside = yield from lane.stand_aside(robot.body)
-                robot.body.recall_from(math.inf)  # too late, now that it is at its place
-                self.aside = lane if is_aside else None
+        place = None if robot.driving is None else robot.driving.stop
+        if self.aside is None and isinstance(lane, WideLane) and lane.has_place(robot.body, place):
+            is_aside = yield from lane.stand_aside(robot.body)
+            robot.body.recall_from(math.inf)  # too late, now that it is at its place
+            self.aside = lane if is_aside else None
         yield from super()._handle(stop)
         lane = self.aside
         if lane is not None and not self._stays(stop):

@@ -39,7 +39,6 @@ from desim_warehouse.world.robots.dwelling import Dwelling
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.surroundings import Surroundings
-from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant

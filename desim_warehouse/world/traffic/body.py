@@ -7,11 +7,10 @@ from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.states import IN_LIFT
-from desim_warehouse.world.traffic.braking import LookAhead
 from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.driver import Driver, NoDriver
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
-from desim_warehouse.world.traffic.motion import Motion, NodeDelays, Stretch
+from desim_warehouse.world.traffic.motion import LookAhead, Motion, NodeDelays, Stretch
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:

@@ -69,7 +69,16 @@ class Traffic:
         of_zones = directions(zones)
         guard = Avoidance(env, patience, has_zones=bool(of_zones)) if rule == "avoid" else None
         self.rules = Rules(
-            env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything or bool(wide), guard, turn_time
+            env,
+            log,
+            self.gridlock,
+            contact,
+            theta,
+            node_time,
+            mixed,
+            mixed or log.everything or bool(wide),
+            guard,
+            turn_time,
         )
         self.wide = frozenset(wide)
         lengths = {edge: exact_length(length, contact) for edge, length, _, _ in layout.edges}
@@ -170,15 +179,12 @@ def _kinds(
     layout: Layout, restrictions: Restrictions, wide: frozenset[Edge], *, yields: bool
 ) -> dict[Edge, Callable[..., Lane]]:
     """Return what makes a lane, by edge, where it is no ordinary one."""
-    kinds: dict[Edge, Callable[..., Lane]] = {
-        edge: partial(
-            RestrictedLane, closures=restrictions.closures.get(edge, ()), slow=restrictions.slow.get(edge, ())
+    kinds: dict[Edge, Callable[..., Lane]] = dict.fromkeys(wide, partial(WideLane, yields=yields))
+    for edge in restrictions.edges:
+        restricted = partial(WideRestrictedLane, yields=yields) if edge in wide else RestrictedLane
+        kinds[edge] = partial(
+            restricted, closures=restrictions.closures.get(edge, ()), slow=restrictions.slow.get(edge, ())
         )
-        for edge in restrictions.edges
-    }
-    for edge in wide:
-        limits = kinds[edge].keywords if edge in kinds else None
-        kinds[edge] = partial(WideLane, yields=yields) if limits is None else partial(WideRestrictedLane, yields=yields, **limits)
     return kinds | dict.fromkeys(layout.rides, Ride)
 
 

@@ -71,7 +71,7 @@ class WideLane(Lane):
     is_lift = False
 
     def __init__(self, *args: Any, yields: bool, twin: Lane | None = None, **of_lane: Any) -> None:
-        self.side = twin.side if isinstance(twin, WideLane) else Side()
+        self.side: Side = twin.side if isinstance(twin, WideLane) else Side()
         self.yields = yields
         super().__init__(*args, twin=twin, **of_lane)
 
