@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from math import inf
 
+from desim_warehouse.errors import first_of
+from desim_warehouse.findings import Finding
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.zones import TrafficZone, closed
 
 EPS = 1e-6
+SHOWN = 6
+"""How many edges a finding names."""
 
 
 def needed_width(contact: float) -> float:
@@ -21,19 +25,45 @@ def wide_edges(layout: Layout, contact: float, zones: Iterable[TrafficZone] = ()
 
     Their aisle is wide enough for two robots that keep D (`contact`) apart, and they are long enough to stand on.
     """
-    return frozenset(_wide(layout, contact)) - too_short(layout, contact) - closed(zones)
+    widths, least = layout.widths, needed_width(contact) - EPS
+    wide = [edge for edge in (_with_places(layout) if widths else ()) if widths.get(edge, 0.0) >= least]
+    return frozenset(edge for edge in wide if not _is_short(layout, edge, contact)) - closed(zones)
 
 
-def too_short(layout: Layout, contact: float) -> frozenset[Edge]:
-    """Return the edges of wide aisles on which no robot stands clear of both ends, so that it loads in the lane."""
-    return frozenset(edge for edge in _wide(layout, contact) if layout.length(edge) < 2 * contact - EPS)
+def examine(layout: Layout, contact: float) -> Iterator[Finding]:
+    """Find aisles that are not wide enough after all, or too short for robots to leave the lane."""
+    widths, need = layout.widths, needed_width(contact)
+    beside = sorted(_with_places(layout)) if widths else []
+    tight = [edge for edge in beside if 0 < widths.get(edge, 0.0) < need - EPS]
+    if tight:
+        width = max(widths[edge] for edge in tight)
+        text = (
+            f"{width:g} is too narrow for two robots side by side, which need {need:g} (2 D), so those that load stand "
+        )
+        yield Finding(
+            "AISLES_TIGHT", "layout.aisles", f"{text}in their lanes: {_named(tight)}", "smaller robots or margins"
+        )
+    short = [edge for edge in beside if widths.get(edge, 0.0) >= need - EPS and _is_short(layout, edge, contact)]
+    if short:
+        text = (
+            f"edges in wide aisles are shorter than {2 * contact:g} (2 D), so robots load in the lane: {_named(short)}"
+        )
+        yield Finding("AISLES_SHORT", "layout.aisles", text)
 
 
-def _wide(layout: Layout, contact: float) -> list[Edge]:
-    if not layout.widths:
-        return []
-    beside = {edge for place in layout.storage for edge, _ in layout.approaches(place.edge, place.offset)}
-    return [edge for edge in beside if layout.widths.get(edge, 0.0) >= needed_width(contact) - EPS]
+def _with_places(layout: Layout) -> set[Edge]:
+    """The edges from which robots load at a storage place beside them."""
+    places = (place for place in layout.storage if place.edge[0] != place.edge[1])
+    return {edge for place in places for edge, _ in layout.approaches(place.edge, place.offset)}
+
+
+def _is_short(layout: Layout, edge: Edge, contact: float) -> bool:
+    """Whether no robot can stand on an edge clear of both its ends."""
+    return layout.length(edge) < 2 * contact - EPS
+
+
+def _named(edges: list[Edge]) -> str:
+    return first_of([">".join(edge) for edge in edges], SHOWN)
 
 
 def width_of(width: str | float) -> float:

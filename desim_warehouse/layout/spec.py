@@ -550,6 +550,13 @@ class LayoutSpec(Part):
     )
 
     @property
+    def may_be_wide(self) -> bool:
+        """Whether any aisle is not said to be narrow."""
+        if isinstance(self.aisles, Mapping):
+            return any(aisles.width != "narrow" for aisles in self.aisles.values())
+        return self.aisles != "narrow"
+
+    @property
     def storage_places(self) -> int:
         """How many storage places there are."""
         return len(self.storage) if self.blocks is None else self.blocks.places

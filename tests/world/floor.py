@@ -53,9 +53,9 @@ class Floor:
         """A robot, in the bay at the first node of its way until `start`.
 
         A step is a way such as "A B C" to the end of its last edge; (way, offset) to a stop on its last edge; a number
-        of time units to stand still; Aside(time) beside the lane; or PARK, into the bay beside the node. Each way goes on where the last one ended:
-        after ("A B", 4) comes "B C". `motion`: how it gathers speed and brakes; `looks_ahead`: it keeps its braking
-        distance.
+        of time units to stand still; Aside(time) beside the lane; or PARK, into the bay beside the node. Each way goes
+        on where the last one ended: after ("A B", 4) comes "B C". `motion`: how it gathers speed and brakes;
+        `looks_ahead`: it keeps its braking distance.
         """
         first = steps[0] if isinstance(steps[0], str) else steps[0][0]
         robot = Body(len(self.robots), speed, self.traffic.nodes[first.split()[0]], motion=motion)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class RoomClaim(Event):
-    """A robot's request to leave its lane, or to come back onto it: a claim of which the lane is the `node`.
+    """A robot's request to leave its lane, or to come back onto it: a claim whose `node` is the lane.
 
     It has the attributes of `intersection.Claim` that are read of robots that wait. `lane`: the lane on which it needs
     room; None: it waits in the lane for the one that stands beside it.
@@ -49,7 +49,7 @@ class RoomClaim(Event):
 
 
 class Side:
-    """What is beside a lane, for both directions of a two-way lane.
+    """The places beside a lane, for both directions of a two-way lane.
 
     `beside` has the robot at each place, by where that is along the lane. `ready` are robots there that have loaded.
     `queued` wait in the lane for the room beside a place. `claims` are those of robots that wait for room on the lane,
@@ -110,7 +110,7 @@ class WideLane(Lane):
     def has_room(self, robot: Body) -> bool:
         """Whether a robot can come in at its start. It waits for those that wait to come back, unless a ring turns."""
         claims = self.side.claims
-        if claims and (self.yields or any(robot.claim is claim for claim in claims)):
+        if claims and (self.yields or any(claim.robot is robot for claim in claims)):
             return False
         return super().has_room(robot)
 
