@@ -516,6 +516,7 @@ def _traffic(
         free=spec.free_nodes,
         restrictions=restrictions,
         wide=wide_edges(layout, fleet.contact, zones),
+        looks=all(robot.keeps == "distance" for robot in fleet.distinct()),
     )
 
 

@@ -48,15 +48,26 @@ def test_a_robot_that_finds_the_room_taken_waits_in_the_lane_and_takes_its_turn_
     assert [floor.there(robot)[-1] for robot in (first, second, third)] == [near(40), near(50), near(42)]
 
 
-def test_at_two_places_of_a_lane_the_one_that_is_sure_of_its_way_goes_first():
+def test_at_two_places_of_a_lane_the_one_that_is_ready_goes_before_one_that_has_not_come_near():
     floor = street()
     ahead = floor.robot(("A B", 12), Aside(10), "B C", PARK)
-    behind = floor.robot(("A B", 6), Aside(10), "B C", PARK, start=2)
+    behind = floor.robot(("A B", 6), Aside(10), "B C", PARK, start=2.5)
     floor.run()
-    # at 18 the one behind is ready, and sure of its way to the stop line at 18; at 22 it is at 10, and at 14 at 26
-    assert (beside(floor, ahead), beside(floor, behind)) == ([near(12), near(26)], [near(8), near(18)])
-    assert floor.waits(ahead) == [("A>B", near(22), near(26), 1)]
-    assert [floor.there(robot)[-1] for robot in (ahead, behind)] == [near(26 + 18), near(18 + 24)]
+    # at 18.5 the one behind is ready; at 22 it is at 9.5, and decides at 12 - 2 = 10 whether it goes on
+    assert (beside(floor, ahead), beside(floor, behind)) == ([near(12), near(22)], [near(8.5), near(18.5)])
+    assert [floor.there(robot)[-1] for robot in (ahead, behind)] == [near(22 + 18), near(18.5 + 24)]
+    assert floor.S == 0
+
+
+def test_at_two_places_of_a_lane_the_one_that_drives_past_goes_first():
+    floor = street()
+    ahead = floor.robot(("A B", 12), Aside(10), "B C", PARK)
+    behind = floor.robot(("A B", 6), Aside(9), "B C", PARK, start=2)
+    floor.run()
+    # ready at 17, it is at 11 at 22, past 12 - 2, and at 12 + 2 at 25
+    assert (beside(floor, ahead), beside(floor, behind)) == ([near(12), near(25)], [near(8), near(17)])
+    assert floor.waits(ahead) == [("A>B", near(22), near(25), 1)]
+    assert [floor.there(robot)[-1] for robot in (ahead, behind)] == [near(25 + 18), near(17 + 24)]
 
 
 def test_a_robot_comes_back_behind_the_platoon_that_is_on_the_lane_and_before_those_that_are_not():

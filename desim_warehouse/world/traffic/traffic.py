@@ -41,7 +41,8 @@ class Traffic:
     `rule` says what becomes of rings of waiting robots (see `gridlock`). By `avoid` robots declare their routes to
     `rules.guard`, which decides on every step and has `patience`. For `zones` see there. `node_times` are nodes at
     which another time than `node_time` is spent. `free` are nodes at which no robot waits. `restrictions`: lanes that
-    are closed or slow at times. `wide`: beside these robots stand while they load or unload.
+    are closed or slow at times. `wide`: beside these robots stand while they load or unload; `looks`
+    as in `wide.WideLane`.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class Traffic:
         free: Collection[str] = (),
         restrictions: Restrictions | None = None,
         wide: Collection[Edge] = (),
+        looks: bool = True,
     ) -> None:
         restrictions = Restrictions() if restrictions is None else restrictions
         mixed = mixed or bool(free) or bool(restrictions.slow)
@@ -91,7 +93,7 @@ class Traffic:
             closed(zones),
             of_zones,
             node_times or {},
-            _kinds(layout, restrictions, self.wide, yields=rule == "rotate"),
+            _kinds(layout, restrictions, self.wide, yields=rule == "rotate", looks=looks),
         )
         if guard is not None:
             guard.rely_on(self.lanes.values())
@@ -176,12 +178,12 @@ def _intersections(
 
 
 def _kinds(
-    layout: Layout, restrictions: Restrictions, wide: frozenset[Edge], *, yields: bool
+    layout: Layout, restrictions: Restrictions, wide: frozenset[Edge], *, yields: bool, looks: bool
 ) -> dict[Edge, Callable[..., Lane]]:
     """Return what makes a lane, by edge, where it is no ordinary one."""
-    kinds: dict[Edge, Callable[..., Lane]] = dict.fromkeys(wide, partial(WideLane, yields=yields))
+    kinds: dict[Edge, Callable[..., Lane]] = dict.fromkeys(wide, partial(WideLane, yields=yields, looks=looks))
     for edge in restrictions.edges:
-        restricted = partial(WideRestrictedLane, yields=yields) if edge in wide else RestrictedLane
+        restricted = partial(WideRestrictedLane, yields=yields, looks=looks) if edge in wide else RestrictedLane
         kinds[edge] = partial(
             restricted, closures=restrictions.closures.get(edge, ()), slow=restrictions.slow.get(edge, ())
         )

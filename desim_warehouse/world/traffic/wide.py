@@ -65,14 +65,20 @@ class Side:
 
 
 class WideLane(Lane):
-    """A lane in a wide aisle, with what is beside it. `yields`: none is let in while a robot waits to come back."""
+    """A lane in a wide aisle, with what is beside it.
+
+    `yields`: none is let in while a robot waits to come back. `looks`: robots that drive past decide once more before
+    each robot beside the lane, and one that is ready there goes first. Not where robots brake for all that they are not
+    sure of.
+    """
 
     holder = None
     is_lift = False
 
-    def __init__(self, *args: Any, yields: bool, twin: Lane | None = None, **of_lane: Any) -> None:
+    def __init__(self, *args: Any, yields: bool, looks: bool, twin: Lane | None = None, **of_lane: Any) -> None:
         self.side: Side = twin.side if isinstance(twin, WideLane) else Side()
         self.yields = yields
+        self.looks = looks
         super().__init__(*args, twin=twin, **of_lane)
 
     @property
@@ -108,11 +114,50 @@ class WideLane(Lane):
         self.freed()
 
     def has_room(self, robot: Body) -> bool:
-        """Whether a robot can come in at its start. It waits for those that wait to come back, unless a ring turns."""
+        """Whether a robot can come in at its start. It waits for those that wait to come back, unless a ring turns.
+
+        Robots that were not yet sure of their way past others beside the lane are, where it takes that to make room.
+        """
         claims = self.side.claims
         if claims and (self.yields or any(claim.robot is robot for claim in claims)):
             return False
+        if self._last is not None and self.side.beside and self._last.target < 2 * self.headway - EPS:
+            first = self._last
+            while first.ahead is not None:
+                first = first.ahead
+            self.move_up(first, self.rules.env._now)
         return super().has_room(robot)
+
+    # Others that drive past: up to D before each place with a robot beside it, and then on
+
+    def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
+        """Let a robot enter as the last, sure of its way up to the first place with a robot beside the lane."""
+        goal = self.stop_line if stop is None else stop
+        super().enter(robot, clear, self._first_of(0.0, goal), now)
+        robot.head_for(goal)
+
+    def first_target(self, stop: float | None) -> float:
+        """Return how far a robot that enters the lane now commits to drive on it (see `enter`)."""
+        goal = self.stop_line if stop is None else stop
+        return super().first_target(self._first_of(0.0, goal))
+
+    def commit(self, robot: Body, target: float, now: float) -> None:
+        """Let a robot drive on, up to the next place with a robot beside the lane."""
+        super().commit(robot, self._first_of(robot.target, target), now)
+
+    def _first_of(self, place: float, target: float) -> float:
+        """Return D before the first place beyond one, and before a target, with a robot beside it; or the target.
+
+        None within 2 D of the lane's start, so that the next robot can come in.
+        """
+        if not self.looks:
+            return target
+        headway, first = self.headway, target
+        for other in self.side.beside.values():
+            before = other.pos - headway
+            if other.lane is self and place + EPS < before < first and before >= 2 * headway:
+                first = before
+        return first
 
     # Off the lane
 
