@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import LayoutError
@@ -72,6 +72,10 @@ def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:
         floor, widths = Layout(graph, (), {}, {}), dict[Edge, float]()
         for name, aisles in spec.aisles.items():
             for line in aisles.along:
+                off = [(a, b) for a, b in pairwise(line) if not graph.has_edge(a, b) and not graph.has_edge(b, a)]
+                if off:
+                    text = f"no edge between {off[0][0]} and {off[0][1]}, expected nodes along edges"
+                    raise LayoutError([f"layout.aisles.{name}: {text}"])
                 for edge in edges_along(floor, line):
                     if widths.setdefault(edge, width_of(aisles.width)) != width_of(aisles.width):
                         text = f"{edge[0]}>{edge[1]} has another width in aisles before it; give it one"
