@@ -59,8 +59,8 @@ def findings(model):
 def test_check_says_where_robots_load_in_the_lane_all_the_same():
     assert findings(ring("wide")) == findings(ring("narrow")) == {}
     assert findings(ring(1.5)) == {
-        "AISLES_TIGHT": "1.5 is too narrow for two robots side by side, which need 2 (2 D), so those that load stand in "
-        "their lanes: B>C, C>D"
+        "AISLES_TIGHT": "1.5 is too narrow for two robots side by side, which need 2 (2 D), so those that load stand "
+        "in their lanes: B>C, C>D"
     }
     assert findings(ring("wide", length=1.9)) == {
         "AISLES_SHORT": "edges in wide aisles are shorter than 2 (2 D), so robots load in the lane: B>C"
