@@ -5,6 +5,7 @@ import copy
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.positions import Positions
 from tests.auditor import audit
 from tests.world.floor import PARK, Aside, Floor, line
 from tests.world.ring import RING
@@ -171,3 +172,12 @@ def test_a_robot_that_breaks_down_beside_the_lane_is_in_nobody_s_way():
     # 17 in operation are over while it loads; it is broken from 20, when it would come back, to 120
     assert rows(run, "aside", "broken", "back")[:3] == [(15, "aside", 0), (20, "broken", 0), (120, "back", 0)]
     assert audit(run) == []
+
+
+def test_a_robot_that_loads_is_drawn_beside_the_lane():
+    positions = Positions(dw.simulate(dw.load(ring())).history)
+    # B > C leads from (10, 0) down to (10, 10); its right is towards x = 0, D = 1 away
+    assert positions.points(14.9)[0] == near([10, 4.9])
+    assert positions.points(15.1)[0] == positions.points(19.9)[0] == near([9, 5])
+    assert positions.points(20.1).tolist() == [near([10, 5.1]), near([9, 5])]
+    assert positions.points(25.1)[1] == near([10, 5.1])
