@@ -177,7 +177,11 @@ def test_a_robot_that_breaks_down_beside_the_lane_is_in_nobody_s_way():
 def test_a_robot_that_loads_is_drawn_beside_the_lane():
     positions = Positions(dw.simulate(dw.load(ring())).history)
     # B > C leads from (10, 0) down to (10, 10); its right is towards x = 0, D = 1 away
-    assert positions.points(14.9)[0] == near([10, 4.9])
-    assert positions.points(15.1)[0] == positions.points(19.9)[0] == near([9, 5])
-    assert positions.points(20.1).tolist() == [near([10, 5.1]), near([9, 5])]
-    assert positions.points(25.1)[1] == near([10, 5.1])
+    assert [positions.points(time)[0].tolist() for time in (14.9, 15.1, 19.9, 20.1)] == [
+        near([10, 4.9]),
+        near([9, 5]),
+        near([9, 5]),
+        near([10, 5.1]),
+    ]
+    assert positions.points(20.1)[1].tolist() == near([9, 5])
+    assert positions.points(25.1)[1].tolist() == near([10, 5.1])
