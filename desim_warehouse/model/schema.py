@@ -476,6 +476,9 @@ class Model(Part):
         tasks, layout = info.data.get("tasks"), info.data.get("layout")
         if pods is not None and tasks is not None and layout is not None:
             fit_for_pods(tasks.flows, layout.stations, known(info).zones.get("stations", {}))
+            if layout.may_be_wide:
+                text = "pods stand beside the lanes (pods), where there is no room for robots, expected narrow"
+                raise wrong(f"{text} (got {got(layout.aisles)})", TOP, "layout", "aisles")
         return pods
 
     @field_validator("battery")

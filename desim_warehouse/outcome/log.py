@@ -91,6 +91,10 @@ KINDS = {
     "cleared": RowKind("tasks", "a broken robot is off the lanes; it comes back at this node", "energy"),
     "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
     "enter": RowKind("moves", "a robot's centre leaves a node for this edge", "none"),
+    "aside": RowKind(
+        "moves", "a robot stands beside its lane, in a wide aisle, and others drive past", "distance from its start"
+    ),
+    "back": RowKind("moves", "it is on the lane again", "distance from the edge's start"),
     "drive": RowKind(
         "all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"
     ),
@@ -214,6 +218,19 @@ class Log:
     def enter(self, time: float, robot: _Body) -> None:
         """Write that a robot's centre leaves a node for the lane it is now on."""
         self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
+
+    def aside(self, now: float, robot: _Body) -> None:
+        """Write that a robot has left its lane to stand beside it."""
+        self._beside("aside", now, robot)
+
+    def back(self, now: float, robot: _Body) -> None:
+        """Write that a robot that stood beside its lane is on it again."""
+        self._beside("back", now, robot)
+
+    def _beside(self, kind: str, now: float, robot: _Body) -> None:
+        if self.moves:
+            edge, position = robot.lane.edge, robot.target
+            self.rows.append((now, kind, robot.number, robot.task, None, edge, position, None, NONE))
 
     def drive(self, robot: _Body, since: float) -> None:
         """Write that a robot sets off at `since`, or drives on from then, for its target."""

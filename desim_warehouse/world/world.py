@@ -14,6 +14,7 @@ from simpy.events import URGENT, Timeout
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel, handling_of
@@ -37,6 +38,7 @@ from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spa
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.places.stations import stations_of
+from desim_warehouse.world.robots.aside import TourAside
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
 from desim_warehouse.world.robots.duty import Departures, duty_of
@@ -58,6 +60,7 @@ from desim_warehouse.world.robots.settled import (
 )
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import Rows, less, tallies
+from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.gridlock import Rule
@@ -287,6 +290,7 @@ class World:
             self.dispatcher,
             WaysRound(self.env, hours_closed(model)) if self.routes.passes_closures else None,
             self.pods,
+            TourAside if self.traffic.wide else Tour,
         )
         fleet = model.fleet
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
@@ -525,6 +529,8 @@ def _traffic(
         node_times=dict(spec.node_times),
         free=spec.free_nodes,
         restrictions=restrictions,
+        wide=wide_edges(layout, fleet.contact, zones),
+        looks=all(robot.keeps == "distance" for robot in fleet.distinct()),
     )
 
 

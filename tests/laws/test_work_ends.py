@@ -47,6 +47,11 @@ GROUPS = (
     "lifts",
     f"{EVERYTHING} lifts",
     EVERYTHING,
+    "aisles",
+    "tours breakdowns aisles",
+    "closures moving aisles",
+    "dwelling aisles",
+    f"{EVERYTHING} lifts aisles",
 )
 """Features that warehouses have together."""
 DAILY = 3

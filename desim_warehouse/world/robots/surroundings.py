@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.robots.tour import Tour
     from desim_warehouse.world.traffic.events import Clock
     from desim_warehouse.world.traffic.routes import Routes
     from desim_warehouse.world.traffic.traffic import Traffic
@@ -99,3 +100,5 @@ class Surroundings:
     """None where routes do not change for closures."""
     pods: Carried | None
     """None: robots bring single loads."""
+    tours: type[Tour]
+    """How robots do their work: where aisles are wide, they stand beside lanes."""
