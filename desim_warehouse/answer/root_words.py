@@ -23,6 +23,8 @@ def root(origin: Root, model: Model) -> str:
         return _PLACES[origin.cause].format(_with_names(origin.at, model))
     if origin.cause in TOO_LOW:
         return "for a free charger, too low to work"
+    if not origin.at and SHOWN[origin.cause].queue is not None:
+        return f"for {SHOWN[origin.cause].queue.what}"
     if origin.cause in APART:
         what, place = APART[origin.cause].doing.removeprefix("waiting "), _with_names(origin.at, model)
         return what.replace("a lane", place) if "a lane" in what else f"{what} on {place}"

@@ -11,6 +11,7 @@ from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
@@ -99,3 +100,5 @@ class Surroundings:
     """None where routes do not change for closures."""
     pods: Carried | None
     """None: robots bring single loads."""
+    pickers: Pickers | None
+    """None: robots load by themselves."""
