@@ -44,7 +44,7 @@ class Phase(Enum):
 
 
 class Queue(NamedTuple):
-    """The server, charger or picker that robots queue for, as in *for a charger at B*: in a station, a bay, the lane."""
+    """The server, charger or picker that robots queue for, as in *for a charger at B*, and where they do."""
 
     at: Place
     what: str

@@ -5,7 +5,7 @@ from collections import defaultdict
 
 import networkx as nx
 
-TOL = 1e-6
+TOL, ROUNDING = 1e-6, 1e-14
 
 
 class Pickers:
@@ -42,7 +42,8 @@ class Pickers:
             if kind == "picking" and place.get(number) != spot:
                 self.fault(time, f"picker {number} picks at {spot}, and is at {place.get(number)}")
             if kind == "walking":
-                if number in place and abs((until - time) * spec.speed - self.on_foot(place[number], spot)) > TOL:
+                far = self.on_foot(place[number], spot) if number in place else (until - time) * spec.speed
+                if abs((until - time) * spec.speed - far) > TOL + spec.speed * (1 + until) * ROUNDING:
                     self.fault(time, f"picker {number} walks from {place[number]} to {spot} in {until - time:g}")
                 stays = spec.stay == "order" and mine.get(number) == robot
                 if not stays and not hours.is_open(time) and not hours.is_open(time + TOL):
@@ -69,47 +70,45 @@ class Pickers:
     # What they handle
 
     def check_picks(self, spec):
-        """Each load at a storage place is handled by one picker, while the robot loads or unloads, where it stands."""
-        stored = {row[3] for row in self.rows if row[1] == "released" and row[6] >= 0}
-        served = {row[3] for row in self.rows if row[1] == "released" and self.serves(spec, row[3])}
+        """Each load at a storage place is handled by one picker, while the robot loads or unloads, where it lies."""
         spots = self.run.layout.storage
         places = {row[3]: spots[int(row[6])] for row in self.rows if row[1] == "released" and row[6] >= 0}
-        places = {task: (place.edge, place.offset) for task, place in places.items()}
-        doing, begun, loads = {}, {}, []
-        for time, kind, robot, task, node, edge, value, until, _ in self.rows:
-            if kind in self.run.record.robots[0] and kind != "waiting":
-                was = doing.get(robot)
-                if was is not None and was[0] == "awaiting_picker" and kind == "empty" and spec.stay == "pick":
-                    self.fault(time, f"robot {robot} goes on without a picker")
-                if robot in begun and abs(begun[robot] - time) > self.delay:
-                    self.fault(time, f"robot {robot} is picked until {begun[robot]:g}, and goes on")
-                begun.pop(robot, None)
-                doing[robot] = kind, time
-                if kind == "loading" and task in stored & served:
-                    loads.append((time, robot, task))
-            elif kind == "picking":
-                begun[robot] = until
-                if doing[robot][0] not in {"loading", "unloading"} or doing[robot][1] != time:
-                    self.fault(time, f"robot {robot} is picked while {doing[robot]}")
-                if task not in served:
-                    self.fault(time, f"task {task} needs no picker")
-                place = places.get(task) if doing[robot][0] == "loading" else (edge, value)
-                if (edge, value) != place or not any((one.edge, one.offset) == place for one in spots):
-                    self.fault(time, f"task {task} is picked at {edge}, {value:g}, and is at {place}")
+        stored = {task: (place.edge, place.offset) for task, place in places.items()}
+        served = {row[3] for row in self.rows if row[1] == "released" and self.serves(spec, row[3])}
         picks = defaultdict(list)
-        for row in self.rows:
-            if row[1] == "picking":
-                picks[row[3]].append((row[0], row[2]))
-        for time, robot, task in loads:
-            if (time, robot) not in picks[task]:
+        for time, robot, task, edge, offset, act in self.picks():
+            picks[task].append((time, robot))
+            place = stored.get(task) if act == "loading" else (edge, offset)
+            if (edge, offset) != place or not any((spot.edge, spot.offset) == place for spot in spots):
+                self.fault(time, f"task {task} is picked at {edge}, {offset:g}, and is at {place}")
+            if task not in served:
+                self.fault(time, f"task {task} needs no picker")
+        for time, kind, robot, task, *_ in self.rows:
+            if kind == "loading" and task in stored.keys() & served and (time, robot) not in picks[task]:
                 self.fault(time, f"robot {robot} loads task {task} by itself")
-        ends = {row[3] for row in self.rows if row[1] == "delivered" and row[5] is not None}
+        put = {row[3] for row in self.rows if row[1] == "delivered" and row[5] is not None} & served
         for task, times in picks.items():
-            if len(times) > (task in stored) + (task in ends or task not in stored) and not self.stops_in_storage():
+            if len(times) > 2 and not self.stops_in_storage():
                 self.fault(times[-1][0], f"task {task} is picked {len(times)} times")
-        for task in ends & served:
+        for task in put:
             if len(picks[task]) < 1 + (task in stored):
                 self.fault(self.run.record.end, f"task {task} was put away by nobody")
+
+    def picks(self):
+        """When which robot was picked, of which task and where, and what it did; it goes on when that is done."""
+        doing, due, found = {}, {}, []
+        for time, kind, robot, task, _, edge, offset, until, _ in self.rows:
+            if kind == "picking":
+                due[robot] = until
+                act, since = doing[robot]
+                if act not in {"loading", "unloading"} or since != time:
+                    self.fault(time, f"robot {robot} is picked while {act}")
+                found.append((time, robot, task, edge, offset, act))
+            elif kind in self.run.record.robots[0]:
+                if abs(due.pop(robot, time) - time) > self.delay:
+                    self.fault(time, f"robot {robot} goes on before, or after, it is picked")
+                doing[robot] = kind, time
+        return found
 
     def stops_in_storage(self):
         """Whether rows of files may have stops at storage places on their way."""
@@ -125,29 +124,32 @@ class Pickers:
         """No robot waits at a place with nobody sent while a picker of its zone stands free in his hours."""
         if spec.zones > 1 or spec.stay == "order":
             return
-        hours, end = self.run.model.hours(spec.hours), self.run.record.end
-        busy, waits, since, sent = defaultdict(list), [], {}, defaultdict(list)
-        for time, kind, robot, *_, until, number in self.rows:
-            if kind == "walking":
-                sent[robot].append(time)
+        hours, busy = self.run.model.hours(spec.hours), defaultdict(list)
+        for time, kind, *_, until, number in self.rows:
             if kind in {"walking", "picking"}:
                 busy[number].append((time, until))
+        for robot, begin, until in self.alone():
+            for first, last in hours.between(begin, until):
+                gap = max(idle(busy[number], first, last) for number in range(spec.count))
+                if gap > self.delay * 10:
+                    self.fault(begin, f"robot {robot} waits for {gap:g} while a picker is free")
+
+    def alone(self):
+        """From when until when robots wait at a place with nobody sent there."""
+        since, sent, found = {}, defaultdict(list), []
+        for time, kind, robot, *_ in [
+            *self.rows,
+            *((self.run.record.end, "loading", one) for one in range(len(self.robots))),
+        ]:
+            if kind == "walking":
+                sent[robot].append(time)
             elif kind == "awaiting_picker":
                 since[robot] = time
             elif kind in {"loading", "unloading"} and robot in since:
-                waits.append((robot, since.pop(robot), time))
-        waits += [(robot, begin, end) for robot, begin in since.items()]
-        for robot, begin, until in waits:
-            alone = min([until, *(time for time in sent[robot] if begin <= time <= until)])
-            if any(begin - TOL <= time <= until for time in sent[robot]) and alone <= begin:
-                continue
-            if any(time <= begin and self.on_way(robot, time, begin) for time in sent[robot]):
-                continue  # one was sent ahead
-            for first, last in hours.between(begin, alone):
-                for number in range(spec.count):
-                    gap = idle(busy[number], first, last)
-                    if gap > self.delay * 10:
-                        self.fault(begin, f"robot {robot} waits for {gap:g} while picker {number} is free")
+                begin = since.pop(robot)
+                if not any(time <= begin and self.on_way(robot, time, begin) for time in sent[robot]):
+                    found.append((robot, begin, min([time, *(one for one in sent[robot] if one >= begin)])))
+        return found
 
     def on_way(self, robot, time, begin):
         """Whether the picker sent at a time was not sent elsewhere before the robot came."""

@@ -587,7 +587,10 @@ class Recount:
         """A picker walks as long as his row says, and picks as long as the robot does what it began as he did."""
         spec, spans = self.model.pickers, {"walking": [], "picking": []}
         picked, lines = {}, 0
-        for time, kind, robot, *_, until, _ in [*self.rows, *((self.end, "idle", robot, 0, 0) for robot in range(self.size))]:
+        for time, kind, robot, *_, until, _ in [
+            *self.rows,
+            *((self.end, "idle", robot, 0, 0) for robot in range(self.size)),
+        ]:
             if kind in STATES and robot in picked:
                 spans["picking"].append((picked.pop(robot), time))
             if kind == "walking":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -80,4 +81,4 @@ def zones_of(layout: Layout, zones: int) -> tuple[tuple[Spot, ...], ...]:
     spots = [spot for aisle in aisles.values() for spot in sorted(aisle, key=along)]
     parts = min(zones, len(spots))
     bounds = [rank * len(spots) // parts for rank in range(parts + 1)]
-    return tuple(tuple(spots[begin:end]) for begin, end in zip(bounds, bounds[1:], strict=False))
+    return tuple(tuple(spots[begin:end]) for begin, end in pairwise(bounds))

@@ -18,7 +18,7 @@ def with_pickers(mapping, key):
     if model.pods is not None or model.layout.lifts or not model.floor.storage:
         return mapping
     slowest = min(robot.speed for robot in model.fleet.robots())
-    most = model.fleet.size if draw.random() < 0.7 else 1
+    most = max(model.fleet.size, 3) if draw.random() < 0.9 else 1
     count = draw.randint(1, most)
     pickers = {
         "count": count,
@@ -28,7 +28,9 @@ def with_pickers(mapping, key):
     pickers |= draw.choice(({}, {"stay": "order"}, {"stay": "order"}, {"call": "ahead"}))
     if "stay" not in pickers:
         pickers["zones"] = draw.randint(1, min(count, len(model.floor.storage)))
-    flows = [name for name, flow in mapping["tasks"].get("flows", {}).items() if "storage" in (flow["from"], flow["to"])]
+    flows = [
+        name for name, flow in mapping["tasks"].get("flows", {}).items() if "storage" in (flow["from"], flow["to"])
+    ]
     if flows and draw.random() < 0.3:
         pickers["flows"] = draw.sample(flows, draw.randint(1, len(flows)))
     made = {**mapping, "battery": lasting(mapping["battery"], LASTS)}
@@ -39,10 +41,22 @@ def with_pickers(mapping, key):
         pickers["hours"] = "pickers"
         if made["battery"]:  # robots draw while they wait
             made["battery"] = {**made["battery"], "charge_rate": 20 * made["battery"]["charge_rate"]}
-    for tried in (pickers, {name: value for name, value in pickers.items() if name != "stay"}):
+    tries = [{**made, "pickers": {name: value for name, value in pickers.items() if name != "stay"}}]
+    if "stay" in pickers:
+        tries.insert(0, {**with_stations(made, model), "pickers": pickers})
+    for tried in tries:
         try:
-            dw.load({**made, "pickers": tried})
+            dw.load(tried)
         except ModelError:
             continue
-        return {**made, "pickers": tried}
+        return tried
     return mapping
+
+
+def with_stations(mapping, model):
+    """The model with a station beside every node where loads are put down, as far as there is none."""
+    layout, tasks = mapping["layout"], mapping["tasks"]
+    ends = [*tasks.get("unload_at", ()), *(flow["to"] for flow in tasks.get("flows", {}).values())]
+    nodes = [node for node in dict.fromkeys(ends) if node in model.floor.graph and node not in model.floor.stations]
+    beside = {f"beside {node}": {"at": [node], "places": 3, "servers": 1} for node in nodes}
+    return {**mapping, "layout": {**layout, "stations": {**layout.get("stations", {}), **beside}}}

@@ -12,7 +12,7 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from simpy.events import Event, Timeout
+from simpy.events import Event
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import Layout
