@@ -33,8 +33,10 @@ COLUMNS = {
     "node": "the node it happened at, or that the robot comes to next",
     "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into, `A>A` of one on a node",
     "value": "a number that depends on the kind",
-    "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
-    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; -1: none",
+    "until": "`drive`, `walking`: when the robot, or the picker, will be there; `picking`: when it is handled; "
+    "`edge_closed`: when it opens",
+    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; `walking`, "
+    "`picking`: the picker; -1: none",
 }
 """What the columns mean, in their order."""
 
@@ -83,6 +85,14 @@ KINDS = {
     "lifted": RowKind("tasks", "a robot has taken a pod from the storage place `other`", "number of the pod"),
     "stored": RowKind("tasks", "a robot has put a pod down on the storage place `other`", "number of the pod"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
+    "walking": RowKind(
+        "tasks", "the picker `other` sets out for where a robot stops", "distance from the edge's start to there"
+    ),
+    "picking": RowKind(
+        "tasks",
+        "the picker `other` begins to handle what a robot has come for",
+        "distance from the edge's start to there",
+    ),
     "working": RowKind("tasks", "work on a load unit that was put down begins", "time since it was put down"),
     "worked": RowKind("tasks", "a load unit put down in a station has been worked on", "time since it was put down"),
     "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
@@ -258,6 +268,21 @@ class Log:
         """Write that a full ring of robots, on these edges, turned by one position."""
         self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
+
+    def picker(
+        self,
+        now: float,
+        kind: str,
+        picker: int,
+        robot: int,
+        task: int,
+        node: str,
+        edge: tuple[str, str],
+        offset: float,
+        until: float,
+    ) -> None:
+        """Write that a picker sets out for a stop of a robot, or begins to handle what it has come for (`kind`)."""
+        self.rows.append((now, kind, robot, task, node, edge, offset, until, picker))
 
     def closed(self, edge: tuple[str, str], begin: float, until: float) -> None:
         """Write that an edge closes by its calendar, and opens again."""

@@ -37,6 +37,7 @@ from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.aside import TourAside
 from desim_warehouse.world.robots.bay_choice import BayChoice
@@ -273,6 +274,7 @@ class World:
         """Make the robots, each in the bay beside its home, or at a charger if it charges at the start."""
         model = self.model
         no = absent(model)
+        self.pickers = self._pickers()
         around = Surroundings(
             self.env,
             model,
@@ -291,6 +293,7 @@ class World:
             WaysRound(self.env, hours_closed(model)) if self.routes.passes_closures else None,
             self.pods,
             TourAside if self.traffic.wide else Tour,
+            self.pickers,
         )
         fleet = model.fleet
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
@@ -303,6 +306,13 @@ class World:
             robot.start_with(standing.energy, at_charger=standing.charges_at == node)
             self.bays.settle(robot, self.bays.by_node[node])
             self.robots.append(robot)
+
+    def _pickers(self) -> Pickers | None:
+        """Make the people who pick into robots at storage places."""
+        spec = self.model.pickers
+        if spec is None:
+            return None
+        return Pickers(self.env, spec, self.model.hours(spec.hours), self.layout, self.log)
 
     def _stand_on_lanes(self) -> None:
         """Put robots on the lanes where they start, the one ahead first; each is bound for home until it has a task."""
@@ -432,6 +442,8 @@ class World:
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
+        if self.pickers is not None and (uncalled := self.pickers.left_alone()):
+            text += f"; robots that wait for a picker, whose hours are over for good: {', '.join(map(str, uncalled))}"
         if left := self.stations.unfinished:
             text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
