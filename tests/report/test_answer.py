@@ -367,7 +367,7 @@ def study_by_chance(number):
         factors["policies.allocation"] = ["nearest", "hungarian"]
     targets = [None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"]
     target = chance.choice([*targets, "cycle_time_mean <= 90", "throughput_per_hour >= 55"])
-    base = example().replace({"run.length": 1800, "run.warm_up": 300})
+    base = example().replace({**LASTING, "run.length": 1800, "run.warm_up": 300})
     if chance.random() < 0.4:
         base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
     replications = chance.randint(2, 5)

@@ -15,6 +15,7 @@ from desim_warehouse.study.statistics.judge import DesignVerdict, Judge, judged,
 from desim_warehouse.study.statistics.limits import RARE_DAYS
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import Days, days_of, read_target
+from tests.lasting import LASTING
 from tests.study.statistics.coverage import TWO_KINDS
 
 BUSY = {Load(Group("robots"), 0.8): Estimate(10, 0.8, (0.75, 0.85), 0.01, 0.8, {}, False, 0.95)}
@@ -157,7 +158,7 @@ def test_a_fleet_with_one_bad_day_in_ten_that_misses_is_seldom_named():
 
 
 def test_verdicts_of_a_study_on_a_cost_are_exact():
-    prices = {"prices": {"hours": 4000.0, "robot": 6000.0}}
+    prices = {"prices": {"hours": 4000.0, "robot": 6000.0}, **LASTING}
     study = dw.Study(example(), {"fleet.size": [1, 2]}, replications=5, changes=prices, target="annual_cost <= 7000")
     found = study.run().results.judged
     assert [(one.verdict, one.deterministic) for one in found.values()] == [("meets", True), ("fails", True)]
