@@ -31,7 +31,14 @@ EVEN = {
 """Robots that stop and turn in no time, and draw the time that they take from a battery that is never low."""
 UNFORESEEN = {
     **dict.fromkeys(
-        ("fleet.robot.breakdowns.every", "fleet.robot.delays.time", "people.*.stay", "policies.interval"), "waits"
+        (
+            "fleet.robot.breakdowns.every",
+            "fleet.robot.delays.time",
+            "people.*.stay",
+            "policies.interval",
+            "pickers.speed",
+        ),
+        "waits",
     ),
     **dict.fromkeys(("fleet.hours", "layout.stations.*.hours", "layout.bays.*.outages.every"), "waits for hours"),
     **dict.fromkeys(("fleet.robot.acceleration", "fleet.robot.deceleration", "traffic.turn_time"), "stops, in full"),

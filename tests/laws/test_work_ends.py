@@ -46,7 +46,16 @@ GROUPS = (
     "restless breakdowns",
     "lifts",
     f"{EVERYTHING} lifts",
+    "pickers",
+    "tours pickers",
+    "tours hours breakdowns pickers",
+    f"{EVERYTHING} pickers",
     EVERYTHING,
+    "aisles",
+    "tours breakdowns aisles",
+    "closures moving aisles",
+    "dwelling aisles",
+    f"{EVERYTHING} lifts aisles",
 )
 """Features that warehouses have together."""
 DAILY = 3
@@ -126,12 +135,18 @@ MODELS = {
     "slow zones": ("closures", 1 / 3, lambda one: one.traffic.slow),
     "robots that start on lanes": ("wider", 1 / 4, lambda one: one.fleet.start_on_lanes),
     "a bay in a lane": ("wider", 1 / 20, lambda one: any(bay.in_lane for bay in one.layout.bays.values())),
+    "pickers": ("pickers", 0.9, lambda one: one.pickers),
+    "pickers who stay": ("pickers", 1 / 6, lambda one: one.pickers and one.pickers.stay == "order"),
+    "pickers sent ahead": ("pickers", 1 / 10, lambda one: one.pickers and one.pickers.call == "ahead"),
+    "pickers with hours": ("pickers", 1 / 6, lambda one: one.pickers and one.pickers.hours),
+    "zones of pickers": ("pickers", 1 / 15, lambda one: one.pickers and one.pickers.zones > 1),
     "sizes": ("restless", 1 / 10, lambda one: len({robot.radius for robot in one.fleet.robots()}) > 1),
 }
 RUNS = {
     "pods": {"pile_on": 0.9, "pod_visits": 0.9},
     "closures": dict.fromkeys(("waiting_closed", "waiting_person", "encounters_per_hour", "shared_time"), 1 / 5),
     "breakdowns": {"breakdowns": 1 / 2},
+    "pickers": {"share_awaiting_picker": 1 / 2, "picker_walking": 1 / 2},
     "moving": {"rotations": 1 / 14, "S": 1 / 3},
 }
 """In which share of runs with a feature an indicator is above zero."""

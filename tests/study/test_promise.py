@@ -31,7 +31,7 @@ def fleet(robots, verdict, days, mean, low, high, *, least=33, worst=None):
 
 def answer(best, *below, target="on_time >= 95 %", model=None):
     """The answer of a plan with these fleets, of one to four robots."""
-    sized = Sized("today", 1.0, 60.0, best, below, BUSY, False, (), {}, counts=COUNTS)
+    sized = Sized("today", 1.0, 60.0, best, below, BUSY, False, {}, counts=COUNTS)
     base = model or example()
     goal = read_target(target)
     return worded(FleetSizes(base, goal, 0.01, 0.95, "nearest", (sized,), (), None, Designs(base), 99)).answer
