@@ -106,6 +106,7 @@ def test_a_lift_that_failed_is_repaired_first_and_a_ride_under_way_comes_to_its_
     assert fails == [(20, "lift0", 120), (150, "lift1", 250)]
 
 
+@pytest.mark.slow
 def test_rides_of_people_come_at_their_rate_in_their_hours_and_from_all_floors():
     lift = Lift("main", ("a", "b", "c"), 12, 4, people=RidersSpec(per_hour=60, transfer=3))
     every = 2 * 3600.0
