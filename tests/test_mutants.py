@@ -11,6 +11,7 @@ MODULE = "study/statistics/limits.py"
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are tried in forks")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # from 3.12 on, of forks where threads run
 def test_what_is_changed_is_what_runs_though_it_was_imported_before():
     """Searches for garbage leave out what `conftest` keeps, and so did mutants once: all of them survived."""
     begins, days = days_for.__code__.co_firstlineno, days_for(0.1)
