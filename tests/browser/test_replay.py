@@ -216,7 +216,7 @@ SAID_ALIKE = {"count", "share", "lost", "chargers", "time"}
 """Forms of tiles whose text is that of the run's own table, in the same unit and digits."""
 
 
-@pytest.mark.parametrize("name", some([*RUNS, "due"], 3))
+@pytest.mark.parametrize("name", some([*RUNS, "due"], 4))
 def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)
