@@ -204,7 +204,7 @@ def option_of(answer, row):
 
 def test_options_whose_runs_are_equal_are_compared_once():
     factors = {"fleet.size": [1, 3], "policies.allocation": ["nearest", "hungarian"]}
-    results = dw.Study(example(), factors, replications=3).run().results
+    results = dw.Study(example().replace(LASTING), factors, replications=3).run().results
     assert len(results.same) == 2
     answer = compare_words.answer(results, {"throughput_per_hour": results.compare("throughput_per_hour")})
     assert is_everywhere(answer)
