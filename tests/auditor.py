@@ -19,6 +19,7 @@ from tests.audit_hours import Hours
 from tests.audit_lifts import Lifts
 from tests.audit_motion import Motion
 from tests.audit_nodes import Nodes
+from tests.audit_pickers import Pickers
 from tests.audit_servers import Servers
 from tests.audit_work import STATES, Work
 
@@ -64,7 +65,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides):
+class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Pickers):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -94,6 +95,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides):
         self.check_work()
         self.check_hours()
         self.check_servers()
+        self.check_pickers()
         return self.problems
 
     def check_traffic(self):

@@ -17,9 +17,10 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.layout import naming
 from desim_warehouse.layout.blocks import Blocks, highways
+from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.disturbances import OutageSpec
@@ -51,7 +52,6 @@ from desim_warehouse.values.fields import (
 Side = Literal["north", "south", "east", "west"]
 
 _SHOWN = 12  # node names in a message
-_COMPARED = 1000  # node names among which the nearest is looked for
 _EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
@@ -115,8 +115,7 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
         expected = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
     if zones_by_name:
         expected += f", or {zones[:-1]} {spoken(list(zones_by_name)[:_SHOWN], 'or')}"
-    near = nearest(name, [*zones_by_name, *names]) if len(names) <= _COMPARED else None
-    hint = f"; did you mean '{near}'?" if near else ""
+    hint = did_you_mean(name, [*zones_by_name, *names])
     if all(end in nodes for end in name.split(">")):
         hint = f"; an edge is written [{', '.join(name.split('>'))}]"
     raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
@@ -149,8 +148,7 @@ def see_node(name: str, info: ValidationInfo, *keys: str) -> None:
     """Refuse the name of a node that the layout does not have, at its key below the value that is checked."""
     nodes = known(info).nodes
     if nodes and name not in nodes:
-        near = nearest(name, nodes) if len(nodes) <= _COMPARED else None
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(name, nodes)
         raise wrong(f"no such node, expected one of the {len(nodes)} nodes of the layout{hint}", *keys)
 
 
@@ -454,6 +452,14 @@ class LiftSpec(Part):
         title="where a lift rests",
         description="the node of its own to which the empty cabin goes; default: it stays where it was left",
     )
+    cabins: Annotated[Count, Usual(1, 8)] = Field(
+        1,
+        title="cabins of a lift",
+        description="how many such lifts stand side by side, each with doors and a lane of its own from the same "
+        "nodes; only routes by `congestion-aware` take all of them",
+    )
+    people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
+    outages: OutageSpec | None = Field(None, description="of the lift; none: it never fails")
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:

@@ -16,6 +16,7 @@ from tests.laws.hours import with_hours
 from tests.laws.kinds import with_kinds
 from tests.laws.lifts import with_lifts
 from tests.laws.moving import moving
+from tests.laws.pickers import with_pickers
 from tests.laws.pods import with_pods
 from tests.laws.tours import with_tours
 from tests.laws.wider import wider
@@ -118,6 +119,7 @@ FEATURES = {
     "hours": with_hours,
     "kinds": with_kinds,
     "lifts": with_lifts,
+    "pickers": with_pickers,
     "pods": with_pods,
     "policies": with_policies,
     "restless": restless,

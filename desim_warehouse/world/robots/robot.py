@@ -137,6 +137,7 @@ class Robot:
             departures=around.departures,
             closings=self.closings,
             pods=around.pods,
+            pickers=around.pickers,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.dwelling = Dwelling(
@@ -490,6 +491,8 @@ class Robot:
         """Lay down its task or tour, which is done or given back."""
         self.job = self.itinerary.place = None
         self.tour.stops, self.tour.slots = [], []
+        if self.tour.pickers is not None:
+            self.tour.pickers.forget(self.number)
         self.body.work_on(-1)
 
     def record_delivery(self, stop: Stop) -> None:

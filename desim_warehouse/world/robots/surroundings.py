@@ -11,6 +11,7 @@ from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
@@ -102,3 +103,5 @@ class Surroundings:
     """None: robots bring single loads."""
     tours: type[Tour]
     """How robots do their work: where aisles are wide, they stand beside lanes."""
+    pickers: Pickers | None
+    """None: robots load by themselves."""

@@ -25,6 +25,7 @@ from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
 from desim_warehouse.world.traffic.lift import LiftCrossing, Ride
+from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import exact_length
 from desim_warehouse.world.traffic.wide import WideLane, WideRestrictedLane
@@ -97,6 +98,12 @@ class Traffic:
         )
         if guard is not None:
             guard.rely_on(self.lanes.values())
+
+    def share_lifts(self, users: Mapping[str, LiftUsers]) -> None:
+        """Let others than robots use lifts, by the name of the lift."""
+        for node in self.nodes.values():
+            if isinstance(node, LiftCrossing):
+                node.users = users.get(node.shaft.name)
 
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
