@@ -62,6 +62,8 @@ CODES: dict[str, Code] = {
     "CHARGER_SLOTS": Code("note", "bays with chargers have slots in which robots wait for one"),
     "START_ENERGY": Code("note", "batteries do not start where they settle, and the warm-up is shorter than they last"),
     "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),
+    "AISLES_TIGHT": Code("note", "aisles whose width is given, and too small for one robot to drive past another"),
+    "AISLES_SHORT": Code("note", "edges in wide aisles shorter than 2 D, so that robots load in the lane"),
     "FLOOR_SIZE": Code("warning", "the floor is larger than 2 km or smaller than 2 m: is the unit of length right?"),
     "FAST": Code("warning", "robots drive faster than 3 m/s"),
     "SLOW": Code("warning", "robots drive slower than 0.05 m/s"),

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout import lifts, way_home, zones
+from desim_warehouse.layout import aisles, lifts, way_home, zones
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.zones import ZoneSpec
 
@@ -74,6 +74,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_queues(layout, use),
         *_shared_names(layout),
         *_short(layout, use),
+        *aisles.examine(layout, use.contact),
         *_merges(layout),
         *_bridges(near),
         *_side_by_side(use, near),
@@ -499,4 +500,5 @@ def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
     for count, alike in by_count.items():
         numbers, (edge_1, edge_2) = np.array(alike), np.triu_indices(count, 1)
         pairs.append((numbers[:, edge_1] * len(ends) + numbers[:, edge_2]).ravel())
-    return np.divmod(np.unique(np.concatenate(pairs)), max(len(ends), 1))
+    every = np.sort(np.concatenate(pairs))  # np.unique would import masked arrays
+    return np.divmod(every[np.diff(every, prepend=-1) != 0], max(len(ends), 1))

@@ -118,6 +118,7 @@ class Layout:
     that leads against a preferred direction `counts` that many times where routes are chosen. A ride in a lift is an
     edge without length which `takes` its time, with the mean time until the cabin comes. The order of a node's
     successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
+    `widths`: those of aisles by edge, inf where they are said to be wide; where there is none, the aisle is narrow.
     """
 
     graph: nx.DiGraph
@@ -127,6 +128,7 @@ class Layout:
     goods_size: float = 0.0
     place_names: Mapping[str, int] = field(default_factory=dict)
     lifts: tuple[Lift, ...] = ()
+    widths: Mapping[Edge, float] = field(default_factory=dict)
 
     @cached_property
     def called(self) -> dict[int, str]:

@@ -14,6 +14,7 @@ from simpy.events import URGENT, Timeout
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel, handling_of
@@ -36,7 +37,9 @@ from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.stations import stations_of
+from desim_warehouse.world.robots.aside import TourAside
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
 from desim_warehouse.world.robots.duty import Departures, duty_of
@@ -58,6 +61,7 @@ from desim_warehouse.world.robots.settled import (
 )
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import Rows, less, tallies
+from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.gridlock import Rule
@@ -270,6 +274,7 @@ class World:
         """Make the robots, each in the bay beside its home, or at a charger if it charges at the start."""
         model = self.model
         no = absent(model)
+        self.pickers = self._pickers()
         around = Surroundings(
             self.env,
             model,
@@ -287,6 +292,8 @@ class World:
             self.dispatcher,
             WaysRound(self.env, hours_closed(model)) if self.routes.passes_closures else None,
             self.pods,
+            TourAside if self.traffic.wide else Tour,
+            self.pickers,
         )
         fleet = model.fleet
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
@@ -299,6 +306,13 @@ class World:
             robot.start_with(standing.energy, at_charger=standing.charges_at == node)
             self.bays.settle(robot, self.bays.by_node[node])
             self.robots.append(robot)
+
+    def _pickers(self) -> Pickers | None:
+        """Make the people who pick into robots at storage places."""
+        spec = self.model.pickers
+        if spec is None:
+            return None
+        return Pickers(self.env, spec, self.model.hours(spec.hours), self.layout, self.log)
 
     def _stand_on_lanes(self) -> None:
         """Put robots on the lanes where they start, the one ahead first; each is bound for home until it has a task."""
@@ -428,6 +442,8 @@ class World:
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
+        if self.pickers is not None and (uncalled := self.pickers.left_alone()):
+            text += f"; robots that wait for a picker, whose hours are over for good: {', '.join(map(str, uncalled))}"
         if left := self.stations.unfinished:
             text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
@@ -525,6 +541,8 @@ def _traffic(
         node_times=dict(spec.node_times),
         free=spec.free_nodes,
         restrictions=restrictions,
+        wide=wide_edges(layout, fleet.contact, zones),
+        looks=all(robot.keeps == "distance" for robot in fleet.distinct()),
     )
 
 

@@ -70,6 +70,7 @@ GOODS = {  # each by itself, of one robot that always has a next good to fetch
     "traffic.node_time": {"traffic.node_time": 3},
     "traffic.turn_time": {"traffic.turn_time": 6},
     "people.*.stay": {"people": {"p": {"per_hour": 60, "stay": 60}}},
+    "pickers.speed": {"pickers": {"count": 1, "speed": 0.3}},
     "policies.interval": {"policies.interval": 30},
     "policies.charging, swap": {"policies.charging": {"name": "swap", "time": 120}},
     "policies.charging, opportunity": {"policies.charging": "opportunity"},
