@@ -261,7 +261,7 @@ def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Map
     robots, loads = sum(count.values()), []
     spread = model.policies.routing.name == "congestion-aware"
     for lift in layout.lifts:
-        alike = [other for other in layout.lifts if other.of == lift.of] if spread else [lift]
+        alike = [other for other in layout.lifts if other.model_name == lift.model_name] if spread else [lift]
         rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
         for other in alike:
             for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):

@@ -173,7 +173,7 @@ def _lifts(run: RunData) -> Iterator[Suspect]:
     nodes = run.account(by="node")
     whole, routing = run.history.counted * run.model.fleet.size or 1.0, run.model.policies.routing
     for name, lift in run.model.layout.lifts.items():
-        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.of == name for node in cabin.nodes]]
+        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.model_name == name for node in cabin.nodes]]
         spent = float((rows["before_intersection"] + rows[IN_LIFT]).sum()) / whole
         if spent < LEAST_WAITING or "." in name:
             continue
