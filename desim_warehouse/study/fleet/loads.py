@@ -36,7 +36,8 @@ def indicators_of(model: Model) -> tuple[str, ...]:
     """List the indicators from which loads follow."""
     stations = "server_utilisation" if model.pods is None else _PICKERS_IDLE
     lifts = ("lift_utilisation",) if model.layout.lifts else ()
-    return *share_names(model), "charger_utilisation", stations, "worker_utilisation", *lifts
+    pickers = ("picker_utilisation", "picker_walking") if model.pickers is not None else ()
+    return *share_names(model), "charger_utilisation", stations, "worker_utilisation", *lifts, *pickers
 
 
 def loads_at(study: StudyEngine, point: Point) -> dict[Load, Estimate]:
@@ -86,6 +87,8 @@ def _values(
             values[group] = [row.value("lift_utilisation") * _part_of_lift(quick, group) for row in rows]
         elif group.kind == "people":
             values[group] = [row.value("worker_utilisation") * parts.get(group, math.nan) for row in rows]
+        elif group.kind == "pickers" and not group.zone:
+            values[group] = [row.value("picker_utilisation") + row.value("picker_walking") for row in rows]
         elif group.kind == "pickers":
             values[group] = [(1 - row.value(_PICKERS_IDLE)) * parts.get(group, math.nan) for row in rows]
         else:
