@@ -13,6 +13,8 @@ WORKING = {"empty", "loading", "loaded", "closed", "unloading", "awaiting", "ret
 STATES = WORKING | {"idle", "on_break", "queueing", "charging"}
 NO_ENERGY = {
     "drive",
+    "aside",
+    "back",
     "collision",
     "rotation",
     "enter",

@@ -531,10 +531,12 @@ class Recount:
         own, usual = dict(self.model.traffic.node_times), self.model.traffic.node_time
         taken = total["in_lift"]
         for lift in self.model.layout.lifts.values():
-            for a, b in permutations(lift.nodes, 2):
-                each = drive + lift.doors + own.get(a, usual) + own.get(b, usual)
-                taken += self.edges[a, b]["passages"] * each
-        time = (self.end - self.begin) * len(self.model.layout.lifts)
+            for number in range(1, lift.cabins + 1):
+                nodes = [node if number == 1 else f"{node} {number}" for node in lift.nodes]
+                for a, b in permutations(nodes, 2):
+                    each = drive + lift.doors + own.get(a, usual) + own.get(b, usual)
+                    taken += self.edges[a, b]["passages"] * each
+        time = (self.end - self.begin) * sum(lift.cabins for lift in self.model.layout.lifts.values())
         return taken / time if time else math.nan
 
     def orders(self):

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import LayoutError, ModelError, got, number_of, spoken
+from desim_warehouse.errors import LayoutError, ModelError, got, number_of
 from desim_warehouse.findings import Acceptable
 from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
@@ -74,6 +74,7 @@ from desim_warehouse.values.fields import (
     all_wrong,
     at_most,
     known,
+    see_kinds,
     wrong,
 )
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
@@ -395,13 +396,7 @@ class Prices(Part):
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: Mapping[str, float], info: ValidationInfo) -> Mapping[str, float]:
-        fleet_kinds = known(info).kinds
-        for kind in kinds if fleet_kinds is not None else ():
-            if kind not in (fleet_kinds or ()):
-                expected = (
-                    f"one of {spoken(fleet_kinds, 'or')}" if fleet_kinds else "one of fleet.kinds, which has none"
-                )
-                raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}", kind)
+        see_kinds(((kind, kind) for kind in kinds), known(info).kinds)
         return kinds
 
 
@@ -467,13 +462,7 @@ class Model(Part):
     def _of_kinds(cls, fleet: Fleet, info: ValidationInfo) -> Fleet:
         layout: LayoutSpec | None = info.data.get("layout")
         for name, bay in () if layout is None else layout.bays.items():
-            for kind in bay.kinds:
-                if kind not in fleet.kinds:
-                    expected = (
-                        f"one of {spoken(fleet.kinds, 'or')}" if fleet.kinds else "one of fleet.kinds, which has none"
-                    )
-                    text = f"no such kind of robot (got {got(kind)}), expected {expected}"
-                    raise wrong(text, TOP, "layout", "bays", name, "kinds")
+            see_kinds(((None, kind) for kind in bay.kinds), tuple(fleet.kinds), TOP, "layout", "bays", name, "kinds")
         return fleet
 
     @field_validator("tasks")
@@ -498,6 +487,9 @@ class Model(Part):
         tasks, layout = info.data.get("tasks"), info.data.get("layout")
         if pods is not None and tasks is not None and layout is not None:
             fit_for_pods(tasks.flows, layout.stations, known(info).zones.get("stations", {}))
+            if layout.may_be_wide:
+                text = "pods stand beside the lanes (pods), where there is no room for robots, expected narrow"
+                raise wrong(f"{text} (got {got(layout.aisles)})", TOP, "layout", "aisles")
         return pods
 
     @field_validator("pickers")

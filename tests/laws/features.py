@@ -9,6 +9,7 @@ import random
 import sys
 
 from tests.laws import random_models, two_way
+from tests.laws.aisles import with_wide_aisles
 from tests.laws.breakdowns import with_breakdowns
 from tests.laws.closures import with_closures
 from tests.laws.hours import with_hours
@@ -108,6 +109,7 @@ def restless(mapping, key):
 
 
 FEATURES = {
+    "aisles": with_wide_aisles,
     "capped": capped,
     "wider": wider,
     "moving": moving,

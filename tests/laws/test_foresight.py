@@ -21,6 +21,7 @@ from tests.laws.test_quick_estimate import MOVED, PLACES, _places, flows, goods
 AHEAD = ["views", "reach", "forecast"]
 CLOSE = 0.01
 EVEN = {
+    "fleet.start_energy": 1,
     "battery": {"capacity": 1e9, "consumption": 1.0, "charge_rate": 1.0},
     "fleet.robot.acceleration": None,
     "fleet.robot.deceleration": None,
