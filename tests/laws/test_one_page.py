@@ -26,6 +26,7 @@ GALLERY = {
     "hospital": "1 h",
     "milk-run": "20 min",
     "pallets": "20 min",
+    "pick-assist": "10 min",
     "sorting": "3 min",
 }
 
