@@ -361,7 +361,7 @@ class _Planned:
             packers = best.packers * self.packers.nodes
             tiles.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
         tiles += self._reached(sized, best)
-        return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+        return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="cost a year")])
 
     def _tile(self, sized: Sized, best: Shown) -> BigNumber:
         """Return the tile of the fleet for one of several demands, with its indicator and cost."""
