@@ -1,4 +1,4 @@
-# Two commands do everything, set-up included: `make paper` and `make test`.
+# Two commands do everything, set-up included: `make`, which names the next command, and `make test`.
 # Only Python >= 3.11 and make are needed; PYTHON=... chooses another interpreter, with an environment of its own.
 
 PYTHON ?= python3
@@ -13,7 +13,13 @@ READY := $(VENV)/.ready-$(EXTRAS)
 SOURCES := desim_warehouse tests benchmarks studies docs
 TWO := -n 2 --dist loadfile  # tests of a file share its fixtures, in one of two processes
 
-.PHONY: ready paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
+.PHONY: start ready paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
+
+start: $(READY)  ## set up, and say what comes next
+	@echo "$$($(BIN)/desim --version) is in $(BIN). Next:"
+	@echo
+	@echo "    source $(BIN)/activate"
+	@echo "    desim new mine.yaml --size 30x20 --orders 90/h"
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper

@@ -1,6 +1,6 @@
 """The pictures of the documentation, made anew: `python docs/make_pictures.py`.
 
-Needs Chromium and Selenium; the pictures go to docs/pictures.
+Needs Chromium, Selenium and, for the notebook, nbconvert; the pictures go to docs/pictures.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def what_if(browser: Any, folder: Path) -> None:
     study = dw.Study(
         ROOT / "models" / "multibots.yaml", factors, changes=changes, replications=10, indicators=["T", "S", "C"]
     )
-    study.run().page(page)
+    dw.what_if_page(study.run().results, page)
     browser.get(page.as_uri())
     browser.execute_script(
         "for (const [id, level] of [['knob-0', 2], ['knob-1', 1]]) {"
@@ -175,6 +175,22 @@ def live_page(browser: Any, folder: Path) -> None:
         shoot(browser, "live.png", 1400, 960)
 
 
+def notebook(browser: Any, folder: Path) -> None:
+    """A notebook with a run of the drafted warehouse, as Jupyter shows it."""
+    import nbclient
+    import nbformat.v4
+    from nbconvert import HTMLExporter
+
+    load = f"import desim_warehouse as dw\n\nmodel = dw.load({drafted(folder).name!r})\nrun = dw.simulate(model)\nrun"
+    cells = [load, "run.robots[['delivered', 'distance', 'loaded', 'waiting']].describe().round(1)", "dw.plot.day(run)"]
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    nbclient.NotebookClient(book, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    page = folder / "notebook.html"
+    page.write_text(HTMLExporter().from_notebook_node(book)[0], encoding="utf-8")
+    browser.get(page.as_uri())
+    shoot(browser, "notebook.png", 1100, 1130)
+
+
 def main() -> None:
     """All pictures."""
     PICTURES.mkdir(exist_ok=True)
@@ -187,6 +203,7 @@ def main() -> None:
             report(browser, Path(folder))
             what_if(browser, Path(folder))
             live_page(browser, Path(folder))
+            notebook(browser, Path(folder))
         finally:
             browser.quit()
 

@@ -1,7 +1,8 @@
 """The part of the auditor that looks at lifts: one robot rides at a time, and the cabin is where it can be by then.
 
 The cabin is followed from passage to passage by what robots did: from where the last one got out, or from where it
-rests, or on its way there. Where rings turn it may have come before, at the earliest when it was free.
+rests, or on its way there. Where rings turn it may have come before, at the earliest when it was free. People and
+repairs have it in between, as the log says: one after the other, and never while a robot has it.
 """
 
 import math
@@ -68,14 +69,35 @@ class Lifts:
         if one.out is not None and (one.out.edge[0] != one.edge[1] or one.out.enter < one.until - self.delay):
             self.fault(one.out.enter, f"robot {one.robot} left lift {name} before it was there")
 
+    def users_of(self, lift):
+        """Rides of people and repairs, in order of time: from when, up to when, and on which floor they end."""
+        for begin, kind, _, _, node, edge, waited, until, _ in self.run.record.rows:
+            if kind == "lift_fails" and node in lift.nodes:
+                yield begin, until, lift.rests or node, 0.0, 0.0
+            elif kind == "person_rides" and node in lift.nodes:
+                way = abs(lift.nodes.index(edge[0]) - lift.nodes.index(edge[1])) * lift.ride
+                yield begin, until, edge[1], way + 4 * lift.doors, waited
+
+    def check_users(self, name, lift, after, before, users, floor):
+        """Play what others did with it when it was free, up to a call; where it stood then, and when it was free."""
+        while users and users[0][0] < before:
+            begin, until, node, least, waited = users.pop(0)
+            if begin < after - self.delay or waited < 0 or until - begin < least - self.delay:
+                self.fault(begin, f"others have lift {name} from {begin:g} to {until:g}, free at {after:g}")
+            floor, after = float(lift.nodes.index(node)), until
+        return floor, after
+
     def check_cabin(self, name, lift, passages):
         """It is called when it is free, comes from where it is, and nobody else is in it."""
         floor, free, rings = float(lift.nodes.index(lift.rests or lift.nodes[0])), -math.inf, self.run.record.rings
+        users = list(self.users_of(lift))
         for one in passages:
+            floor, called = self.check_users(name, lift, free, one.there, users, floor)
+            others, free = called > free, called
             to = lift.nodes.index(one.node)
             early = one.called - self.start_time() - self.delay
             in_ring = any(early <= time <= one.called + self.delay for time in self.trains[one.robot])
-            if one.called < free - self.delay and not in_ring:
+            if one.called < free - self.delay and not in_ring and not others:
                 self.fault(one.called, f"robot {one.robot} calls lift {name}, which is free at {free:g}")
             begin = max(one.called, free)
             rests = floor if lift.rests is None else lift.nodes.index(lift.rests)
@@ -90,3 +112,4 @@ class Lifts:
             floor, free = float(lift.nodes.index(one.edge[1])), math.inf
             if one.out is not None:
                 free = self.clear(Stay(left=one.out.enter, away=one.out)) + lift.doors
+        self.check_users(name, lift, free, math.inf, users, floor)

@@ -36,13 +36,15 @@ def was(measured: Iterable[Load]) -> str:
     first, *near = most
     if first.group.kind == "lanes":
         return f"The lanes held most up: robots waited in traffic {_percent(first.mean)} of the time."
-    line = f"the {first.group.name} were the busiest, {_spent(first)}"
+    line = f"the {first.group.name} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
     line += "".join(f", and the {load.group.name}, {_spent(load)}" for load in near)
     return capital(f"{line}." if scarce(measured) else f"nothing was scarce: {line}.")
 
 
 def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") -> str:
     """Say who is busiest: `the robots are busiest: 77 % of the time; packers 48 %`; empty where nobody works.
+
+    Of several groups that are busiest each share stands behind its name.
 
     Args:
         foreseen: the loads of all groups.
@@ -54,9 +56,12 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
     if not most:
         return ""
     who = spoken([load.group.name for load in most])
-    shares = spoken([_share(most[0], time), *(_share(load, "") for load in most[1:])])
+    named = [f"{load.group.name} " if len(most) > 1 and load.group.kind != "lanes" else "" for load in most]
+    times = [time, *[""] * (len(most) - 1)]
+    shares = ", ".join(name + _share(load, of) for name, load, of in zip(named, most, times, strict=True))
     idle = "" if scarce(listed) else "nothing is scarce, and "
-    line = f"{where} {idle}the {who} are busiest: {shares}"
+    is_one = len(most) == 1 and most[0].group.is_lift
+    line = f"{where} {idle}the {who} {'is' if is_one else 'are'} busiest: {shares}"
     others = [load for load in listed if load not in most and load.need >= _SHOWN]
     rest = spoken([f"{load.group.name} {whole_percent(load.mean)}" for load in others]) if others else ""
     return (f"{line}; {rest}" if rest else line).strip()
@@ -70,10 +75,10 @@ def whole_percent(share: float) -> str:
 def _spent(load: Load) -> str:
     """Say which share of the time a group was at work in a run, and the work asked for beyond its capacity."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
-    asked = f"with {_percent(load.mean)} of what they can do asked for"
+    asked = f"with {_percent(load.mean)} of what {_they(load)} can do asked for"
     line = asked if load.mean > 1 else f"{verb} {_percent(load.mean)} of the time"
     if _peaks(load):
-        line += f", with {_percent(load.peak or 0.0)} of what they can do asked for in the busiest hour"
+        line += f", with {_percent(load.peak or 0.0)} of what {_they(load)} can do asked for in the busiest hour"
     return f"{line}, beside {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
@@ -81,10 +86,14 @@ def _share(load: Load, time: str) -> str:
     if load.group.kind == "lanes":
         return f"robots wait in traffic {whole_percent(load.mean)} {time}".strip()
     share = whole_percent(load.mean)
-    line = f"{share} of what they can do is asked for" if load.mean > 1 else f"{share} {time}".strip()
+    line = f"{share} of what {_they(load)} can do is asked for" if load.mean > 1 else f"{share} {time}".strip()
     if _peaks(load):
         line += f", in the busiest hour {whole_percent(load.peak or 0.0)}"
     return f"{line}, beside {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+
+
+def _they(load: Load) -> str:
+    return "it" if load.group.is_lift else "they"
 
 
 def _peaks(load: Load) -> bool:

@@ -145,8 +145,8 @@ def worst_hour(day: Day, model: Model) -> str:
     span = f"{first} to {last}"
     worst, usual = numbers.measured(means[index]), numbers.measured(mean(day.begin, end))
     if endless:
-        return f"The worst hour was {span}: {worst} loads were delivered, on average {usual}."
-    return f"The worst hour was {span}: {worst} tasks were open on average, in all hours {usual}."
+        return f"The worst hour was {span}: {worst} loads were delivered, over the whole run {usual} an hour."
+    return f"The worst hour was {span}: {worst} tasks were open on average, over the whole run {usual}."
 
 
 def figure(
@@ -214,7 +214,7 @@ def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
     if not isinstance(model.tasks.goods, SaturatedGoods):
         listed.append(Curve(_OPEN, "at a time", "open", day.open, _top(day.open)))
     if most >= _SEEN * model.fleet.size:
-        who = "loads before workers" if workers else "robots at stations"
+        who = "before workers" if workers else "at stations"
         listed.append(Curve("Queue", who, "queue", day.queue, most))
     if day.chargers is not None:
         listed.append(Curve("Chargers", f"in use, of {chargers}", "charging", day.chargers, float(chargers)))

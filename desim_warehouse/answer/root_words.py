@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY, Root
-from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, TOO_LOW, Phase, staff
+from desim_warehouse.outcome.chains import ANYWHERE, CROSSING, LANE, RING, TWO_WAY, Root
+from desim_warehouse.states import APART, IN_LIFT, OPENING, PACKING, PICKER, SERVER, SHOWN, TOO_LOW, Phase, staff
 
 _PLACES = {
     CROSSING: "at the crossing {}",
@@ -21,11 +21,10 @@ def root(origin: Root, model: Model) -> str:
     """Name a root of waiting: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
     if origin.cause in _PLACES:
         return _PLACES[origin.cause].format(_with_names(origin.at, model))
-    if origin.cause in TOO_LOW:
-        return "for a free charger, too low to work"
+    if origin.cause in ANYWHERE:
+        return "for a free charger, too low to work" if origin.cause in TOO_LOW else f"for {PICKER.what}"
     if origin.cause in APART:
-        what, place = APART[origin.cause].doing.removeprefix("waiting "), _with_names(origin.at, model)
-        return what.replace("a lane", place) if "a lane" in what else f"{what} on {place}"
+        return _apart(origin, model)
     floor = model.floor
     kinds = (floor.stations,) if SHOWN[origin.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
@@ -37,6 +36,24 @@ def root(origin: Root, model: Model) -> str:
         return f"for {place} to open"
     is_packing = state.queue == SERVER and zones.get(origin.at) == PACKING
     return f"for a {staff(PACKING)} at {origin.at}" if is_packing else f"for {state.queue.what} at {place}"
+
+
+def _apart(origin: Root, model: Model) -> str:
+    """Name a root that is no robot: a closed lane, a person, or a lift by its name."""
+    what, place = APART[origin.cause].doing.removeprefix("waiting "), _with_names(origin.at, model)
+    if origin.cause == IN_LIFT:
+        return f"{what.replace('a lift', f'the lift {_lift_at(origin.at, model)}')} ({place})"
+    return what.replace("a lane", place) if "a lane" in what else f"{what} on {place}"
+
+
+def _lift_at(place: str, model: Model) -> str:
+    """Return the name of the lift at a node, or of the one that a lane or ride leads to or from."""
+    return next(
+        lift.name
+        for lift in model.floor.lifts
+        for node in lift.nodes
+        if place == node or place.endswith(f">{node}") or place.startswith(f"{node}>")
+    )
 
 
 def _with_names(place: str, model: Model) -> str:

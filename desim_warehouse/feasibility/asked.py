@@ -56,8 +56,8 @@ def orders_a_day(model: Model) -> Iterator[str]:
             asked[name] = 24 * rate / flow.mean_lines
     if asked:
         whole = math.fsum(asked.values()) * tasks.demand
-        each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items() if name)
-        yield f"asked for: {each or f'{amount(whole / 24)} an hour'} = {whole:,.0f} orders a day"
+        each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items())
+        yield f"asked for: {each if len(asked) > 1 else f'{amount(whole / 24)} an hour'} = {whole:,.0f} orders a day"
 
 
 def most_loads(model: Model) -> int:

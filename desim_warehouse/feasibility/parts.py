@@ -96,7 +96,10 @@ class StationLoad:
 
 @dataclass(frozen=True)
 class LiftLoad:
-    """A lift: its rides for each task, `share`, and the mean `time` for which it is taken by one."""
+    """A lift: its rides for each task, `share`, and the mean `time` for which it is taken by one.
+
+    People and repairs lengthen that time by what they take.
+    """
 
     name: str
     share: float

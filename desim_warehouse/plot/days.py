@@ -11,8 +11,10 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.fleet_log.validate import Validation
 from desim_warehouse.layout import Layout
 from desim_warehouse.look import palette
+from desim_warehouse.look.labels import box_around
 from desim_warehouse.plot import floor as plan
 from desim_warehouse.plot import style as look
+from desim_warehouse.plot.names import Name, write_names
 from desim_warehouse.study.fit import Fitted
 
 if TYPE_CHECKING:
@@ -163,12 +165,12 @@ def residuals(
         widths = np.where(ranks.out, 5.0, 2.5).tolist()
         axes.add_collection(LineCollection(list(lines.values()), colors=colours, linewidths=widths, zorder=2))
         plan.arrows(axes, list(lines.values()), palette.FAINT)
-        plan.draw_nodes(axes, floor, set(), named=len(floor.graph) <= plan.NAMED, under=set())
+        names = plan.draw_nodes(axes, floor, set(), named=len(floor.graph) <= plan.NAMED)
         off = ranks.real.mean(axis=0) - ranks.simulated.mean(axis=(0, 1))
         edges = list(lines)
-        for rank in _worst(ranks):
-            _name(axes, lines[edges[rank]], f"{'>'.join(edges[rank])} {off[rank]:+.3g}")
+        worst = [_name(lines[edges[rank]], f"{'>'.join(edges[rank])} {off[rank]:+.3g}") for rank in _worst(ranks)]
         plan.frame(axes, floor, step, found.model)
+        write_names(axes, [*worst, *names], plan.sheet(floor, step))
         figure = axes.get_figure(root=True)
         assert figure is not None
         bar = figure.colorbar(shades, ax=axes, orientation="horizontal", label=look.text(what), shrink=0.8)
@@ -200,20 +202,12 @@ def _worst(ranks: Ranked) -> list[int]:
     return worst
 
 
-def _name(axes: Axes, line: Line, words: str) -> None:
-    """Write words beside the middle of an edge."""
+def _name(line: Line, words: str) -> Name:
+    """Return words to be written beside the middle of an edge."""
     (x0, y0), (x1, y1) = line
     upright = abs(y1 - y0) > abs(x1 - x0)
-    axes.annotate(
-        look.text(words),
-        ((x0 + x1) / 2, (y0 + y1) / 2),
-        (5, 0) if upright else (0, 5),
-        textcoords="offset points",
-        ha="left" if upright else "center",
-        va="center" if upright else "bottom",
-        fontsize="small",
-        zorder=5,
-    )
+    around = box_around((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
+    return Name(words, around, (1, 0) if upright else (0, -1), "small", palette.INK)
 
 
 def _line(floor: Layout, edge: tuple[str, str], step: float) -> Line:

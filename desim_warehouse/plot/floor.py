@@ -13,16 +13,20 @@ from desim_warehouse.errors import ReportError, reason, spoken
 from desim_warehouse.folders import MAKER, refuse_other
 from desim_warehouse.layout import Layout
 from desim_warehouse.look import palette
+from desim_warehouse.look.labels import Box, Sheet, box_around, boxes_along
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.outcome.zones import Zone, robot_radii, zones
 from desim_warehouse.plot import cells
 from desim_warehouse.plot import style as look
+from desim_warehouse.plot.names import Name, write_names
 from desim_warehouse.run import RunData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from desim_warehouse.layout.layout import Lift
 
 
 NAMED = 60
@@ -33,6 +37,8 @@ _LETTER, _WIDEST = 0.1, 40.0
 """Inches for each letter between neighbouring nodes in a figure that is drawn to be read, and its greatest width."""
 _ARROW = 0.085
 """Inches of an arrow head; half where there are many."""
+_CABIN = 0.25
+"""Side of a cabin, as a part of the shortest edge."""
 _ENDINGS = (".png", ".svg", ".pdf")
 BAY, CHARGER, STATION = palette.BAY, palette.CHARGER, palette.STATION
 GOOD, FETCHED = "#BBBBBB", palette.PALETTES["safe"]["light"]["good"]
@@ -127,9 +133,12 @@ def _drawn(
             return axes
         draw_goods(axes, floor, step, fetched_of(model))
         draw_edges(axes, floor, step, palette.FAINT)
-        beside = _zones(axes, floor, model)
-        draw_nodes(axes, floor, set(destinations(model, floor)), named, under=_under_zones(model, floor))
-        frame(axes, floor, step, model, beside)
+        slots, names = _zones(axes, floor, model)
+        names += draw_nodes(axes, floor, set(destinations(model, floor)), named)
+        names += [_name_of_lift(floor, lift) for lift in floor.lifts]
+        frame(axes, floor, step, model, _corners(slots))
+        boxes = write_names(axes, names, sheet(floor, step, slots))
+        frame(axes, floor, step, model, _corners([*slots, *boxes]))
         _key(axes, floor, model)
         return axes
 
@@ -200,23 +209,18 @@ def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
 
 
 def _draw_lifts(axes: Axes, floor: Layout, step: float, colour: str) -> None:
-    """A broken line from floor to floor for each lift, with its name, and its cabin as a square on each floor."""
+    """A broken line from floor to floor for each lift, and its cabin as a square on each floor."""
     from desim_warehouse.plot import paths
 
     for lift in floor.lifts:
         places = [_at(floor, node) for node in lift.nodes]
         axes.plot(*zip(*places, strict=True), color=colour, linewidth=1.0, linestyle=(0, (4, 4)), zorder=1.5)
-        paths.squares(axes, places, 0.25 * step, 2.2, facecolor="white", edgecolor=colour, linewidth=1.0)
-        (x0, y0), (x1, y1) = places[:2]
-        axes.annotate(
-            f"lift {look.text(lift.name)}",
-            ((x0 + x1) / 2, (y0 + y1) / 2),
-            (4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize="x-small",
-            color=colour,
-        )
+        paths.squares(axes, places, _CABIN * step, 2.2, facecolor="white", edgecolor=colour, linewidth=1.0)
+
+
+def _name_of_lift(floor: Layout, lift: Lift) -> Name:
+    (x0, y0), (x1, y1) = (_at(floor, node) for node in lift.nodes[:2])
+    return Name(f"lift {lift.name}", box_around((x0 + x1) / 2, (y0 + y1) / 2, 0.0), (1, 0), "x-small", palette.FAINT)
 
 
 def arrows(
@@ -235,19 +239,15 @@ def arrows(
     paths.heads(axes, (1 - part) * begin + part * end, end - begin, size, colour, 2.5)
 
 
-def _under_zones(model: Model, floor: Layout) -> set[str]:
-    """Nodes with a bay or station above them."""
-    return {zone.node for zone in zones(model, floor) if zone.places[0][1] < _at(floor, zone.node)[1]}
-
-
-def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, under: set[str]) -> None:
-    """Draw a dot for each node, with its name in it or beside it: below nodes `under` something.
+def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool) -> list[Name]:
+    """Draw a dot for each node, with its name if it is short enough; returns the names to be written beside nodes.
 
     Unloading nodes have the colour of stations.
     """
     graph = floor.graph
     inside = named and max(map(len, graph)) <= _IN_DOT
-    for chosen, colour in ((False, palette.INK), (True, STATION)):
+    beside = []
+    for chosen, colour in ((True, STATION), (False, palette.INK)):
         nodes = [name for name in graph if (name in unloading) == chosen]
         axes.scatter(
             [graph.nodes[name]["x"] for name in nodes],
@@ -258,30 +258,41 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, unde
             linewidths=1.0 if not chosen else 1.8,
             zorder=3,
         )
-        if named:
-            for name in nodes:
-                below = name in under
-                axes.annotate(
-                    look.text(name),
-                    _at(floor, name),
-                    (0, 0) if inside else (3, -2 if below else 2),
-                    textcoords="offset points",
-                    ha="center" if inside else "left",
-                    va="center_baseline" if inside else "top" if below else "bottom",
-                    fontsize="x-small" if inside else "xx-small",
+        for name in nodes if named else ():
+            if inside:
+                axes.text(
+                    *(*_at(floor, name), look.text(name)),
+                    ha="center",
+                    va="center_baseline",
+                    fontsize="x-small",
                     color=colour,
                     zorder=4,
                 )
+            else:
+                beside.append(Name(name, box_around(*_at(floor, name), 0.0), (1, -1), "xx-small", colour))
+    return beside
 
 
-def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]:
-    """Draw the slots of bays and stations beside their nodes, with the name of each; returns where they are."""
+def sheet(floor: Layout, step: float, slots: Sequence[Box] = (), dot: float = 0.0) -> Sheet:
+    """Return what names may not cover, and what they rather do not; nodes with at least the radius `dot`."""
+    nodes = [box_around(*_at(floor, node), max(0.02 * step, dot)) for node in floor.graph]
+    cabins = [box_around(*_at(floor, node), _CABIN * step / 2) for lift in floor.lifts for node in lift.nodes]
+    lanes = [box for edge in floor.lanes for box in boxes_along(*ends(floor, edge, step), 0.1 * step)]
+    side = 0.8 * (floor.goods_size or 0.09 * step)
+    return Sheet([*nodes, *cabins, *slots], [*lanes, *(box_around(item.x, item.y, side / 2) for item in floor.storage)])
+
+
+def _corners(boxes: Sequence[Box]) -> list[tuple[float, float]]:
+    return [(x, y) for left, top, right, bottom in boxes for x, y in ((left, top), (right, bottom))]
+
+
+def _zones(axes: Axes, floor: Layout, model: Model) -> tuple[list[Box], list[Name]]:
+    """Draw the slots of bays and stations beside their nodes; returns where they are, and the names to be written."""
     from desim_warehouse.plot import paths
 
     largest = max(robot_radii(model))
-    points: list[tuple[float, float]] = []
     chargers = chargers_at(model, floor) if model.battery is not None else {}
-    named: set[str] = set()
+    written: dict[str, Name] = {}
     slots: defaultdict[tuple[str, float], list[tuple[float, float]]] = defaultdict(list)
     joints: defaultdict[str, list[tuple[tuple[float, float], tuple[float, float]]]] = defaultdict(list)
     for zone in zones(model, floor):
@@ -290,38 +301,24 @@ def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]
         slots[CHARGER, side] += zone.places[:charging]
         slots[colour, side] += zone.places[charging:]
         joints[colour].append((_at(floor, zone.node), zone.places[0]))
-        if zone.name not in named:  # once: the colour says which others belong to it
-            named.add(zone.name)
-            points.append(_name_of(axes, floor, zone, side, CHARGER if charging == len(zone.places) else colour))
-        points += zone.places
+        if zone.name not in written:  # once: the colour says which others belong to it
+            written[zone.name] = _name_of(floor, zone, side, CHARGER if charging == len(zone.places) else colour)
     for (colour, side), places in slots.items():
         paths.squares(axes, places, side, 3, facecolor=colour, edgecolor="white", linewidth=0.5)
     for colour, lines in joints.items():
         paths.lines(axes, lines, colour, 1.0, 1.5)
-    return points
+    boxes = [box_around(x, y, side / 2) for (_, side), places in slots.items() for x, y in places]
+    return boxes, list(written.values())
 
 
-def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) -> tuple[float, float]:
-    """Write the name of a bay or station beyond its slots; returns a point beyond it."""
+def _name_of(floor: Layout, zone: Zone, side: float, colour: str) -> Name:
+    """Return the name of a bay or station, to be written beyond its slots if it can be."""
     x, y = _at(floor, zone.node)
     dx, dy = zone.places[0][0] - x, zone.places[0][1] - y
-    upright = abs(dy) >= abs(dx)
-    last = max(zone.places, key=lambda place: abs(place[1] - y) if upright else abs(place[0] - x))
-    anchor = (x, last[1] + math.copysign(side, dy)) if upright else (last[0] + math.copysign(side, dx), y)
-    axes.text(
-        *anchor,
-        look.text(zone.name),
-        ha="center" if upright else "left" if dx > 0 else "right",
-        va=("top" if dy >= 0 else "bottom") if upright else "center",
-        fontsize="small",
-        color=colour,
-        zorder=4,
-    )
-    return (
-        (anchor[0], anchor[1] + math.copysign(2 * side, dy))
-        if upright
-        else (anchor[0] + math.copysign(4 * side, dx), anchor[1])
-    )
+    xs, ys = zip(*zone.places, strict=True)
+    around = min(xs) - side / 2, min(ys) - side / 2, max(xs) + side / 2, max(ys) + side / 2
+    outward = (0, 1 if dy >= 0 else -1) if abs(dy) >= abs(dx) else (1 if dx > 0 else -1, 0)
+    return Name(zone.name, around, outward, "small", colour)
 
 
 def frame(axes: Axes, floor: Layout, step: float, model: Model, beside: Sequence[tuple[float, float]] = ()) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
+from desim_warehouse.look.labels import box_around
 from desim_warehouse.plot import floor as plan
 from desim_warehouse.plot import style as look
 from desim_warehouse.plot.cells import ARROWS
+from desim_warehouse.plot.names import Name, length_of_a_point, write_names
 from desim_warehouse.run import RunData
 
 if TYPE_CHECKING:
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 By = Literal["blocked", "waits"]
 _ROOMY = 1000
 """Nodes up to which there is room for their circles."""
+_SHORT = 6
+"""Letters of a name."""
 
 
 def congestion(
@@ -53,8 +58,10 @@ def congestion(
     with look.drawing(ax, style, title, plan.size_of(floor), f"{what} on each lane and at each node") as axes:
         plan.draw_goods(axes, floor, step, set())
         _edges(axes, run, on_edge, step, shades)
-        _nodes(axes, run, at_node, shades)
+        dot = _nodes(axes, run, at_node, shades)
         plan.frame(axes, floor, step, run.model)
+        if len(floor.graph) <= plan.NAMED:
+            _names(axes, run, dot)
         _bar(axes, what, shades)
         return axes
 
@@ -102,14 +109,16 @@ def _edges(axes: Axes, run: RunData, values: dict[tuple[str, str], float], step:
     axes.add_collection(shown)
 
 
-def _nodes(axes: Axes, run: RunData, values: dict[str, float], shades: _Shades) -> None:
+def _nodes(axes: Axes, run: RunData, values: dict[str, float], shades: _Shades) -> float:
+    """Draw a circle for each node; returns the largest radius in points."""
     graph = run.layout.graph
     room = min(_ROOMY / len(graph), 1.0)
-    small = 30 if len(graph) <= 60 else 4 * room  # noqa: PLR2004 - as in the layout drawing
+    small = 30 if len(graph) <= plan.NAMED else 4 * room
+    sizes = [small + 320 * room * shades.size(value) for value in values.values()]
     axes.scatter(
         [graph.nodes[name]["x"] for name in values],
         [graph.nodes[name]["y"] for name in values],
-        s=[small + 320 * room * shades.size(value) for value in values.values()],
+        s=sizes,
         c=list(values.values()),
         cmap=shades.colours,
         norm=shades.norm,
@@ -117,17 +126,21 @@ def _nodes(axes: Axes, run: RunData, values: dict[str, float], shades: _Shades) 
         linewidths=0.6 * room,
         zorder=3,
     )
-    if small == 30:  # noqa: PLR2004 - few nodes: room for names
-        names = {name: name if len(name) <= 6 else f"{name[:5]}…" for name in values}  # noqa: PLR2004 - short enough
-        for name, shown in names.items() if len(set(names.values())) == len(names) else ():
-            axes.annotate(
-                look.text(shown),
-                (graph.nodes[name]["x"], graph.nodes[name]["y"]),
-                xytext=(8, 8),
-                textcoords="offset points",
-                fontsize="x-small",
-                zorder=4,
-            )
+    return math.sqrt(max(sizes)) / 2
+
+
+def _names(axes: Axes, run: RunData, dot: float) -> None:
+    """Write the names of nodes beside circles of a radius in points, the first letters of long ones."""
+    short = {name: name if len(name) <= _SHORT else f"{name[: _SHORT - 1]}…" for name in run.layout.graph}
+    if len(set(short.values())) < len(short):
+        return
+    radius = dot * length_of_a_point(axes)
+    node_of = run.layout.graph.nodes
+    names = [
+        Name(words, box_around(node_of[name]["x"], node_of[name]["y"], radius), (1, 1), "x-small", palette.INK)
+        for name, words in short.items()
+    ]
+    write_names(axes, names, plan.sheet(run.layout, plan.step_of(run.layout), dot=radius))
 
 
 @dataclass(frozen=True)

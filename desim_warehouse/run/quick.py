@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
@@ -16,8 +17,8 @@ from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.disturbances import closures, disturbances
-from desim_warehouse.model.facts.lifts import time_taken
+from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
+from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
@@ -248,17 +249,22 @@ def _stations(
 
 
 def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
-    """List the lifts that robots of the probes used, by how often."""
+    """List the lifts that robots of the probes used, by how often.
+
+    Of a lift with several cabins all are used alike where routes see queues.
+    """
     robots, loads = sum(count.values()), []
+    spread = model.policies.routing.name == "congestion-aware"
     for lift in layout.lifts:
-        mine = [ride for ride, owner in layout.rides.items() if owner is lift]
-        rides = {
-            ride: math.fsum(count[kind] * probed.rides.get(">".join(ride), 0.0) for kind, probed in probes.items())
-            / robots
-            for ride in mine
-        }
+        alike = [other for other in layout.lifts if other.of == lift.of] if spread else [lift]
+        rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
+        for other in alike:
+            for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):
+                by_kind_of = (count[kind] * probed.rides.get(">".join(same), 0.0) for kind, probed in probes.items())
+                rides[ride] += math.fsum(by_kind_of) / robots / len(alike)
         if share := math.fsum(rides.values()):
-            loads.append(LiftLoad(lift.name, share, time_taken(model, lift, rides) / share))
+            time = time_taken(model, lift, rides) / left_for_robots(model, lift)
+            loads.append(LiftLoad(lift.name, share, time / share))
     return tuple(loads)
 
 
@@ -285,7 +291,8 @@ UNKNOWN = "; estimates do not know of it"
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
-    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model))]
+    unknown = [*closures(model), *shared_lifts(model, layout)]
+    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in unknown)]
     if model.fleet.breaks_down:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:

@@ -161,16 +161,26 @@ def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iter
 
 
 def _lifts(run: RunData) -> Iterator[Suspect]:
-    """List faster lifts, by the time that robots wait before them, ride in them and wait for their cabins."""
+    """List faster lifts and further cabins, by the time that robots wait before lifts, for cabins, and ride in them.
+
+    Routes that know no queues would take one cabin alone.
+    """
     nodes = run.account(by="node")
-    whole = run.history.counted * run.model.fleet.size or 1.0
-    for lift in run.layout.lifts:
-        rows = nodes.loc[list(lift.nodes)]
+    whole, routing = run.history.counted * run.model.fleet.size or 1.0, run.model.policies.routing
+    for name, lift in run.model.layout.lifts.items():
+        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.of == name for node in cabin.nodes]]
         spent = float((rows["before_intersection"] + rows[IN_LIFT]).sum()) / whole
-        if spent >= LEAST_WAITING and "." not in lift.name:
-            key = f"layout.lifts.{lift.name}"
-            faster = {f"{key}.ride": HALF * lift.ride, f"{key}.doors": HALF * lift.doors}
-            yield Suspect(f"lift {lift.name}", f"lift {lift.name} twice as fast", faster, spent, -HALF)
+        if spent < LEAST_WAITING or "." in name:
+            continue
+        key = f"layout.lifts.{name}"
+        faster = {f"{key}.ride": HALF * lift.ride, f"{key}.doors": HALF * lift.doors}
+        yield Suspect(f"lift {name}", f"lift {name} twice as fast", faster, spent, -HALF)
+        more: dict[str, Any] = {f"{key}.cabins": lift.cabins + 1}
+        relief = f"one cabin more beside lift {name}"
+        if routing.name != "congestion-aware" and not routing.own:
+            more["policies.routing"] = "congestion-aware"
+            relief += ", routes by congestion-aware"
+        yield Suspect(f"lift {name}", relief, more, spent, 1 / lift.cabins)
 
 
 def _queued(nodes: pd.DataFrame, queue: Queue, members: list[str]) -> float:
@@ -314,7 +324,7 @@ def _lanes(run: RunData) -> Iterator[Suspect]:
 
 
 def _failures(run: RunData) -> Iterator[Suspect]:
-    """Yield breakdowns of robots, delays at nodes, and outages of chargers."""
+    """Yield breakdowns of robots, delays at nodes, and outages of chargers and lifts."""
     model = run.model
     if model.fleet.breaks_down:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
@@ -335,6 +345,10 @@ def _failures(run: RunData) -> Iterator[Suspect]:
     if fail and model.battery is not None:
         never = {f"layout.bays.{name}.outages": None for name in fail}
         yield Suspect("outages of chargers", "chargers never fail", never)
+    fail = [name for name, lift in model.layout.lifts.items() if lift.outages is not None and "." not in name]
+    if fail:
+        never = {f"layout.lifts.{name}.outages": None for name in fail}
+        yield Suspect("outages of lifts", "lifts never fail", never)
 
 
 def _dotted(model: Model, key: str) -> bool:

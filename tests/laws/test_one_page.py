@@ -31,7 +31,7 @@ GALLERY = {
 
 
 def shortened(name):
-    length = {"run.length": GALLERY[name], "run.warm_up": 60, "log": "all"}
+    length = {"run.length": GALLERY[name], "run.warm_up": 60, "log": "all", "fleet.start_energy": 0.9}
     return dw.load(f"models/gallery/{name}.yaml", length)
 
 

@@ -216,8 +216,8 @@ def test_waits_add_up_by_the_rows_of_a_floor():
 @pytest.mark.parametrize(
     ("made", "said"),
     [
-        (due_run, "02:20 to 03:20: 40 tasks were open on average, in all hours 17.3."),
-        (busy_run, "01:00 to 02:00: 6 loads were delivered, on average 17.3."),
+        (due_run, "02:20 to 03:20: 40 tasks were open on average, over the whole run 17.3."),
+        (busy_run, "01:00 to 02:00: 6 loads were delivered, over the whole run 17.3 an hour."),
     ],
     ids=["orders come", "work never ends"],
 )

@@ -48,11 +48,18 @@ class Group:
 
     @property
     def name(self) -> str:
-        """The name in the plural: `robots`, `packers`, `places of dock`, `cabins of main`."""
+        """The name in the plural: `robots`, `packers`, `places of dock`; of a lift `lift main`."""
         if not self.zone:
             return self.kind
-        who = {"people": "workers", "pickers": "pickers", "lifts": "cabins"}.get(self.kind, "places")
+        if self.is_lift:
+            return f"lift {self.zone}"
+        who = {"people": "workers", "pickers": "pickers"}.get(self.kind, "places")
         return "packers" if self.packs else f"{who} of {self.zone}"
+
+    @property
+    def is_lift(self) -> bool:
+        """Whether it is one lift, of which people speak in the singular."""
+        return self.kind == "lifts"
 
 
 LANES = Group("lanes")

@@ -58,7 +58,9 @@ def _warehouse(model: Model) -> str:
 
 
 def _counted(group: Group, number: int) -> str:
-    """Return the number of a group in words: `1 packer`, `2 places of dock`."""
+    """Return the number of a group in words: `1 packer`, `2 places of dock`, and of a lift its name alone."""
+    if group.is_lift:
+        return group.name
     name, separator, zone = group.name.partition(" of ")
     return f"{number_of(number, name.removesuffix('s'))}{separator}{zone}"
 

@@ -13,7 +13,9 @@ from desim_warehouse.answer import numbers
 from desim_warehouse.answer.course import by_robot, figure
 from desim_warehouse.answer.parts import Bar, Rows
 from desim_warehouse.errors import number_of
+from desim_warehouse.layout import Layout
 from desim_warehouse.look import html
+from desim_warehouse.look.labels import LETTER, Sheet, Spot, box_around, boxes_along
 from desim_warehouse.look.palette import WAITED_STEPS
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
 from desim_warehouse.outcome.day import day, shares_of_robots
@@ -34,10 +36,10 @@ _ARROWS = 200
 """Of more lanes none has an arrow."""
 _LANES = 3000
 """Of more lanes the drawing is a picture."""
-_LETTER = 0.45
-"""Width of a letter in the names of zones, as a part of the room around the floor."""
-_SIDES = {"end": -1, "middle": 0, "start": 1}
-"""Where a text lies beside its point, by its anchor."""
+_SIZES = (("", 1.3), ("small", 0.75))
+"""Sizes of names as on a phone, and on a wide screen alone; parts of the room around the floor, as in report.css."""
+_DOT = 0.4
+"""Radius of a node, as a part of the room around the floor."""
 _SAME = 1e-6
 """Steps between places that differ by less are the same."""
 _LEAST = 0.005
@@ -91,10 +93,11 @@ def floor(run: RunData) -> Markup | None:
     xs = [x for x, *_ in nodes] + [x for x, *_ in slots]
     ys = [y for _, y, _ in nodes] + [y for _, y, *_ in slots]
     room = _MARGIN * (max(xs) - min(xs) or 1.0)
-    names = _names(run, places, (min(ys) + max(ys)) / 2, room)
-    xs += [x + _SIDES[anchor] * _LETTER * room * len(name) for _, x, _, name, anchor in names]
-    ys += [y for _, _, y, _, _ in names]
-    box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
+    names = names_of_zones(layout, places, room)
+    boxes = [spot.box for _, _, spot in names]
+    xs += [x for left, _, right, _ in boxes for x in (left, right)]
+    ys += [y for _, top, _, bottom in boxes for y in (top, bottom)]
+    box = min(xs) - room, min(ys) - room, max(xs) - min(xs) + 2 * room, max(ys) - min(ys) + 2 * room
     side = 0.8 * (layout.goods_size or 0.09 * step) / 2
     rooms: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
     for x, y, size, kind in slots:
@@ -179,20 +182,31 @@ def _step(run: RunData, waited: float) -> int:
     return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
-def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str, str]]:
-    """Return kind, point, name and anchor of each zone: beyond its slots, else away from the middle."""
-    names = []
-    for zone in places:
-        node = run.layout.graph.nodes[zone.node]
-        xs, ys = zip(*zone.places, strict=True)
-        x, y, away = sum(xs) / len(xs), sum(ys) / len(ys), 0.8 * room + zone.room
-        if abs(x - node["x"]) > abs(y - node["y"]):
-            anchor = "start" if x > node["x"] else "end"
-            beside = max(xs) + away / 2 if x > node["x"] else min(xs) - away / 2
-            names.append((zone.kind, beside, y, zone.name, anchor))
-        else:
-            edge = max(ys) if y > node["y"] else min(ys)
-            names.append((zone.kind, x, edge + (away if edge > middle else -away), zone.name, "middle"))
+def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tuple[str, str, Spot]]:
+    """Return classes, name and spot of each zone that has room for its name: beyond its slots, or beside them.
+
+    A name that has no room in the size of a phone is shown on wide screens alone. `room`: the length that sizes of
+    names and nodes are parts of.
+    """
+    step = step_of(layout)
+    point_of = {node: (data["x"], data["y"]) for node, data in layout.graph.nodes(data=True)}
+    slots = [[box_around(x, y, zone.room) for x, y in zone.places] for zone in places]
+    sheet = Sheet([box_around(x, y, _DOT * room) for x, y in point_of.values()])
+    sheet.marks += [box for boxes in slots for box in boxes]
+    sheet.lines += [box for edge in layout.lanes for box in boxes_along(*ends(layout, edge, step), room)]
+    sheet.lines += [box_around(place.x, place.y, layout.goods_size / 2) for place in layout.storage]
+    names: list[tuple[str, str, Spot]] = []
+    for zone, boxes in zip(places, slots, strict=True):
+        x, y = point_of[zone.node]
+        lefts, tops, rights, bottoms = zip(*boxes, strict=True)
+        around = min(lefts), min(tops), max(rights), max(bottoms)
+        dx, dy = (around[0] + around[2]) / 2 - x, (around[1] + around[3]) / 2 - y
+        side = (1 if dx > 0 else -1, 0) if abs(dx) > abs(dy) else (0, 1 if dy > 0 else -1)
+        sizes = [(LETTER * part * room * len(zone.name), part * room) for _, part in _SIZES]
+        known = any(name == zone.name for _, name, _ in names)
+        if put := sheet.put(sizes, around, room / 4, side, known=known):
+            spot, size = put
+            names.append((f"{zone.kind} {_SIZES[size][0]}".strip(), zone.name, spot))
     return names
 
 

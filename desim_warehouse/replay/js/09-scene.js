@@ -84,6 +84,8 @@ class Scene {
     this.floor.lines(ctx, view, colours.soft, this.directions(), true);
     this.unloading(time, upTo, colours);
     this.sort(time);
+    if (this.header.lifts)
+      this.floor.queues(ctx, view, colours, this.floor.queuing(this.story, this.waiting.map((robot) => this.wait[robot])));
     this.rotations(time, colours);
     this.route(time, colours);
     ctx.globalAlpha = this.showHeat ? 0.3 : 1;
@@ -197,6 +199,7 @@ class Scene {
     ctx.font = "600 11px system-ui, sans-serif";
     ctx.textBaseline = "top";
     ctx.textAlign = "center";
+    const taken = [];
     for (const zone of this.floor.zones) {
       const room = this.floor.apart(zone) * s;
       if (zone.resource < 0 || room < 26) continue;
@@ -211,20 +214,27 @@ class Scene {
       ctx.fillStyle = colours.ink;
       const state = [used ? percent(used) : "", queue ? `queue ${queue}` : ""].filter(Boolean).join(", "), named = zone.kind === "station" ? `${zone.name} ${state}`.trim() : state;
       const free = this.floor.cell ? Math.min(room, 2 * this.floor.cell * s) : room; // beside cells are others
-      this.write(ctx.measureText(named).width < free - 6 ? named : state, x, outward > 0 ? y + 6 : y - 12);
+      const words = [named, state, used ? percent(used) : ""].filter((text) => text && ctx.measureText(text).width < free - 6);
+      this.write(words, x, outward > 0 ? y + 6 : y - 12, taken);
     }
     for (const node of this.floor.outlets) {
       const [wx, wy] = this.floor.below(node), x = wx * s + view.x, y = wy * s + view.y + 3;
       ctx.fillStyle = colours.ink;
-      this.write(`${this.story.deliveredAt(node, upTo)} delivered`, x, y);
+      const count = grouped(this.story.deliveredAt(node, upTo));
+      this.write([`${count} delivered`, count], x, y, taken);
     }
   }
 
-  // Words about a point, moved into view where they would be cut off by its left or right edge.
-  write(text, x, y) {
-    const half = this.ctx.measureText(text).width / 2 + 3;
-    if (x > -half && x < this.view.width + half) x = Math.min(Math.max(x, half), this.view.width - half);
-    this.ctx.fillText(text, x, y);
+  // The first words about a point that cover none of those taken, moved into view where its edges would cut them off.
+  write(words, x, y, taken) {
+    for (const text of words) {
+      const half = this.ctx.measureText(text).width / 2 + 3;
+      const at = x > -half && x < this.view.width + half ? Math.min(Math.max(x, half), this.view.width - half) : x;
+      if (taken.some(([left, right, top]) => left < at + half && right > at - half && Math.abs(top - y) < 13)) continue;
+      taken.push([at - half, at + half, y]);
+      this.ctx.fillText(text, at, y);
+      return;
+    }
   }
 
   // Who is in which mood, and who waits.

@@ -142,8 +142,13 @@ function isolated(name) {
 function shortNumber(value) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size >= 1000) return Math.round(value).toLocaleString("en");
+  if (size >= 1000) return grouped(Math.round(value));
   return String(Number(value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : 2)));
+}
+
+// A whole number with its thousands apart.
+function grouped(value) {
+  return value.toLocaleString("en");
 }
 
 function percent(share) {

@@ -2,7 +2,7 @@
 
 const SAMPLES = 160;
 const FORMS = {
-  count: (value) => value.toLocaleString("en"), open: (value) => value.toLocaleString("en"),
+  count: grouped, open: grouped,
   share: tenths, lost: tenths, chargers: tenths, battery: percent, rate: shortNumber, time: within,
 };
 

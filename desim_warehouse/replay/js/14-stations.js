@@ -38,7 +38,7 @@ class Stations {
       text.textContent = percent(used);
       queue.textContent = robots;
       queue.className = robots ? "some" : "";
-      done.textContent = one.kind === "station" ? this.side.story.deliveredAt(one.node, upTo) : "";
+      done.textContent = one.kind === "station" ? grouped(this.side.story.deliveredAt(one.node, upTo)) : "";
     }
   }
 }

@@ -23,6 +23,9 @@ class Driver(Protocol):
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Return another route if held up before `route[index]`, or None to wait. Asked while `detours` are left."""
 
+    def stood_aside(self) -> None:
+        """Note that the body stands beside its lane, in a wide aisle, and comes back onto it later."""
+
     def give_way(self) -> None:
         """End its rest, if it rests where it unloaded: others wait for the place, and it goes on to a bay."""
 
@@ -45,6 +48,9 @@ class NoDriver:
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
         """Return None: it waits."""
         return None
+
+    def stood_aside(self) -> None:
+        """Nothing to do."""
 
     def give_way(self) -> None:
         """Nothing to do."""

@@ -42,6 +42,9 @@ class StepGuard(Protocol):
     def wait_ends(self, claim: Claim) -> None:
         """Note that a claim has been granted or given up."""
 
+    def stands_aside(self, robot: Body, route: Sequence[Lane]) -> None:
+        """Note that a robot stands beside its lane, onto which it comes back, and then drives a route."""
+
     def left(self, robot: Body) -> None:
         """Note that a robot is off the lanes, in a slot."""
 

@@ -31,7 +31,7 @@ HOUR = 3600.0
 @cache
 def short(name):
     length = LENGTHS[name]
-    changes = {"run.length": length, "run.warm_up": length / 3, "log": "all"}
+    changes = {"run.length": length, "run.warm_up": length / 3, "log": "all", "fleet.start_energy": 0.9}
     return dw.simulate(dw.load(gallery()[name], changes), seed=4)
 
 

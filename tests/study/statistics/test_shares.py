@@ -68,11 +68,8 @@ def test_days_that_vary_more_are_worth_fewer_tasks():
     assert low == pytest.approx(beta.ppf(0.025, 0.85 * 38.3, 0.15 * 38.3 + 1), abs=1e-3)
 
 
-def test_each_day_counts_alike_and_the_share_of_all_tasks_is_another():
-    found = estimate([TaskShare(1.0, 50), TaskShare(0.9, 150)])
-    assert found.mean == pytest.approx(0.95)
-    assert found.of_all == pytest.approx((50 + 135) / 200)
-    assert estimate([1.0, 0.9]).of_all is None
+def test_each_day_counts_alike_however_many_tasks_it_has():
+    assert estimate([TaskShare(1.0, 50), TaskShare(0.9, 150)]).mean == pytest.approx(0.95)
 
 
 def test_no_interval_of_a_share_leaves_what_is_possible():
