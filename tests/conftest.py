@@ -33,7 +33,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_finish():
-    """What was imported and collected stays: leave it out of searches for garbage until a probe; few are enough then."""
+    """What was imported and collected stays: leave it out of searches for garbage until a probe, and then search less."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(100_000, 20, 20)
