@@ -33,7 +33,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_finish():
-    """What was imported and collected stays: leave it out of searches for garbage until a probe, and then search less."""
+    """What was imported and collected stays: search for garbage without it, until a probe does else, and rarely."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(100_000, 20, 20)
