@@ -12,6 +12,7 @@ from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.estimate import THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, mixed
+from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
@@ -101,6 +102,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         duty,
         unbroken=unbroken,
         lifts=_lifts(model, layout, probes, count),
+        pickers=picker_load(model),
     )
 
 
@@ -261,7 +263,7 @@ def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Map
     robots, loads = sum(count.values()), []
     spread = model.policies.routing.name == "congestion-aware"
     for lift in layout.lifts:
-        alike = [other for other in layout.lifts if other.of == lift.of] if spread else [lift]
+        alike = [other for other in layout.lifts if other.model_name == lift.model_name] if spread else [lift]
         rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
         for other in alike:
             for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):
@@ -302,6 +304,8 @@ def left_out(model: Model, layout: Layout) -> list[str]:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
         lines.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
+    if model.pickers is not None and model.battery is not None:
+        lines.append(f"robots draw on while they wait for pickers, which batteries do not foresee{UNKNOWN}")
     lines += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
     ]

@@ -131,6 +131,7 @@ def _all(run: RunData) -> list[Suspect]:
         *_servers(model, queued),
         *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
         *_workers(model, queued),
+        *_pickers(run),
         *_hours(model, closed),
         *_lifts(run),
         *_under_way(run),
@@ -173,7 +174,7 @@ def _lifts(run: RunData) -> Iterator[Suspect]:
     nodes = run.account(by="node")
     whole, routing = run.history.counted * run.model.fleet.size or 1.0, run.model.policies.routing
     for name, lift in run.model.layout.lifts.items():
-        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.of == name for node in cabin.nodes]]
+        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.model_name == name for node in cabin.nodes]]
         spent = float((rows["before_intersection"] + rows[IN_LIFT]).sum()) / whole
         if spent < LEAST_WAITING or "." in name:
             continue
@@ -246,6 +247,24 @@ def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
                 more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
             relief = f"one worker more at each node of {zone}"
             yield Suspect(_of_station(model, zone, "people"), relief, more, dose=1 / station.workers)
+
+
+def _pickers(run: RunData) -> Iterator[Suspect]:
+    """Yield people who walk to robots at storage places, one more, and how they share the work."""
+    pickers = run.model.pickers
+    if pickers is None:
+        return
+    waited = run.kpis["share_awaiting_picker"]
+    yield Suspect("pickers", "one picker more", {"pickers.count": pickers.count + 1}, waited, 1 / pickers.count)
+    if pickers.zones > 1:
+        yield Suspect("zones of pickers", "pickers in all zones", {"pickers.zones": 1})
+    if pickers.stay == "order":
+        yield Suspect("picker who stays", "a picker free after each pick", {"pickers.stay": "pick"})
+    elif pickers.call == "there":
+        yield Suspect("calls of pickers", "pickers sent ahead", {"pickers.call": "ahead"})
+    more = opened(run.model, [] if pickers.hours is None else [pickers.hours])
+    if more > ROUNDING:
+        yield Suspect("hours of pickers", "pickers always at work", {"pickers.hours": None}, dose=more)
 
 
 def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:

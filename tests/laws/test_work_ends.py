@@ -48,6 +48,7 @@ GROUPS = (
     f"{EVERYTHING} lifts",
     "pickers",
     "tours pickers",
+    "breakdowns aisles pickers",
     "tours hours breakdowns pickers",
     f"{EVERYTHING} pickers",
     EVERYTHING,

@@ -9,7 +9,7 @@ from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, CHARGERS
+from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS
 from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.model.facts.workers import groups
 from desim_warehouse.run.quick import left_out
@@ -50,6 +50,7 @@ def sentences(
         *_robots(model, estimate),
         *_chargers(estimate.power, model),
         *_stations(model, estimate),
+        *_pickers(model, estimate),
         *_limit(estimate),
         *_busiest(model, estimate),
         *_savings(model, estimate, nearer, choice),
@@ -163,6 +164,18 @@ def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     yield f"{line}."
 
 
+def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
+    """Say what pickers can do: at least, where each robot is far from the one before, and at most, without a step."""
+    pickers = estimate.pickers
+    if pickers is None or math.isinf(pickers.most):
+        return
+    least, most = (_floor(rate * model.units.hour) for rate in (pickers.least, pickers.most))
+    yield (
+        f"Pickers: {pickers.count} can pick {least} to {most} lines an hour; the more robots wait for them, the less "
+        "they walk."
+    )
+
+
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
     robots, limit = estimate.knee
     if limit:
@@ -170,7 +183,7 @@ def _limit(estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _limits(name: str) -> str:
-    return f"{name} {'are' if name == CHARGERS else 'is'} the limit"
+    return f"{name} {'are' if name in {CHARGERS, PICKERS} else 'is'} the limit"
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
