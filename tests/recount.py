@@ -586,14 +586,14 @@ class Recount:
         }
 
     def pickers(self):
-        """A picker walks as long as his row says, and picks as long as the robot does what it began as he did."""
+        """A picker walks as long as his row says, and picks until the robot goes on or has delivered."""
         spec, spans = self.model.pickers, {"walking": [], "picking": []}
         picked, lines = {}, 0
         for time, kind, robot, *_, until, _ in [
             *self.rows,
             *((self.end, "idle", robot, 0, 0) for robot in range(self.size)),
         ]:
-            if kind in STATES and robot in picked:
+            if kind in {*STATES, "delivered"} and robot in picked:
                 spans["picking"].append((picked.pop(robot), time))
             if kind == "walking":
                 spans[kind].append((time, until))

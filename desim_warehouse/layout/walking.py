@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -33,8 +34,8 @@ class Walking:
     def distance(self, start: Spot, goal: Spot) -> float:
         """Return the length of the shortest way between two spots of storage places; inf where there is none."""
         (edge, offset), (other, beyond) = start, goal
-        if other == edge[::-1] and edge[0] != edge[1]:  # the lane back is beside this one, or the same
-            other, beyond = edge, self._length(other) - beyond
+        if other == edge[::-1] and math.isclose(self._length(other), self._length(edge)):
+            other, beyond = edge, self._length(other) - beyond  # the lane back is beside this one, or the same
         if edge == other:
             return abs(beyond - offset)
         return min(
@@ -54,7 +55,7 @@ class Walking:
         if node not in self._rows:
             row = nx.single_source_dijkstra_path_length(self._lanes, node, weight="length")
             self._rows[node] = {end: row[end] for end in self._ends if end in row}
-        return self._rows[node].get(other, float("inf"))
+        return self._rows[node].get(other, math.inf)
 
 
 @lru_cache(maxsize=4)

@@ -364,6 +364,13 @@ class Prices(Part):
         title="price of a station hour",
         description="an hour of a worker of a station that is open, or without `work_time` of a server there",
     )
+    picker_hour: Annotated[
+        NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
+    ] = Field(
+        0.0,
+        title="price of a picker's hour",
+        description="an hour at work of a picker who walks to robots (`pickers`)",
+    )
     late_order: Annotated[
         NotNegative,
         Usual(0.01, 1000, price=True, words="an order", cure="what one order costs that is late, not all of a year"),
@@ -379,7 +386,7 @@ class Prices(Part):
     @property
     def any(self) -> bool:
         """Whether anything has a price."""
-        return self.of_fleet or any((self.energy, self.station_hour, self.late_order))
+        return self.of_fleet or any((self.energy, self.station_hour, self.picker_hour, self.late_order))
 
     @property
     def of_fleet(self) -> bool:

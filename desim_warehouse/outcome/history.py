@@ -302,7 +302,7 @@ class History:
 
     @cached_property
     def pickers_work(self) -> list[PickerSpan]:
-        """What pickers do, walk by walk and pick by pick, in the order in which they begin."""
+        """The walks and picks of all pickers, in the order in which they begin."""
         spans = []
         for row in self.rows("walking", "picking"):
             assert row.edge is not None

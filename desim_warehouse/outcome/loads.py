@@ -67,6 +67,9 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
                 measured.append(Load(LANES, time.traffic))
             mean = time.work * carried
             measured.append(Load(group, mean, in_peak(group, mean, factor), mean, time.back, time.held))
+        elif group.kind == "pickers" and not group.zone:
+            mean = (kpis.get("picker_utilisation", math.nan) + kpis.get("picker_walking", math.nan)) * carried
+            measured.append(Load(group, mean, in_peak(group, mean, factor), mean))
         elif group.kind == "lifts":
             mean = taken[group.zone] * carried
             measured.append(Load(group, mean, in_peak(group, mean, factor), mean))

@@ -403,7 +403,7 @@ def _of_pickers(part: History | PartHistory, *, picks: bool) -> float:
 
 
 def _pickers(history: History) -> dict[str, tuple[int, Hours]]:
-    """Return their number and hours, as those of one place."""
+    """Return the number of pickers and their hours, under one name as `in_hours` takes places; empty without any."""
     pickers = history.model.pickers
     return {} if pickers is None else {"": (pickers.count, history.model.hours(pickers.hours))}
 
@@ -412,12 +412,12 @@ def lines_per_picker(part: History | PartHistory) -> float:
     """Return the loads handled by the end of a pick in the counted time, for each hour of a picker at work."""
     ends = [span.end for span in part.history.pickers_work if span.picks]
     lines = sum(begin <= end <= until for end in ends for begin, until in part.stretches)
-    hours = math.fsum(
+    at_work = math.fsum(
         number * hours.share(begin, until) * (until - begin)
         for number, hours in _pickers(part.history).values()
         for begin, until in part.stretches
     )
-    return lines * part.history.model.units.hour / hours if hours else math.nan
+    return lines * part.history.model.units.hour / at_work if at_work else math.nan
 
 
 def station_idle(history: History) -> float:

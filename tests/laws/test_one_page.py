@@ -27,6 +27,7 @@ GALLERY = {
     "mezzanine": "20 min",
     "milk-run": "20 min",
     "pallets": "20 min",
+    "pick-assist": "10 min",
     "sorting": "3 min",
 }
 

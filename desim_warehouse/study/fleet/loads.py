@@ -79,6 +79,8 @@ def _values(
             values[group] = [row.value("lift_utilisation") * _part_of_lift(quick, group) for row in rows]
         elif group.kind == "people":
             values[group] = [row.value("worker_utilisation") * parts.get(group, math.nan) for row in rows]
+        elif group.kind == "pickers" and not group.zone:
+            values[group] = [row.value("picker_utilisation") + row.value("picker_walking") for row in rows]
         elif group.kind == "pickers":
             values[group] = [(1 - row.value(_PICKERS_IDLE)) * parts.get(group, math.nan) for row in rows]
         else:

@@ -8,6 +8,7 @@ robot, may be sent to one that waits elsewhere: so robots behind that one, his o
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
@@ -151,8 +152,8 @@ class Pickers:
         picker.bound = True
         if picker.there_at > self.env.now:
             robot.enter("awaiting_picker")
-            self._coming[robot.number] = there = Event(self.env)
-            yield there
+            self._coming[robot.number] = arrival = Event(self.env)
+            yield arrival
 
     def begin(self, robot: Caller, stop: Stop, time: float) -> None:
         """Note that a picker begins to handle what a robot has come for, which takes some time."""
@@ -237,8 +238,10 @@ class Pickers:
 
     def _closest(self, calls: Sequence[Call], pickers: Sequence[Picker]) -> tuple[Call, Picker] | None:
         """Return the call that is next, of those in whose zone there is a picker, and the closest one to it."""
-        in_zone = [(call, [one for one in pickers if one.zone == self.zone_of[call.spot]]) for call in calls]
-        served = [(call, near) for call, near in in_zone if near]
+        in_zone: defaultdict[int, list[Picker]] = defaultdict(list)
+        for picker in pickers:
+            in_zone[picker.zone].append(picker)
+        served = [(call, near) for call in calls if (near := in_zone[self.zone_of[call.spot]])]
         if self.spec.choose == "longest-waiting":
             served = served[:1]
         pairs = ((call, picker) for call, near in served for picker in near)
@@ -261,9 +264,9 @@ class Pickers:
     def _arrive(self, picker: Picker) -> None:
         if picker.there_at > self.env.now:  # he set out again at this very instant
             return
-        there = self._coming.pop(picker.robot, None)
-        if there is not None:
-            there.succeed()
+        arrival = self._coming.pop(picker.robot, None)
+        if arrival is not None:
+            arrival.succeed()
         elif not picker.bound:
             self._meet_soon()
 
