@@ -21,7 +21,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 
@@ -104,6 +104,7 @@ _LONGEST = 50  # characters of a value in a message
 _LARGE = 1e15  # whole numbers below it are written out
 _ALIKE = 0.6  # of 1, as difflib counts
 _LONG = 3  # letters that may abbreviate a longer word
+_COMPARED = 1000  # words among which the nearest is looked for
 
 _ALSO_CALLED = {
     "service_level": ("on_time",),
@@ -230,6 +231,12 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
             candidate for candidate in lower if plain in candidate.split("_")
         ]
     return lower[near[0]] if near else None
+
+
+def did_you_mean(word: str, words: Collection[str]) -> str:
+    """Return the end of a message that names the nearest word; empty without one, or among too many to compare."""
+    near = nearest(word, words) if len(words) <= _COMPARED else None
+    return f"; did you mean '{near}'?" if near else ""
 
 
 def synonym(word: str, words: Iterable[str]) -> str | None:

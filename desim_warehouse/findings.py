@@ -31,7 +31,7 @@ CODES: dict[str, Code] = {
         "error", "robots start in each other's way home where lanes are two-way, and none of them can make way"
     ),
     "ZONE": Code("error", "a zone that names what is not there, or under which robots could wait for ever"),
-    "LIFT": Code("error", "a lift in whose cabin robots would wait or work, or through which they would drive"),
+    "LIFT": Code("error", "a lift in whose cabin robots would wait or work, drive through it, or never have it"),
     "CLOSURE": Code(
         "error", "a closure, slow zone or aisle of people that names what is not there, or no robot can wait before"
     ),
@@ -62,6 +62,8 @@ CODES: dict[str, Code] = {
     "CHARGER_SLOTS": Code("note", "bays with chargers have slots in which robots wait for one"),
     "START_ENERGY": Code("note", "batteries do not start where they settle, and the warm-up is shorter than they last"),
     "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),
+    "AISLES_TIGHT": Code("note", "aisles whose width is given, and too small for one robot to drive past another"),
+    "AISLES_SHORT": Code("note", "edges in wide aisles shorter than 2 D, so that robots load in the lane"),
     "FLOOR_SIZE": Code("warning", "the floor is larger than 2 km or smaller than 2 m: is the unit of length right?"),
     "FAST": Code("warning", "robots drive faster than 3 m/s"),
     "SLOW": Code("warning", "robots drive slower than 0.05 m/s"),

@@ -23,7 +23,7 @@ ROLES = {
 }
 """How the replay page draws robots: colours on light and on dark ground, safe for colour-blind people."""
 Consumption = Literal["standing", "empty", "loaded", "handling"]
-Place = Literal["station", "chargers"]
+Place = Literal["station", "chargers", "storage"]
 PACKING = "packing"
 """A station of this name, as of drafts, has people who pack."""
 
@@ -35,7 +35,7 @@ class Phase(Enum):
     TO_GOOD = "driving to an item"
     LOADING = "picking up an item"
     TO_STATION = "driving with an item"
-    QUEUE = "in a station or bay, waiting for its turn there"
+    QUEUE = "in a station or bay, or at a storage place, waiting for its turn there"
     UNLOADING = "putting an item down"
     DECISION = "in a station, unloaded, until the next decision"
     TO_BAY = "driving to a bay"
@@ -44,7 +44,7 @@ class Phase(Enum):
 
 
 class Queue(NamedTuple):
-    """The server or charger that robots queue for, as in *for a charger at B*: in a station or a bay with chargers."""
+    """The server, charger or picker that robots queue for, as in *for a charger at B*, and where they do."""
 
     at: Place
     what: str
@@ -110,6 +110,7 @@ SERVER = Queue("station", "a loading point")
 
 OPENING = Queue("station", "its opening")
 CHARGER = Queue("chargers", "a charger")
+PICKER = Queue("storage", "a picker")
 
 STATES = {
     state.name: state
@@ -295,6 +296,20 @@ STATES = {
             colour="#B8860B",
             stacked=15,
             applies=lambda model: model.battery is not None and model.layout.has_slots_without_charger,
+        ),
+        State(
+            "awaiting_picker",
+            doing="waiting for a picker",
+            begins="it waits for a picker at a storage place, or before it sets out; only with `pickers`",
+            time="at a storage place, or before setting out, waiting for a picker; only with `pickers`",
+            better="less",
+            draws="standing",
+            phase=Phase.QUEUE,
+            queue=PICKER,
+            role="wait",
+            colour="#B07AA1",
+            stacked=17,
+            applies=lambda model: model.pickers is not None,
         ),
     )
 }

@@ -1,12 +1,15 @@
 """The part of the auditor that looks at lifts: one robot rides at a time, and the cabin is where it can be by then.
 
 The cabin is followed from passage to passage by what robots did: from where the last one got out, or from where it
-rests, or on its way there. Where rings turn it may have come before, at the earliest when it was free.
+rests, or on its way there. Where rings turn it may have come before, at the earliest when it was free. People and
+repairs have it in between, as the log says: one after the other, and never while a robot has it.
 """
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
+from desim_warehouse.states import BROKEN, STATES
 from tests.audit_nodes import Stay
 
 
@@ -52,11 +55,17 @@ class Lifts:
                 held_up = [row[0] for row in waits if row[2] == robot and early <= row[0] <= late]
                 line = self.length(visit) - self.contact - self.slack
                 there_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), there)
-                at_line = max([there_since, *held_up])
+                repaired = [time for time in self.repairs(robot) if early <= time <= late]
+                at_line = max([there_since, *held_up, *repaired])
                 called = next((time for time in began if early <= time <= late), min(at_line, there))
                 begin, until = ride.times[1:3] if len(ride.times) > 1 else (math.inf, math.inf)
                 out = visits[rank + 2] if rank + 2 < len(visits) else None
                 yield Passage(robot, visit.edge[1], called, there, ride.edge, begin, until, out)
+
+    def repairs(self, robot):
+        """When a robot went on after each of its breakdowns: its states by the log, one after the other."""
+        states = [(row[0], row[1]) for row in self.run.record.rows if row[2] == robot and row[1] in STATES]
+        return [then for (_, state), (then, _) in pairwise(states) if state in BROKEN]
 
     def check_ride(self, name, lift, one):
         """It takes as long as doors and cabin do, and ends on the floor that it leads to."""
@@ -68,14 +77,35 @@ class Lifts:
         if one.out is not None and (one.out.edge[0] != one.edge[1] or one.out.enter < one.until - self.delay):
             self.fault(one.out.enter, f"robot {one.robot} left lift {name} before it was there")
 
+    def users_of(self, lift):
+        """Rides of people and repairs, in order of time: from when, up to when, and on which floor they end."""
+        for begin, kind, _, _, node, edge, waited, until, _ in self.run.record.rows:
+            if kind == "lift_fails" and node in lift.nodes:
+                yield begin, until, lift.rests or node, 0.0, 0.0
+            elif kind == "person_rides" and node in lift.nodes:
+                way = abs(lift.nodes.index(edge[0]) - lift.nodes.index(edge[1])) * lift.ride
+                yield begin, until, edge[1], way + 4 * lift.doors, waited
+
+    def check_users(self, name, lift, after, before, users, floor):
+        """Play what others did with it when it was free, up to a call; where it stood then, and when it was free."""
+        while users and users[0][0] < before:
+            begin, until, node, least, waited = users.pop(0)
+            if begin < after - self.delay or waited < 0 or until - begin < least - self.delay:
+                self.fault(begin, f"others have lift {name} from {begin:g} to {until:g}, free at {after:g}")
+            floor, after = float(lift.nodes.index(node)), until
+        return floor, after
+
     def check_cabin(self, name, lift, passages):
         """It is called when it is free, comes from where it is, and nobody else is in it."""
         floor, free, rings = float(lift.nodes.index(lift.rests or lift.nodes[0])), -math.inf, self.run.record.rings
+        users = list(self.users_of(lift))
         for one in passages:
+            floor, called = self.check_users(name, lift, free, one.there, users, floor)
+            others, free = called > free, called
             to = lift.nodes.index(one.node)
             early = one.called - self.start_time() - self.delay
             in_ring = any(early <= time <= one.called + self.delay for time in self.trains[one.robot])
-            if one.called < free - self.delay and not in_ring:
+            if one.called < free - self.delay and not in_ring and not others:
                 self.fault(one.called, f"robot {one.robot} calls lift {name}, which is free at {free:g}")
             begin = max(one.called, free)
             rests = floor if lift.rests is None else lift.nodes.index(lift.rests)
@@ -90,3 +120,4 @@ class Lifts:
             floor, free = float(lift.nodes.index(one.edge[1])), math.inf
             if one.out is not None:
                 free = self.clear(Stay(left=one.out.enter, away=one.out)) + lift.doors
+        self.check_users(name, lift, free, math.inf, users, floor)

@@ -60,6 +60,7 @@ class Motion:
         pieces = self.pieces_of(visit)
         stands = [place for begin, end, place, to in pieces if to == place and end > begin + self.delay]
         stands += visit.places[-1:] if visit.cleared else []
+        stands += visit.places[:1] if visit.stood else []
         for begin, end, place, to in pieces:
             if to > place:
                 stood = max((stand for stand in stands if stand <= place), default=-self.run_before(visit))
@@ -75,7 +76,7 @@ class Motion:
     def run_before(self, visit):
         """How far a robot has driven since it stood when it comes onto an edge, for short edges one after the other."""
         visits = self.visits[visit.robot]
-        index = next(i for i, other in enumerate(visits) if other is visit)
+        index = next(i for i, other in enumerate(visits) if other is (visit.whole or visit))
         driven = 0.0
         for before in reversed(visits[:index]):
             if before.into_bay:

@@ -58,7 +58,7 @@ class Servers:
             elif kind in {"loaded", "delivered"} and robot in turn:
                 turn[robot].end = time
                 docked = {one: at for one, at in docked.items() if not (visits and kind == "loaded" and one == robot)}
-            elif kind not in {"drive", joins}:
+            elif kind not in {"drive", "walking", "picking", joins}:
                 turn.pop(robot, None)
                 if kind in {"enter", "parked"}:
                     del docked[robot]

@@ -9,10 +9,12 @@ from tests.charging import batteries, swaps
 from tests.done import done
 
 TOL = 1e-6
-WORKING = {"empty", "loading", "loaded", "closed", "unloading", "awaiting", "returning", "broken"}
+WORKING = {"empty", "loading", "loaded", "closed", "unloading", "awaiting", "returning", "broken", "awaiting_picker"}
 STATES = WORKING | {"idle", "on_break", "queueing", "charging"}
 NO_ENERGY = {
     "drive",
+    "aside",
+    "back",
     "collision",
     "rotation",
     "enter",
@@ -22,6 +24,8 @@ NO_ENERGY = {
     "in_lift",
     "lifted",
     "stored",
+    "walking",
+    "picking",
 }
 
 

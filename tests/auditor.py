@@ -13,11 +13,13 @@ from itertools import pairwise
 
 import networkx as nx
 
+from tests.audit_aside import Asides
 from tests.audit_closures import Closures
 from tests.audit_hours import Hours
 from tests.audit_lifts import Lifts
 from tests.audit_motion import Motion
 from tests.audit_nodes import Nodes
+from tests.audit_pickers import Pickers
 from tests.audit_servers import Servers
 from tests.audit_work import STATES, Work
 
@@ -37,6 +39,21 @@ class Visit:
     into_bay: bool = False
     cleared: bool = False
     limit: float = math.inf
+    asides: list[tuple[float, float]] = field(default_factory=list)
+    whole: object = None
+    stood: bool = False
+
+    def part(self, begin, end, *, stands, stood):
+        """Only so much of it: from where it stood, or up to where it stands, if that is beside the lane."""
+        inside = [(time, place) for time, place in zip(self.times, self.places, strict=True) if begin < time < end]
+        points = [(begin, self.at(begin)), *inside, *([(end, self.at(end))] if end < math.inf else [])]
+        if not stood and self.times[0] >= begin:
+            points[0] = self.times[0], self.places[0]
+        times, places = [time for time, _ in points], [place for _, place in points]
+        leaves = stands or self.cleared
+        return Visit(
+            self.robot, self.edge, begin, end, times, places, self.into_bay, leaves, self.limit, [], self, stood
+        )
 
     def at(self, time):
         i = bisect_right(self.times, time)
@@ -48,7 +65,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts):
+class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Pickers):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -78,13 +95,18 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts):
         self.check_work()
         self.check_hours()
         self.check_servers()
+        self.check_pickers()
         return self.problems
 
     def check_traffic(self):
         self.rebuild()
         edges = self.by_edge()
         for visits in edges.values():
-            self.check_lane(visits)
+            if any(visit.asides for visit in visits):
+                self.check_wide_lane(visits)
+            else:
+                self.check_lane(visits)
+        self.check_asides(edges)
         self.check_two_way(edges)
         self.check_turns()
         self.check_zones(edges)
@@ -104,13 +126,19 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts):
         rows = sorted(self.run.record.rows, key=lambda row: row[0])
         self.delays = {(row[2], row[5], row[0]): row[6] for row in rows if row[1] == "collision" and row[5] is not None}
         where = {}
+        self.rows_by_robot = defaultdict(list)
         for robot, place in enumerate(self.run.model.fleet.start_on_lanes):
             if hasattr(place, "edge"):  # it has been there from the beginning
                 where[robot] = Visit(robot, place.edge, -math.inf, times=[0.0], places=[place.offset])
                 self.visits[robot].append(where[robot])
         for time, kind, robot, _, node, edge, value, until, _ in rows:
+            self.rows_by_robot[robot].append((time, kind))
             if kind == "enter":
                 self.enters(where, time, robot, edge)
+            elif kind == "aside":
+                self.steps_aside(where.get(robot), time, robot, edge, value)
+            elif kind == "back":
+                self.steps_back(where.get(robot), time, robot, edge, value)
             elif kind == "drive":
                 self.drives(where.get(robot), time, robot, edge, value, until)
             elif kind in STATES:
@@ -251,9 +279,12 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts):
         for a, b in self.run.layout.two_way:
             for visit in (*edges.get((a, b), ()), *edges.get((b, a), ())):
                 self.check_clear_of_nodes(visit)
-            for visit in edges.get((a, b), ()):
-                for other in edges.get((b, a), ()):
-                    begin, end = max(visit.enter, other.enter), min(visit.leave, other.leave)
+            there, back = (
+                [part for visit in edges.get(edge, ()) for part in self.parts(visit)] for edge in ((a, b), (b, a))
+            )
+            for visit in there:
+                for other in back:
+                    begin, end = max(visit.enter, other.enter), min(self.is_off(visit), self.is_off(other))
                     if visit.robot != other.robot and end > begin + self.delay:
                         self.fault(begin, f"robots {visit.robot} and {other.robot} meet head-on between {a} and {b}")
 
@@ -272,7 +303,8 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts):
         for name, zone in self.run.model.traffic.zones.items():
             drawn = [tuple(member) for member in zone.members if not isinstance(member, str)]
             both = [edge for a, b in drawn for edge in ((a, b), (b, a))]
-            found = sorted((visit for edge in both for visit in edges.get(edge, ())), key=lambda visit: visit.enter)
+            parts = (part for edge in both for visit in edges.get(edge, ()) for part in self.parts(visit))
+            found = sorted(parts, key=lambda visit: visit.enter)
             signs = directions(drawn) if zone.rule == "one-direction" else {}
             present = []
             for visit in found:

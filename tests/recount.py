@@ -16,13 +16,14 @@ from tests.charging import batteries, swaps
 from tests.done import done, for_workers, workplaces
 
 APART = ("waiting_closed", "waiting_person", "in_lift")
-WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
+WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning", "awaiting_picker")
 STATES = ("idle", *WORK, "charging", "broken", "on_break", "too_low")
 DRAWS = {
     "idle": "standing",
     "queueing": "standing",
     "closed": "standing",
     "awaiting": "standing",
+    "awaiting_picker": "standing",
     "on_break": "standing",
     "too_low": "standing",
     "broken": "standing",
@@ -510,6 +511,7 @@ class Recount:
             **self.trips(),
             **(self.orders() if self.run.record.orders else {}),
             **(self.pods(total) if self.model.pods else {}),
+            **(self.pickers() if self.model.pickers else {}),
             **self.breakdowns(),
             **({"station_wait": self.queued["server"]} if self.layout.stations else {}),
             **{
@@ -529,10 +531,12 @@ class Recount:
         own, usual = dict(self.model.traffic.node_times), self.model.traffic.node_time
         taken = total["in_lift"]
         for lift in self.model.layout.lifts.values():
-            for a, b in permutations(lift.nodes, 2):
-                each = drive + lift.doors + own.get(a, usual) + own.get(b, usual)
-                taken += self.edges[a, b]["passages"] * each
-        time = (self.end - self.begin) * len(self.model.layout.lifts)
+            for number in range(1, lift.cabins + 1):
+                nodes = [node if number == 1 else f"{node} {number}" for node in lift.nodes]
+                for a, b in permutations(nodes, 2):
+                    each = drive + lift.doors + own.get(a, usual) + own.get(b, usual)
+                    taken += self.edges[a, b]["passages"] * each
+        time = (self.end - self.begin) * sum(lift.cabins for lift in self.model.layout.lifts.values())
         return taken / time if time else math.nan
 
     def orders(self):
@@ -579,6 +583,37 @@ class Recount:
             "pile_on": done_in_it / stored if stored else math.nan,
             "station_idle": 1 - picks / open_time if open_time else math.nan,
             "distance_per_task": total["distance"] / done_in_it if done_in_it else math.nan,
+        }
+
+    def pickers(self):
+        """A picker walks as long as his row says, and picks until the robot goes on or has delivered."""
+        spec, spans = self.model.pickers, {"walking": [], "picking": []}
+        picked, lines = {}, 0
+        for time, kind, robot, *_, until, _ in [
+            *self.rows,
+            *((self.end, "idle", robot, 0, 0) for robot in range(self.size)),
+        ]:
+            if kind in {*STATES, "delivered"} and robot in picked:
+                spans["picking"].append((picked.pop(robot), time))
+            if kind == "walking":
+                spans[kind].append((time, until))
+            elif kind == "picking":
+                picked[robot] = time
+                lines += self.begin <= until <= self.end
+        hours = self.model.hours(spec.hours)
+        whole = spec.count * hours.share(self.begin, self.end) * (self.end - self.begin)
+        worked = {
+            kind: sum(
+                max(min(end, last, self.end) - max(start, first, self.begin), 0.0)
+                for start, end in some
+                for first, last in hours.between(start, end)
+            )
+            for kind, some in spans.items()
+        }
+        return {
+            "picker_utilisation": worked["picking"] / whole if whole else math.nan,
+            "picker_walking": worked["walking"] / whole if whole else math.nan,
+            "lines_per_picker": lines * self.model.units.hour / whole if whole else math.nan,
         }
 
     def spread(self):

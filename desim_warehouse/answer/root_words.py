@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY, Root
-from desim_warehouse.states import APART, IN_LIFT, OPENING, PACKING, SERVER, SHOWN, TOO_LOW, Phase, staff
+from desim_warehouse.outcome.chains import ANYWHERE, CROSSING, LANE, RING, TWO_WAY, Root
+from desim_warehouse.states import APART, IN_LIFT, OPENING, PACKING, PICKER, SERVER, SHOWN, TOO_LOW, Phase, staff
 
 _PLACES = {
     CROSSING: "at the crossing {}",
@@ -21,8 +21,8 @@ def root(origin: Root, model: Model) -> str:
     """Name a root of waiting: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
     if origin.cause in _PLACES:
         return _PLACES[origin.cause].format(_with_names(origin.at, model))
-    if origin.cause in TOO_LOW:
-        return "for a free charger, too low to work"
+    if origin.cause in ANYWHERE:
+        return "for a free charger, too low to work" if origin.cause in TOO_LOW else f"for {PICKER.what}"
     if origin.cause in APART:
         return _apart(origin, model)
     floor = model.floor

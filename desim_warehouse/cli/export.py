@@ -24,6 +24,7 @@ _RUN = {
 """Formats of a run: the name of what is written, and what it is."""
 _MODEL = {
     "lif": (".lif", "JSON"),
+    "rmf": (".building.yaml", "a building map of Open-RMF"),
     "opentcs": (".xml", "a plant model"),
     "graphml": (".graphml", "a graph"),
     "csv": ("", "a folder with nodes.csv and edges.csv"),

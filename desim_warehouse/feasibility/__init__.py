@@ -14,6 +14,7 @@ from desim_warehouse.feasibility import closures, pods, rules
 from desim_warehouse.feasibility.pods import driven
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import checks
+from desim_warehouse.model.facts.lifts import with_people
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.orders import files_of, nodes_named
@@ -87,4 +88,18 @@ def _use(model: Model, layout: Layout) -> checks.Use:
     named = nodes_named(files, reading(model, layout), layout) if files else ()
     used = tuple(dict.fromkeys((*destinations(model, layout), *named)))
     homes = tuple(fleet.homes(layout.bays)) if fleet.start or layout.bays else ()
-    return checks.Use(fleet.contact, fleet.size, fleet.start, homes, used, model.traffic.gridlock, model.traffic.zones)
+    traffic = model.traffic
+    people = {lift.name: with_people(model, lift) for lift in layout.lifts}
+    timed = frozenset(node for node, _ in traffic.node_times)
+    return checks.Use(
+        fleet.contact,
+        fleet.size,
+        fleet.start,
+        homes,
+        used,
+        traffic.gridlock,
+        traffic.zones,
+        traffic.free_nodes,
+        people,
+        timed,
+    )

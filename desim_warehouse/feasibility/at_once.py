@@ -15,8 +15,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import levels, start_energy
 from desim_warehouse.model.facts.day_parts import time_of_day
-from desim_warehouse.model.sections.flows import SaturatedArrivals
-from desim_warehouse.model.sections.goods import SaturatedGoods
+from desim_warehouse.model.facts.demand import always_open
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -71,7 +70,6 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 def _at_work(model: Model, estimate: QuickEstimate) -> float:
     """Return the share of the fleet's time that its work takes, up to 1."""
-    arrivals = [model.tasks.goods, *(flow.when for flow in model.tasks.flows.values())]
-    if any(isinstance(demand, SaturatedGoods | SaturatedArrivals) for demand in arrivals):
+    if always_open(model):
         return 1.0
     return min(estimate.rate * estimate.cycle.time / estimate.robots, 1.0) if estimate.rate is not None else 0.0

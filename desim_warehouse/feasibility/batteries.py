@@ -132,7 +132,8 @@ def _waits(model: Model) -> list[str]:
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,
         "for a lane to open": bool(model.traffic.closures),
-        "for people": bool(model.people),
+        "for people": bool(model.people) or any(lift.people for lift in model.layout.lifts.values()),
+        "for the repair of a lift": any(lift.outages for lift in model.layout.lifts.values()),
     }
     return ["in traffic", *(wait for wait, is_present in causes.items() if is_present), "for a charger"]
 

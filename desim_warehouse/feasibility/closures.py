@@ -38,12 +38,12 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
             edges = [member for member in spec.members if not isinstance(member, str)]
             yield from _missing(layout, place, edges)
             if kind == "closures":
-                yield from _inside(place, edges_of(layout, spec.members), inside, layout.rides)
+                yield from _inside(place, edges_of(layout, spec.members), inside)
     for name, people in model.people.items():
         place = f"people.{name}"
         edges = [edge for line in people.aisles for edge in pairwise(line)]
         yield from _missing(layout, place, edges)
-        yield from _inside(place, edges_of(layout, edges), inside, layout.rides)
+        yield from _inside(place, edges_of(layout, edges), inside)
         if not people.aisles and not with_storage(layout) - inside:
             text = "there is no edge with storage places that is long enough to wait before it"
             yield Finding("CLOSURE", place, text, "say which aisles people come to")
@@ -84,12 +84,10 @@ def _missing(layout: Layout, place: str, edges: Iterable[Edge]) -> Iterator[Find
             yield Finding("CLOSURE", place, f"there is no edge between {a} and {b}", "name others")
 
 
-def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge], rides: Container[Edge]) -> Iterator[Finding]:
+def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge]) -> Iterator[Finding]:
     for a, b in edges:
         if (a, b) in inside:
             text = f"{a}>{b} lies in an intersection, so no robot can wait before it"
-            if (a, b) in rides:
-                text = f"{a}>{b} is a ride, and robots do not wait in lifts"
             yield Finding("CLOSURE", place, text, "name the edges that lead there")
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PileOn, StationLoad
+from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PickerLoad, PileOn, StationLoad
 from desim_warehouse.findings import amount
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.feasibility.power import Power
 
-CHARGERS, THE_ROBOTS = "the chargers", "the robots"
+CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
 BUSIEST = 0.99
 """Of the time that a place may be busy: beyond, queues grow so long that no number of robots is said to do."""
 
@@ -91,6 +91,8 @@ class QuickEstimate:
     """Tasks of all robots together that were looked at."""
     lifts: tuple[LiftLoad, ...] = ()
     """The lifts that tasks use."""
+    pickers: PickerLoad | None = None
+    """The people who pick into robots; None: robots load by themselves."""
 
     @property
     def peak_capacity(self) -> float:
@@ -117,6 +119,8 @@ class QuickEstimate:
         ]
         most = self.cycle.time  # alone a robot finds the cabin where it left it, which may be sooner
         places += [Place(f"the lift {item.name}", min(item.share * item.time, most), 1) for item in self.lifts]
+        if self.pickers is not None:
+            places.append(Place(PICKERS, min(self.pickers.time, most), self.pickers.count))
         if self.charging and self.power is not None and self.power.chargers:
             places.append(Place(CHARGERS, self.charging, self.power.chargers))
         return places
@@ -138,6 +142,8 @@ class QuickEstimate:
         """The limits of any number of robots, in words, with the tasks per time unit that each lets through."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         limits |= {f"the lift {item.name}": self.on_duty * item.capacity / item.share for item in self.lifts}
+        if self.pickers is not None and self.pickers.share:
+            limits[PICKERS] = self.on_duty * self.pickers.most / self.pickers.share
         if math.isfinite(charged := self._charged(1)):
             limits[CHARGERS] = charged
         if self.most_out is not None and self.cycle.time:

@@ -13,7 +13,7 @@ from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.sections.orders import summary
-from desim_warehouse.values.calendars import ALWAYS
+from desim_warehouse.values.calendars import ALWAYS, merged
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -44,37 +44,36 @@ def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float
     if ALWAYS in stations:
         return robot.share(0.0, end)
     time = together = 0.0
-    for _ in range(STEPS):
-        now, time = time, min(end, *(hours.changes(time) for hours in (robot, *stations)))
-        both = robot.is_open(now) and any(station.is_open(now) for station in stations)
+    for begin, time in _between_changes((robot, *stations), 0.0, end):
+        both = robot.is_open(begin) and any(station.is_open(begin) for station in stations)
         if math.isinf(time):  # it stays so for ever; a state that ends counts until it ends
-            return together / now if now and not both else float(both)
-        together += (time - now) * both
-        if time >= end:
-            break
+            return together / begin if begin and not both else float(both)
+        together += (time - begin) * both
     return together / time
+
+
+def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Iterator[tuple[float, float]]:
+    """Iterate over the stretches of time up to an end in which no calendar opens or closes, the first so many."""
+    for _ in range(STEPS):
+        if not time < end:
+            return
+        begin, time = time, min(end, *(hours.changes(time) for hours in calendars))
+        yield begin, time
 
 
 def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
     """Iterate over the stretches of a run in which no robot is on duty, or no station that tasks go to is open."""
-    layout, end = model.floor, model.run.end
+    layout = model.floor
     spec_of = specs(model, layout)
     stations = {spec_of[node].hours if node in spec_of else None for node in destinations(model, layout)}
     robots = [model.hours(name) for name in set(model.fleet.hours_of_robots())]
     open_ones = [model.hours(name) for name in stations] or [ALWAYS]
-    if ALWAYS in robots and ALWAYS in open_ones:
-        return
-    time, begin = 0.0, math.nan
-    for _ in range(STEPS):
-        works = any(hours.is_open(time) for hours in robots) and any(hours.is_open(time) for hours in open_ones)
-        if works and not math.isnan(begin):
-            yield begin, time
-        begin = math.nan if works else time if math.isnan(begin) else begin
-        if time >= end:
-            break
-        time = min(end, *(hours.changes(time) for hours in (*robots, *open_ones)))
-    if not math.isnan(begin) and begin < time:
-        yield begin, time
+    idle = [
+        stretch
+        for stretch in _between_changes((*robots, *open_ones), 0.0, model.run.end)
+        if not all(any(hours.is_open(stretch[0]) for hours in group) for group in (robots, open_ones))
+    ]
+    yield from merged(idle)
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
@@ -192,17 +191,13 @@ def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, fl
     asked += [model.hours(getattr(model.tasks.goods, "hours", None))] if model.tasks.goods is not None else []
     every = [*robots, *stations, *(hours for _, hours in closures)]
     reached_by_shut: dict[tuple[int, ...], Collection[str]] = {}
-    time = min((hours.following(0.0)[0] for hours in asked), default=0.0)
-    for _ in range(STEPS):
-        if not time < end:
-            return
-        until = min(hours.changes(time) for hours in every)
+    first = min((hours.following(0.0)[0] for hours in asked), default=0.0)
+    for time, until in _between_changes(every, first, end):
         shut = tuple(number for number, (_, hours) in enumerate(closures) if hours.is_open(time))
         if shut not in reached_by_shut:
             reached_by_shut[shut] = _reached(layout, [edge for number in shut for edge in closures[number][0]])
         works = any(hours.is_open(time) for hours in robots)
         yield time, min(until + once_round, end) if works else None, reached_by_shut[shut]
-        time = until
 
 
 def _reached(layout: Layout, shut: Sequence[tuple[str, str]]) -> Collection[str]:

@@ -33,6 +33,11 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
             if power is not None and power.gives and power.draws is not None:
                 drawn = power.draws / power.gives
                 foreseen.append(Load(group, drawn, None, drawn))
+        elif group.kind == "pickers" and not group.zone:
+            pickers = estimate.pickers
+            if pickers is not None:
+                mean = pickers.busy(rate)
+                foreseen.append(Load(group, mean, in_peak(group, mean, factor), mean))
         elif group.kind == "lifts":
             mean = of_lifts.get(group.zone, 0.0)
             foreseen.append(Load(group, mean, in_peak(group, mean, factor), mean))

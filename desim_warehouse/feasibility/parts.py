@@ -96,7 +96,10 @@ class StationLoad:
 
 @dataclass(frozen=True)
 class LiftLoad:
-    """A lift: its rides for each task, `share`, and the mean `time` for which it is taken by one."""
+    """A lift: its rides for each task, `share`, and the mean `time` for which it is taken by one.
+
+    People and repairs lengthen that time by what they take.
+    """
 
     name: str
     share: float
@@ -106,6 +109,50 @@ class LiftLoad:
     def capacity(self) -> float:
         """Rides per time unit that it can do."""
         return 1 / self.time if self.time else math.inf
+
+
+@dataclass(frozen=True)
+class PickerLoad:
+    """Pickers who come to robots at storage places: `count` of them, at work for a part of the run (`open`).
+
+    `share`: stops of a task that need one. `pick`: the mean time of each. `walks`: the mean walk to it, in time, of the
+    nearest of 1, 2, ... pickers of a zone who are free, or from a picker to the nearest of so many robots that wait.
+    """
+
+    count: int
+    open: float
+    share: float
+    pick: float
+    walks: tuple[float, ...]
+
+    @property
+    def most(self) -> float:
+        """Stops per time unit of pickers who never walk."""
+        return self.open * self.count / self.pick if self.pick else math.inf
+
+    @property
+    def least(self) -> float:
+        """Stops per time unit where each is as far from the last as any two places of a zone are."""
+        time = self.pick + self.walks[0]
+        return self.open * self.count / time if time else math.inf
+
+    @property
+    def time(self) -> float:
+        """The mean time of a picker for a task, with the walk of the nearest where all are free."""
+        return self.share * (self.pick + self.walks[-1])
+
+    def busy(self, rate: float) -> float:
+        """Return the load of pickers by a rate of tasks: the fewer of them are free, the farther the nearest is.
+
+        Where all are busy, robots wait, and walks are shorter again: the load is 1 up to what they do without a step.
+        """
+        stops = rate * self.share / self.open if self.open else math.inf
+        for percent in range(101):
+            load = percent / 100
+            free = max(round(len(self.walks) * (1 - load)), 1)
+            if stops * (self.pick + self.walks[free - 1]) <= load * self.count:
+                return load
+        return max(stops * self.pick / self.count, 1.0)
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,6 @@ _ROUNDING = 1e-9
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find what `simulate` refuses; the layout has no errors of its own."""
     yield from starts.errors(model, layout)
-    yield from _free_lifts(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
     if model.battery is not None:
@@ -71,13 +70,6 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
-
-
-def _free_lifts(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find lifts that would carry any number of robots at once."""
-    for node in sorted(model.traffic.free_nodes & {node for lift in layout.lifts for node in lift.nodes}):
-        text = "a lift carries one robot at a time, and cannot be open to all"
-        yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
 
 
 def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
@@ -263,12 +255,13 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
     """Find lifts of which more rides are asked than they can do."""
+    keys = {lift.name: lift.model_name for lift in model.floor.lifts}
     for lift in estimate.lifts:
         rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
         if rides > most:
             yield Finding(
                 "DEMAND_ABOVE_LIFT",
-                f"layout.lifts.{lift.name}",
+                f"layout.lifts.{keys[lift.name]}",
                 f"it can do {amount(most)} rides an hour, {amount(rides)} are asked for: its queue grows without bound",
                 "another lift beside it, a shorter ride or quicker doors",
             )

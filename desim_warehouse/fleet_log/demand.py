@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short, unknown
+from desim_warehouse.fleet_log.estimates import KeyEstimate, poisson_interval, short, unknown
 from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import PICK, FleetLog
@@ -52,14 +52,6 @@ def _by_clock(rates: list[float], start: str) -> list[float]:
     """Rates of the hours of a log; a whole day is turned to begin at midnight, as profiles of a day do."""
     late = round(clock_of(start) / HOUR)
     return rates[-late:] + rates[:-late] if late and len(rates) == DAY_HOURS else rates
-
-
-def poisson_interval(n: int) -> tuple[float, float]:
-    """Exact confidence interval of a Poisson mean after n events."""
-    from scipy.stats import chi2
-
-    tail = (1 - CONFIDENCE) / 2
-    return float(chi2.ppf(tail, 2 * n)) / 2 if n else 0.0, float(chi2.ppf(1 - tail, 2 * n + 2)) / 2
 
 
 def _begins(log: FleetLog) -> Any:

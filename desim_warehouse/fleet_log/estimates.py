@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim_warehouse.study.statistics import intervals
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -75,15 +77,21 @@ def short(value: float) -> float:
 
 def t_quantile(degrees: float) -> float:
     """Student's quantile for the two-sided interval."""
-    from scipy.stats import t
-
-    return float(t.ppf((1 + CONFIDENCE) / 2, max(degrees, 1)))
+    return intervals.t_quantile(max(degrees, 1), (1 + CONFIDENCE) / 2)
 
 
-def densest(values: Floats, share: float = 0.2) -> float:
-    """Mean of the values in the shortest interval that holds this share of them (an estimate of the mode)."""
+def poisson_interval(n: int) -> tuple[float, float]:
+    """Exact confidence interval of a Poisson mean after n events."""
+    from scipy.stats import chi2
+
+    tail = (1 - CONFIDENCE) / 2
+    return float(chi2.ppf(tail, 2 * n)) / 2 if n else 0.0, float(chi2.ppf(1 - tail, 2 * n + 2)) / 2
+
+
+def densest(values: Floats) -> float:
+    """Mean of the values in the shortest interval that holds a fifth of them (an estimate of the mode)."""
     ordered = np.sort(values)
-    many = max(int(share * len(ordered)), 2)
+    many = max(len(ordered) // 5, 2)
     spans = ordered[many - 1 :] - ordered[: len(ordered) - many + 1]
     first = int(spans.argmin())
     return float(ordered[first : first + many].mean())

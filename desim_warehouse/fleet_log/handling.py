@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, KeyEstimate, short, t_quantile, unknown
+from desim_warehouse.fleet_log.estimates import (
+    CONFIDENCE,
+    FEWEST,
+    KeyEstimate,
+    poisson_interval,
+    short,
+    t_quantile,
+    unknown,
+)
 from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.table import DROP, PICK
 from desim_warehouse.study.fit import fit_between
@@ -149,15 +157,12 @@ def mean_interval(times: Floats) -> tuple[float, float]:
 
 def breakdowns(tracks: Tracks) -> list[KeyEstimate]:
     """Estimate the time in operation between breakdowns (exact for a Poisson process), and repair times."""
-    from scipy.stats import chi2
-
     broken = episodes(tracks, tracks.fault)
     n = len(broken.begun)
     at_work = (tracks.driving | np.isin(tracks.action, (PICK, DROP))) & ~tracks.fault
     operated = float(tracks.before[at_work].sum())
-    tail = (1 - CONFIDENCE) / 2
-    high = 2 * operated / float(chi2.ppf(tail, 2 * n)) if n else math.inf
-    low = 2 * operated / float(chi2.ppf(1 - tail, 2 * n + 2))
+    fewest, most = poisson_interval(n)
+    low, high = operated / most, operated / fewest if n else math.inf
     if not n:
         why = f"none in {operated:,.0f} of operation: less often than every {low:,.0f}"
         return [unknown(_KEY, why, 0, "breakdowns")]

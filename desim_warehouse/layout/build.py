@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from itertools import permutations
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import LayoutError
 from desim_warehouse.layout import blocks as generator
-from desim_warehouse.layout.layout import BayPlaces, Layout, Lift, StationPlaces, StoragePlace
+from desim_warehouse.layout.aisles import width_of
+from desim_warehouse.layout.layout import BayPlaces, Edge, Layout, StationPlaces, StoragePlace
 from desim_warehouse.layout.naming import named_by
+from desim_warehouse.layout.shafts import add_lifts
 from desim_warehouse.layout.spec import BaySpec, LayoutSpec, NodeStorage, PlacesSpec, Storage
-from desim_warehouse.layout.zones import Members, edges_of
+from desim_warehouse.layout.zones import Members, edges_along, edges_of
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -54,24 +56,32 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     for members, speed in limits:
         for edge in edges_of(Layout(graph, (), {}, {}), members):
             graph.edges[edge]["speed"] = min(graph.edges[edge]["speed"], speed)
-    lifts = tuple(Lift(name, one.nodes, one.ride, one.doors, one.rests) for name, one in spec.lifts.items())
-    _only_once("lift", [node for lift in lifts for node in lift.nodes])
-    for lift in lifts:
-        _add_rides(graph, lift)
+    _only_once("lift", [node for lift in spec.lifts.values() for node in lift.nodes])
+    lifts = add_lifts(graph, spec.lifts)
     nx.freeze(graph)
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
-    return Layout(graph, storage, bays, stations, size, _names(spec, storage), lifts)
+    widths = _widths(graph, spec)
+    return Layout(graph, storage, bays, stations, size, _names(spec, storage), lifts, widths)
 
 
-def _add_rides(graph: nx.DiGraph, lift: Lift) -> None:
-    """Join the nodes of a lift by an edge for each ride, with the mean time that the ride takes, call included."""
-    for one, other in permutations(lift.nodes, 2):
-        if graph.has_edge(one, other):
-            text = f"the edge {one}>{other} leads from floor to floor, as its rides do; leave it out of layout.edges"
-            raise LayoutError([f"layout.lifts.{lift.name}: {text}"])
-        takes = lift.mean_call(one) + lift.carrying(one, other)
-        graph.add_edge(one, other, length=0.0, speed=math.inf, two_way=False, takes=takes)
+def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:
+    """The widths of aisles that are not simply narrow, by edge; inf: wide."""
+    if isinstance(spec.aisles, Mapping):
+        floor, widths = Layout(graph, (), {}, {}), dict[Edge, float]()
+        for name, aisles in spec.aisles.items():
+            for line in aisles.along:
+                off = [(a, b) for a, b in pairwise(line) if not graph.has_edge(a, b) and not graph.has_edge(b, a)]
+                if off:
+                    text = f"no edge between {off[0][0]} and {off[0][1]}, expected nodes along edges"
+                    raise LayoutError([f"layout.aisles.{name}: {text}"])
+                for edge in edges_along(floor, line):
+                    if widths.setdefault(edge, width_of(aisles.width)) != width_of(aisles.width):
+                        text = f"{edge[0]}>{edge[1]} has another width in aisles before it; give it one"
+                        raise LayoutError([f"layout.aisles.{name}: {text}"])
+        return widths
+    width = width_of(spec.aisles)
+    return dict.fromkeys(graph.edges, width) if width else {}
 
 
 def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int]:

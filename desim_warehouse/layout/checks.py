@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout import lifts, way_home, zones
+from desim_warehouse.layout import aisles, lifts, way_home, zones
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.zones import ZoneSpec
 
@@ -37,7 +37,11 @@ SHARPEST_MERGE = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload."""
+    """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload.
+
+    `free`: nodes that are open to all; `timed`: those at which robots spend a time of their own; `people`: the share of
+    the time for which people have each lift.
+    """
 
     contact: float
     robots: int
@@ -46,6 +50,9 @@ class Use:
     unload_at: tuple[str, ...]
     gridlock: str = "auto"
     zones: Mapping[str, ZoneSpec] = field(default_factory=dict)
+    free: frozenset[str] = frozenset()
+    people: Mapping[str, float] = field(default_factory=dict)
+    timed: frozenset[str] = frozenset()
 
     @property
     def at(self) -> dict[str, str]:
@@ -61,12 +68,13 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_bays(layout, use),
         *_in_lane(layout, use),
         *_two_way(layout, use),
-        *lifts.examine(layout, use.at, use.zones, use.contact),
+        *lifts.examine(layout, use),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
         *_stops(layout, use),
         *_queues(layout, use),
         *_shared_names(layout),
         *_short(layout, use),
+        *aisles.examine(layout, use.contact),
         *_merges(layout),
         *_bridges(near),
         *_side_by_side(use, near),
@@ -87,7 +95,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
         *_bays(layout, use),
         *_in_lane(layout, use),
         *_two_way(layout, use),
-        *lifts.examine(layout, use.at, use.zones, use.contact),
+        *lifts.examine(layout, use),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
     )
     return [item for item in findings if item.level == "error"]
@@ -492,4 +500,5 @@ def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
     for count, alike in by_count.items():
         numbers, (edge_1, edge_2) = np.array(alike), np.triu_indices(count, 1)
         pairs.append((numbers[:, edge_1] * len(ends) + numbers[:, edge_2]).ravel())
-    return np.divmod(np.unique(np.concatenate(pairs)), max(len(ends), 1))
+    every = np.sort(np.concatenate(pairs))  # np.unique would import masked arrays
+    return np.divmod(every[np.diff(every, prepend=-1) != 0], max(len(ends), 1))

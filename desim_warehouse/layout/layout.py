@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import permutations
+from itertools import pairwise, permutations
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,8 @@ from desim_warehouse.values.disturbances import OutageSpec
 
 if TYPE_CHECKING:
     import networkx as nx
+
+    from desim_warehouse.layout.riders import RidersSpec
 
 
 Edge = tuple[str, str]
@@ -80,7 +82,8 @@ class StationPlaces:
 class Lift:
     """A lift for one robot at a time: its node on each floor, from the lowest up, where its cabin rests, and times.
 
-    `ride` is from one floor to the next. The doors take `doors` to open and as long to close.
+    `ride` is from one floor to the next. The doors take `doors` to open and as long to close. `people` ride in it, too.
+    `model_name`: its name in the model, where the lift may have several cabins, each of which is a lift here.
     """
 
     name: str
@@ -88,6 +91,9 @@ class Lift:
     ride: float
     doors: float
     rests: str | None = None
+    people: RidersSpec | None = None
+    outages: OutageSpec | None = None
+    model_name: str = ""
 
     def way(self, one: str, other: str) -> float:
         """Time in which the cabin comes from one of its nodes to another."""
@@ -112,6 +118,7 @@ class Layout:
     that leads against a preferred direction `counts` that many times where routes are chosen. A ride in a lift is an
     edge without length which `takes` its time, with the mean time until the cabin comes. The order of a node's
     successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
+    `widths`: those of aisles by edge, inf where they are said to be wide; where there is none, the aisle is narrow.
     """
 
     graph: nx.DiGraph
@@ -121,6 +128,7 @@ class Layout:
     goods_size: float = 0.0
     place_names: Mapping[str, int] = field(default_factory=dict)
     lifts: tuple[Lift, ...] = ()
+    widths: Mapping[Edge, float] = field(default_factory=dict)
 
     @cached_property
     def called(self) -> dict[int, str]:
@@ -222,12 +230,33 @@ class Layout:
 
     @cached_property
     def floors(self) -> dict[str, int]:
-        """By node a number for its floor, on which robots get about without a lift."""
+        """By node the number of its floor, on which robots get about without a lift, from the lowest (0) up."""
         import networkx as nx
 
         lanes = nx.Graph(edge for edge in self.graph.edges if edge not in self.rides)
         lanes.add_nodes_from(self.graph)
-        return {node: number for number, part in enumerate(nx.connected_components(lanes)) for node in part}
+        parts = list(nx.connected_components(lanes))
+        part_of = {node: number for number, part in enumerate(parts) for node in part}
+        above = nx.DiGraph()
+        above.add_nodes_from(range(len(parts)))
+        above.add_edges_from((part_of[a], part_of[b]) for lift in self.lifts for a, b in pairwise(lift.nodes))
+        rank: dict[int, int] = {}
+        together = nx.condensation(above)  # floors that lifts put above each other, and below
+        for number in nx.lexicographical_topological_sort(
+            together, key=lambda number: min(together.nodes[number]["members"])
+        ):
+            rank.update({part: len(rank) + more for more, part in enumerate(sorted(together.nodes[number]["members"]))})
+        return {node: rank[part] for node, part in part_of.items()}
+
+    @cached_property
+    def cabins_beside(self) -> dict[str, list[str]]:
+        """The nodes of other cabins on the floor, by the node of a lift."""
+        first, beside = {lift.name: lift for lift in self.lifts}, defaultdict[str, list[str]](list)
+        for lift in self.lifts:
+            if lift.model_name != lift.name:
+                for node, another in zip(first[lift.model_name].nodes, lift.nodes, strict=True):
+                    beside[node].append(another)
+        return dict(beside)
 
     @cached_property
     def rides(self) -> dict[Edge, Lift]:

@@ -1,31 +1,63 @@
-"""What is wrong with lifts before a run: where robots would wait or work in a cabin, or drive through one."""
+"""What is wrong with lifts before a run: robots would wait or work in a cabin, drive through one, or never have it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.errors import first_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.zones import ZoneSpec, zones_on
 
 if TYPE_CHECKING:
-    from desim_warehouse.layout.layout import Edge, Layout
+    from desim_warehouse.layout.layout import Edge, Layout, Lift
 
 EPS = 1e-6
 
 
-def examine(
-    layout: Layout, used: Mapping[str, str], zones: Mapping[str, ZoneSpec], contact: float
-) -> Iterator[Finding]:
-    """Find errors of lifts; `used` says what robots do at nodes, and robots keep the distance `contact`."""
-    at = {**used, **{node: f"zone {zone.name}" for zone in zones_on(layout, zones) for node in zone.nodes}}
+class LiftUse(Protocol):
+    """The use of a layout by a model, as far as lifts are concerned."""
+
+    @property
+    def contact(self) -> float:
+        """The distance that robots keep."""
+
+    @property
+    def at(self) -> dict[str, str]:
+        """The work of robots at nodes."""
+
+    @property
+    def zones(self) -> Mapping[str, ZoneSpec]:
+        """The traffic zones by name."""
+
+    @property
+    def free(self) -> frozenset[str]:
+        """Nodes that are open to all."""
+
+    @property
+    def timed(self) -> frozenset[str]:
+        """Nodes at which robots spend a time of their own."""
+
+    @property
+    def people(self) -> Mapping[str, float]:
+        """The share of the time for which people have each lift."""
+
+
+def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
+    """Find errors of lifts, of their places and of their use."""
+    for lift in layout.lifts:
+        yield from _shared(lift, use)
+    for node in sorted(use.timed.intersection(layout.cabins_beside)):
+        text = "the time would be spent in one of several cabins"
+        yield Finding("LIFT", f"traffic.nodes.{node}.time", text, "leave it out, and give the doors more time")
+    zones, contact = zones_on(layout, use.zones), use.contact
+    at = {**use.at, **{node: f"zone {zone.name}" for zone in zones for node in zone.nodes}}
     for good in layout.storage:
         at |= dict.fromkeys(good.edge, f"good {good.number}, or the lane beside which it lies,")
     at |= {node: f"station {station.zone}" for node, station in layout.stations.items()}
     at |= {node: f"bay {bay.zone}" for node, bay in layout.bays.items()}
     for lift in layout.lifts:
-        place = f"layout.lifts.{lift.name}"
+        place = f"layout.lifts.{lift.model_name}"
         for node in lift.nodes:
             lanes = [edge for edge in _edges_at(layout, node) if edge not in layout.rides]
             beside = {other for edge in lanes for other in edge if other != node}
@@ -42,6 +74,16 @@ def examine(
             if node in at:
                 text = f"{at[node]} is at {node}, where robots would be in the cabin"
                 yield Finding("LIFT", place, text, "move it to the node in front of the doors")
+
+
+def _shared(lift: Lift, use: LiftUse) -> Iterator[Finding]:
+    """Find lifts that would carry any number of robots at once, and those that people never leave to robots."""
+    for node in sorted(use.free.intersection(lift.nodes)):
+        text = "a lift carries one robot at a time, and cannot be open to all"
+        yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
+    if (share := use.people.get(lift.name, 0.0)) >= 1:
+        text = f"people would have it for {100 * share:.3g} % of the time, so robots would wait for ever longer"
+        yield Finding("LIFT", f"layout.lifts.{lift.model_name}.people", text, "fewer rides, or a faster lift")
 
 
 def _edges_at(layout: Layout, node: str) -> list[Edge]:

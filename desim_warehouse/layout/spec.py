@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -16,9 +17,10 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.layout import naming
 from desim_warehouse.layout.blocks import Blocks, highways
+from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.disturbances import OutageSpec
@@ -50,7 +52,6 @@ from desim_warehouse.values.fields import (
 Side = Literal["north", "south", "east", "west"]
 
 _SHOWN = 12  # node names in a message
-_COMPARED = 1000  # node names among which the nearest is looked for
 _EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
@@ -114,8 +115,7 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
         expected = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
     if zones_by_name:
         expected += f", or {zones[:-1]} {spoken(list(zones_by_name)[:_SHOWN], 'or')}"
-    near = nearest(name, [*zones_by_name, *names]) if len(names) <= _COMPARED else None
-    hint = f"; did you mean '{near}'?" if near else ""
+    hint = did_you_mean(name, [*zones_by_name, *names])
     if all(end in nodes for end in name.split(">")):
         hint = f"; an edge is written [{', '.join(name.split('>'))}]"
     raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
@@ -131,12 +131,24 @@ EdgeName = Annotated[tuple[Name, Name], AfterValidator(_of_the_layout)]
 Offset = Annotated[Length, AfterValidator(_on_the_edge)]
 
 
+def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    edges = known(info).edges
+    if len(nodes) == 1:
+        raise wrong(f"one node (got {got(nodes[0])}), expected two or more along an aisle, such as [A, B]")
+    for a, b in pairwise(nodes):
+        if edges and (a, b) not in edges and (b, a) not in edges:
+            raise wrong(f"no edge from one to the next (got {got([a, b])}), expected nodes along edges")
+    return nodes
+
+
+Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_line)]
+
+
 def see_node(name: str, info: ValidationInfo, *keys: str) -> None:
     """Refuse the name of a node that the layout does not have, at its key below the value that is checked."""
     nodes = known(info).nodes
     if nodes and name not in nodes:
-        near = nearest(name, nodes) if len(nodes) <= _COMPARED else None
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(name, nodes)
         raise wrong(f"no such node, expected one of the {len(nodes)} nodes of the layout{hint}", *keys)
 
 
@@ -440,6 +452,14 @@ class LiftSpec(Part):
         title="where a lift rests",
         description="the node of its own to which the empty cabin goes; default: it stays where it was left",
     )
+    cabins: Annotated[Count, Usual(1, 8)] = Field(
+        1,
+        title="cabins",
+        description="how many such lifts stand side by side, each with doors and a lane of its own from the same "
+        "nodes; only routes by `congestion-aware` take all of them",
+    )
+    people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
+    outages: OutageSpec | None = Field(None, description="of the lift; none: it never fails")
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:
@@ -453,6 +473,38 @@ class LiftSpec(Part):
         if self.rests is not None and self.rests not in self.nodes:
             raise wrong(f"no stop of the lift (got {got(self.rests)}), expected {spoken(self.nodes, 'or')}", "rests")
         return self
+
+
+_WIDTH = "'wide', 'narrow', or a width"
+
+
+def _form_of_width(value: Any) -> str | None:
+    """The form of a width: a word or a length; of all aisles, or by name."""
+    if isinstance(value, SECTION):
+        return "\0lines"
+    if isinstance(value, str) and value.strip()[:1].isalpha():
+        return "\0word"
+    return "\0length" if isinstance(value, str | int | float) else None
+
+
+class AisleSpec(Part):
+    """Aisles of one width, by the nodes along each of them. All others are narrow.
+
+    In an aisle that is wide, or at least twice as wide as the distance D that robots keep, a robot that loads or
+    unloads at a storage place stands beside its lane, where there is room for one, and others drive past.
+    """
+
+    along: tuple[Aisle, ...] = Field(
+        title="lines of nodes",
+        min_length=1,
+        description="nodes along each aisle, such as [A, B] for an edge or [A, B, C] for two in a line, in both "
+        "directions where there are two",
+    )
+    width: Annotated[
+        Annotated[Literal["wide", "narrow"], form("word")]
+        | Annotated[Annotated[Length, Usual("50 cm", "20 m")], form("length")],
+        Forms(_WIDTH, pick=_form_of_width),
+    ] = Field("wide", title="width of an aisle", description="wide, narrow, or how wide its free floor is")
 
 
 class LayoutSpec(Part):
@@ -490,6 +542,25 @@ class LayoutSpec(Part):
     lifts: Annotated[Named[LiftSpec], By("of")] = Field(
         FrozenMap(), title="lifts", description="lifts between floors by name"
     )
+    aisles: Annotated[
+        Annotated[Literal["wide", "narrow"], form("word")]
+        | Annotated[Annotated[Length, Usual("50 cm", "20 m")], form("length")]
+        | Annotated[Named[AisleSpec], form("lines")],
+        Forms(f"{_WIDTH}, for all aisles, or sections with along and width, by name", pick=_form_of_width),
+    ] = Field(
+        "narrow",
+        title="width of aisles",
+        description="narrow: a robot that loads or unloads at a storage place stands in its lane; wide, or at least "
+        "twice as wide as the distance D that robots keep: it stands beside the lane, and others drive past; for all "
+        "aisles, or by name",
+    )
+
+    @property
+    def may_be_wide(self) -> bool:
+        """Whether any aisle is not said to be narrow."""
+        if isinstance(self.aisles, Mapping):
+            return any(aisles.width != "narrow" for aisles in self.aisles.values())
+        return self.aisles != "narrow"
 
     @property
     def storage_places(self) -> int:

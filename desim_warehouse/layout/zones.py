@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo
@@ -107,13 +107,20 @@ def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
 
 
 def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
-    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes."""
+    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes.
+
+    Of the node of a lift those are the lanes to its doors, not the rides. It stands for all cabins of the lift.
+    """
     edges: dict[Edge, None] = {}
+    beside, rides = layout.cabins_beside, layout.rides
     for member in members:
         if isinstance(member, str):
-            edges.update(dict.fromkeys(layout.graph.in_edges(member)))
+            for node in (member, *beside.get(member, ())):
+                edges.update(dict.fromkeys(edge for edge in layout.graph.in_edges(node) if edge not in rides))
         else:
-            edges.update(dict.fromkeys(edge for edge in (member, member[::-1]) if layout.graph.has_edge(*edge)))
+            ends = [(end, *beside.get(end, ())) for end in member]
+            both = (edge for pair in product(*ends) for edge in (pair, pair[::-1]))
+            edges.update(dict.fromkeys(edge for edge in both if layout.graph.has_edge(*edge)))
     return tuple(edges)
 
 

@@ -15,6 +15,7 @@ from desim_warehouse.policies.catalogue import OURS
 from desim_warehouse.questions.study import Study
 from desim_warehouse.study.factors import label, level_of
 from desim_warehouse.study.fleet.designs import Designs
+from desim_warehouse.study.table import is_numeric
 from desim_warehouse.values.labels import readable
 
 ROBOTS, DEMAND, ALLOCATION = "fleet.size", "tasks.demand", "policies.allocation"
@@ -41,7 +42,7 @@ class Offer:
     @property
     def is_number(self) -> bool:
         """Whether its values are numbers, ascending."""
-        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
+        return is_numeric(self.values)
 
     def place(self, value: Any) -> int | None:
         """The rank of a value, which has the type that was offered; None for any other."""
@@ -159,7 +160,7 @@ def _given(model: Model, key: str, values: Any) -> Offer:
     levels: dict[Any, Mapping[str, Any]] = {level.label: level.overrides for level in factor.levels}
     now = label(level_of(model, key))
     levels[now] = {}
-    is_number = all(isinstance(value, int | float) and not isinstance(value, bool) for value in levels)
+    is_number = is_numeric(list(levels))
     ordered = sorted(levels) if is_number else list(levels)
     texts = tuple(words.level(value) for value in ordered)
     unit = words.factor_head(key, model.units)

@@ -1,4 +1,4 @@
-"""Events that happen whatever robots do: breakdowns, outages, visits of people, openings; and limits on them.
+"""Events that happen whatever robots do: breakdowns, outages, visits and rides of people, openings; their limits.
 
 A rate or a period too small by a slip would keep a run busy with nothing else for ever.
 """
@@ -17,6 +17,8 @@ from desim_warehouse.values.fields import LIMITS, TOP, wrong
 
 if TYPE_CHECKING:
     from pydantic_core import PydanticCustomError
+
+    from desim_warehouse.layout.spec import LayoutSpec
 
 
 Cause = tuple[tuple[str, ...], str, float]
@@ -52,10 +54,8 @@ def _causes(model: Mapping[str, Any]) -> Iterator[Cause]:
         yield from _breakdowns(("fleet", "robot"), fleet.robot.breakdowns, fleet.size, length, time)
         for name, kind in fleet.kinds.items():
             yield from _breakdowns(("fleet", "kinds", name), kind.breakdowns, kind.count, length, time)
-    for name, bay in layout.bays.items() if layout is not None else ():
-        if bay.outages is not None:
-            chargers = bay.total_chargers or bay.chargers or bay.places or 1
-            yield ("layout", "bays", name, "outages", "every"), "outages", chargers * time / _cycle(bay.outages)
+    if layout is not None:
+        yield from _in_layout(layout, time, units.hour)
     for name, people in (model.get("people") or {}).items():
         if people.per_hour is not None:
             yield ("people", name, "per_hour"), "visits", people.per_hour * time / units.hour
@@ -67,6 +67,18 @@ def _causes(model: Mapping[str, Any]) -> Iterator[Cause]:
             changes = 2 * len(hours.stretches) * time / a_period
             keys = ("calendars", name, *(("every" if length is not None else "lasts",) * isinstance(calendar, Pattern)))
             yield keys, "openings and closings", changes * max(at_work.count(name), 1)
+
+
+def _in_layout(layout: LayoutSpec, time: float, hour: float) -> Iterator[Cause]:
+    for name, bay in layout.bays.items():
+        if bay.outages is not None:
+            chargers = bay.total_chargers or bay.chargers or bay.places or 1
+            yield ("layout", "bays", name, "outages", "every"), "outages", chargers * time / _cycle(bay.outages)
+    for name, lift in layout.lifts.items():
+        if lift.outages is not None:
+            yield ("layout", "lifts", name, "outages", "every"), "outages", time / _cycle(lift.outages)
+        if lift.people is not None:
+            yield ("layout", "lifts", name, "people", "per_hour"), "rides", lift.people.per_hour * time / hour
 
 
 def _breakdowns(

@@ -32,7 +32,7 @@ def guesses(path: str | Path, changed: Iterable[str] = ()) -> tuple[str, ...]:
             by_line[position.line] = keys
     set_anew = set(changed)
     listed = []
-    for number, line in enumerate(Path(path).read_text(encoding="utf-8-sig").splitlines(), 1):
+    for number, line in enumerate(document.text.splitlines(), 1):
         if _MARK.search(line):
             at = min((key for key in by_line if key >= number), default=None)
             keys = () if at is None else _named(by_line[at])

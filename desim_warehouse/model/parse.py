@@ -39,7 +39,7 @@ class Document:
     """The content of a YAML text: plain values, where each stands, and what is wrong with them.
 
     `folder`: where the relative names of files in it start. `files`: which of them may be read. `unread`: keys whose
-    file could not be read.
+    file could not be read. `text`: of the file, with its comments; empty where it is none.
     """
 
     data: Any
@@ -48,6 +48,7 @@ class Document:
     folder: Path = Path()
     files: Files = "any"
     unread: set[Keys] = field(default_factory=set)
+    text: str = ""
 
     @property
     def kind(self) -> str | None:
@@ -100,7 +101,7 @@ def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
         raise ModelError(
             [f"{document.positions.of(()).text}: not a mapping (got {got(document.data)}), expected {whole}"]
         )
-    document.folder = path.parent
+    document.folder, document.text = path.parent, text
     return document
 
 

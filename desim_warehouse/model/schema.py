@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import LayoutError, ModelError, got, number_of, spoken
+from desim_warehouse.errors import LayoutError, ModelError, got, number_of
 from desim_warehouse.findings import Acceptable
 from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
@@ -47,6 +47,7 @@ from desim_warehouse.model.sections.goods import (
 )
 from desim_warehouse.model.sections.order_lines import Reading
 from desim_warehouse.model.sections.orders import files_of, problems_of
+from desim_warehouse.model.sections.pickers import PickersSpec, fit_for_pickers, fit_for_staying
 from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.model.sections.traffic import PeopleSpec, TrafficSpec
@@ -73,6 +74,7 @@ from desim_warehouse.values.fields import (
     all_wrong,
     at_most,
     known,
+    see_kinds,
     wrong,
 )
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
@@ -362,6 +364,13 @@ class Prices(Part):
         title="price of a station hour",
         description="an hour of a worker of a station that is open, or without `work_time` of a server there",
     )
+    picker_hour: Annotated[
+        NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
+    ] = Field(
+        0.0,
+        title="price of a picker's hour",
+        description="an hour at work of a picker who walks to robots (`pickers`)",
+    )
     late_order: Annotated[
         NotNegative,
         Usual(0.01, 1000, price=True, words="an order", cure="what one order costs that is late, not all of a year"),
@@ -377,7 +386,7 @@ class Prices(Part):
     @property
     def any(self) -> bool:
         """Whether anything has a price."""
-        return self.of_fleet or any((self.energy, self.station_hour, self.late_order))
+        return self.of_fleet or any((self.energy, self.station_hour, self.picker_hour, self.late_order))
 
     @property
     def of_fleet(self) -> bool:
@@ -387,13 +396,7 @@ class Prices(Part):
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: Mapping[str, float], info: ValidationInfo) -> Mapping[str, float]:
-        fleet_kinds = known(info).kinds
-        for kind in kinds if fleet_kinds is not None else ():
-            if kind not in (fleet_kinds or ()):
-                expected = (
-                    f"one of {spoken(fleet_kinds, 'or')}" if fleet_kinds else "one of fleet.kinds, which has none"
-                )
-                raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}", kind)
+        see_kinds(((kind, kind) for kind in kinds), known(info).kinds)
         return kinds
 
 
@@ -412,6 +415,9 @@ class Model(Part):
     fleet: Fleet
     tasks: Tasks
     pods: PodsSpec | None = Field(None, description="goods to person; none: robots bring single loads")
+    pickers: PickersSpec | None = Field(
+        None, description="people who pick into robots that wait at storage places; none: robots load by themselves"
+    )
     battery: BatterySpec | None = Field(None, validate_default=True, description="none: robots never need charging")
     traffic: TrafficSpec = TrafficSpec()
     people: Named[PeopleSpec] = Field(FrozenMap(), description="people in the aisles, by name of where they come from")
@@ -456,13 +462,7 @@ class Model(Part):
     def _of_kinds(cls, fleet: Fleet, info: ValidationInfo) -> Fleet:
         layout: LayoutSpec | None = info.data.get("layout")
         for name, bay in () if layout is None else layout.bays.items():
-            for kind in bay.kinds:
-                if kind not in fleet.kinds:
-                    expected = (
-                        f"one of {spoken(fleet.kinds, 'or')}" if fleet.kinds else "one of fleet.kinds, which has none"
-                    )
-                    text = f"no such kind of robot (got {got(kind)}), expected {expected}"
-                    raise wrong(text, TOP, "layout", "bays", name, "kinds")
+            see_kinds(((None, kind) for kind in bay.kinds), tuple(fleet.kinds), TOP, "layout", "bays", name, "kinds")
         return fleet
 
     @field_validator("tasks")
@@ -487,7 +487,30 @@ class Model(Part):
         tasks, layout = info.data.get("tasks"), info.data.get("layout")
         if pods is not None and tasks is not None and layout is not None:
             fit_for_pods(tasks.flows, layout.stations, known(info).zones.get("stations", {}))
+            if layout.may_be_wide:
+                text = "pods stand beside the lanes (pods), where there is no room for robots, expected narrow"
+                raise wrong(f"{text} (got {got(layout.aisles)})", TOP, "layout", "aisles")
         return pods
+
+    @field_validator("pickers")
+    @classmethod
+    def _can_walk_there(cls, pickers: PickersSpec | None, info: ValidationInfo) -> PickersSpec | None:
+        tasks, fleet, layout = (info.data.get(key) for key in ("tasks", "fleet", "layout"))
+        if pickers is None or tasks is None or fleet is None or layout is None:
+            return pickers
+        if info.data.get("pods") is not None:
+            raise wrong("beside pods, which are brought to the people who pick, expected one of the two")
+        if layout.lifts:
+            raise wrong("beside lifts: people pick on one floor only, expected a layout without lifts")
+        fit_for_pickers(pickers, tasks.flows)
+        if pickers.stay == "order":
+            if fleet.start_on_lanes:
+                text = "a picker who stays is met in a bay or station, not in the lane; leave it out"
+                raise wrong(text, TOP, "fleet", "start_on_lanes")
+            own = [good.to for good in tasks.goods if isinstance(good, Good)] if isinstance(tasks.goods, tuple) else []
+            unload_at = [*tasks.unload_at, *(name for name in own if name is not None)]
+            fit_for_staying(tasks.flows, unload_at, known(info).zones.get("stations", {}))
+        return pickers
 
     @field_validator("battery")
     @classmethod

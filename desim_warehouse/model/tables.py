@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason
 from desim_warehouse.folders import sha256
 from desim_warehouse.layout.spec import NamesFile, StorageFile
 from desim_warehouse.model import layout_file
@@ -342,8 +342,7 @@ class _Table:
         """Refuse a table without this column, which is named at `keys`."""
         if column in self.header:
             return
-        near = nearest(column, self.header)
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(column, self.header)
         text = f"no column '{column}' in '{self.name}' (got {_columns(self.header)}), expected it in line 1{hint}"
         raise _RefusedError(Problem(keys, text))
 

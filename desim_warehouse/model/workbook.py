@@ -16,7 +16,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason
 from desim_warehouse.values.fields import LIMITS
 
 _LARGEST_PART = 10_000_000  # bytes: larger parts may not unfold to too many times their size
@@ -69,8 +69,7 @@ def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
     names = book.sheetnames
     name = sheet or names[0]
     if name not in names:
-        near = nearest(name, names)
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(name, names)
         raise ModelError([f"{path}: no sheet {got(name)}, expected one of its {len(names)} sheets{hint}"])
     below = _merged(path, names.index(name) + 1)
     above: dict[int, tuple[int, Any]] = {}

@@ -19,13 +19,15 @@ from weakref import WeakKeyDictionary
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.pieces import Piece, pieces
 from desim_warehouse.outcome.records import Wait
-from desim_warehouse.states import APART, SHOWN, TOO_LOW, Phase
+from desim_warehouse.states import APART, PICKER, SHOWN, TOO_LOW, Phase, names
 
 TRAFFIC = ("behind_robot", "before_intersection")
 """Parts of the account in which a robot waits for another."""
 CROSSING, LANE, TWO_WAY, RING = "crossing", "lane", "two_way_lane", "ring"
 """Roots that are no state of a robot: others cross, drive ahead, come the other way, or all wait for each other."""
 QUEUES = frozenset(name for name, state in SHOWN.items() if state.queue is not None)
+ANYWHERE = TOO_LOW | names(lambda state: state.queue == PICKER)
+"""Queues for whichever charger is free, or picker, at no place of their own."""
 _MOVING = frozenset({Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY, Phase.REST})
 
 _known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
@@ -34,7 +36,7 @@ _known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
 class Root(NamedTuple):
     """The end of a chain of waits: a state of a robot, a wait for a closure or person, or a root above; and where.
 
-    `at`: a node, or an edge (`A>B`); "" for a charger, whichever is free first.
+    `at`: a node, or an edge (`A>B`); "" for a charger, whichever is free first, and for pickers, who come anywhere.
     """
 
     cause: str
@@ -128,7 +130,7 @@ class Chains:
             wait = None if link.part in QUEUES else self.wait(link.robot, start)
             chain = (*before, link.robot)
             if wait is None:
-                place = "" if link.part in TOO_LOW else link.node or ""
+                place = "" if link.part in ANYWHERE else link.node or ""
                 yield Lost(piece.robot, start, end, Root(link.part, place))
             elif wait.other < 0:
                 yield Lost(piece.robot, start, end, self._nobody(wait))

@@ -58,7 +58,7 @@ def halts(history: History) -> list[Halt]:
             elif part in SHOWN and SHOWN[part].phase in AT_WORK:
                 worked += time
         if worked < MOST_AT_WORK * (end - start) and spent:
-            standstills.append(Halt(start, end, still, _cause(history.model, spent, start, end)))
+            standstills.append(Halt(start, end, still, _cause(history, spent, start, end)))
     return standstills
 
 
@@ -114,12 +114,27 @@ def _what(part: str) -> Cause | None:
     return held.get(state.phase)
 
 
-def _cause(model: Model, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
+def _cause(history: History, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
     """Return what most robots did; behind one that waits for a lane to open others wait for each other."""
     cause = max(spent, key=spent.__getitem__)
     if cause == "queues" and spent.get("lanes", 0.0) > MOST_AT_WORK * (end - start):
         return "lanes"
-    return _shut(model, start, end) if cause == "no task" else cause
+    if cause != "no task":
+        return cause
+    return "broken" if _waits_for_repair(history, (start + end) / 2) else _shut(history.model, start, end)
+
+
+def _waits_for_repair(history: History, time: float) -> bool:
+    """Whether every task that is open at a time is on a robot that is broken then."""
+    open_tasks = {task.number for task in history.tasks.values() if task.released <= time < task.delivered}
+    holders = {task.task: task.robot for task in history.assignments if task.start <= time < task.end}
+    broken = {
+        span.robot
+        for robot in history.states
+        for span in robot
+        if span.start <= time < span.end and span.seen.phase is Phase.BREAKDOWN
+    }
+    return bool(open_tasks) and all(holders.get(number) in broken for number in open_tasks)
 
 
 def _shut(model: Model, start: float, end: float) -> Cause:

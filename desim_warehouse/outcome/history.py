@@ -28,6 +28,7 @@ from desim_warehouse.outcome.records import (
     Blocked,
     ChargeSpan,
     OrderHistory,
+    PickerSpan,
     Rotation,
     StateSpan,
     TaskHistory,
@@ -298,6 +299,17 @@ class History:
                     if row.kind == "delivered":
                         trips.append(Trip(row.robot, tasks, times[0], row.time))
         return trips
+
+    @cached_property
+    def pickers_work(self) -> list[PickerSpan]:
+        """The walks and picks of all pickers, in the order in which they begin."""
+        spans = []
+        for row in self.rows("walking", "picking"):
+            assert row.edge is not None
+            assert row.until is not None
+            picks, offset = row.kind == "picking", row.value or 0.0
+            spans.append(PickerSpan(row.other, row.robot, row.task, row.time, row.until, picks, row.edge, offset))
+        return spans
 
     # States
 

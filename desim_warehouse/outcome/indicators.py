@@ -42,6 +42,8 @@ Unit = Literal[
     "share of capacity",
     "share of people's time",
     "share of workers' time",
+    "share of pickers' time",
+    "lines per hour",
     "encounters per hour",
     "ratio",
     "share of operating time",
@@ -75,7 +77,7 @@ _MEASURED: frozenset[Unit] = frozenset(
     [
         *("time", "length", "energy", "money per year", "money per task"),
         *("share of fleet time", "share of charger time", "share of operating time"),
-        *("share of people's time", "share of workers' time"),
+        *("share of people's time", "share of workers' time", "share of pickers' time"),
     ]
 )
 """Units of what is not made of counts, which may agree by chance."""
@@ -654,6 +656,39 @@ INDICATORS = {
             "less",
             measures.station_wait,
             measures.has_stations,
+            with_robots="rises",
+        ),
+        Indicator(
+            "picker_utilisation",
+            "Pickers, picking",
+            "share of pickers' time",
+            "share of the time of all pickers, in their hours, in which they handle what robots wait for; only with "
+            "`pickers`",
+            None,
+            measures.picker_utilisation,
+            measures.has_pickers,
+            by_time=measures.picker_utilisation,
+            with_robots="rises",
+        ),
+        Indicator(
+            "picker_walking",
+            "Pickers, walking",
+            "share of pickers' time",
+            "share of the time of all pickers, in their hours, in which they walk to a robot; only with `pickers`",
+            "less",
+            measures.picker_walking,
+            measures.has_pickers,
+            by_time=measures.picker_walking,
+        ),
+        Indicator(
+            "lines_per_picker",
+            "Lines of a picker",
+            "lines per hour",
+            "loads that pickers have handled, for each of their hours at work; only with `pickers`",
+            "more",
+            measures.lines_per_picker,
+            measures.has_pickers,
+            by_time=measures.lines_per_picker,
             with_robots="rises",
         ),
         Indicator(

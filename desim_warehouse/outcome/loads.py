@@ -52,11 +52,6 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
     return RobotTime(work / whole, back / whole, held / whole, traffic / whole)
 
 
-def share_names(model: Model) -> tuple[str, ...]:
-    """Return the indicators from which `of_robots` divides the time of a model's robots."""
-    return tuple(f"share_{name}" for name, state in TIMES.items() if state.applies(model))
-
-
 def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     """Measure the load of each group in the counted time of a run, by its history and its indicators.
 
@@ -72,6 +67,9 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
                 measured.append(Load(LANES, time.traffic))
             mean = time.work * carried
             measured.append(Load(group, mean, in_peak(group, mean, factor), mean, time.back, time.held))
+        elif group.kind == "pickers" and not group.zone:
+            mean = (kpis.get("picker_utilisation", math.nan) + kpis.get("picker_walking", math.nan)) * carried
+            measured.append(Load(group, mean, in_peak(group, mean, factor), mean))
         elif group.kind == "lifts":
             mean = taken[group.zone] * carried
             measured.append(Load(group, mean, in_peak(group, mean, factor), mean))

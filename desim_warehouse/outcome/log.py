@@ -33,8 +33,10 @@ COLUMNS = {
     "node": "the node it happened at, or that the robot comes to next",
     "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into, `A>A` of one on a node",
     "value": "a number that depends on the kind",
-    "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
-    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; -1: none",
+    "until": "`drive`, `walking`: when the robot, or the picker, will be there; `picking`: when it is handled; "
+    "`edge_closed`: when it opens",
+    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; `walking`, "
+    "`picking`: the picker; -1: none",
 }
 """What the columns mean, in their order."""
 
@@ -83,6 +85,14 @@ KINDS = {
     "lifted": RowKind("tasks", "a robot has taken a pod from the storage place `other`", "number of the pod"),
     "stored": RowKind("tasks", "a robot has put a pod down on the storage place `other`", "number of the pod"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
+    "walking": RowKind(
+        "tasks", "the picker `other` sets out for where a robot stops", "distance from the edge's start to there"
+    ),
+    "picking": RowKind(
+        "tasks",
+        "the picker `other` begins to handle what a robot has come for",
+        "distance from the edge's start to there",
+    ),
     "working": RowKind("tasks", "work on a load unit that was put down begins", "time since it was put down"),
     "worked": RowKind("tasks", "a load unit put down in a station has been worked on", "time since it was put down"),
     "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
@@ -91,6 +101,10 @@ KINDS = {
     "cleared": RowKind("tasks", "a broken robot is off the lanes; it comes back at this node", "energy"),
     "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
     "enter": RowKind("moves", "a robot's centre leaves a node for this edge", "none"),
+    "aside": RowKind(
+        "moves", "a robot stands beside its lane, in a wide aisle, and others drive past", "distance from its start"
+    ),
+    "back": RowKind("moves", "it is on the lane again", "distance from the edge's start"),
     "drive": RowKind(
         "all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"
     ),
@@ -100,6 +114,12 @@ KINDS = {
     "edge_opened": RowKind("tasks", "it opens again", "none"),
     "person_in": RowKind("tasks", "a person comes into an aisle, a row for each of its edges", "number of the visit"),
     "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
+    "person_rides": RowKind(
+        "all",
+        "a person has a lift, up to `until`: it comes to `node`, and takes them along `edge`",
+        "time since the call",
+    ),
+    "lift_fails": RowKind("all", "a lift fails with its cabin at `node`, and works again at `until`", "none"),
 }
 """The kinds of rows (energy: the robot's)."""
 
@@ -209,6 +229,19 @@ class Log:
         """Write that a robot's centre leaves a node for the lane it is now on."""
         self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
 
+    def aside(self, now: float, robot: _Body) -> None:
+        """Write that a robot has left its lane to stand beside it."""
+        self._beside("aside", now, robot)
+
+    def back(self, now: float, robot: _Body) -> None:
+        """Write that a robot that stood beside its lane is on it again."""
+        self._beside("back", now, robot)
+
+    def _beside(self, kind: str, now: float, robot: _Body) -> None:
+        if self.moves:
+            edge, position = robot.lane.edge, robot.target
+            self.rows.append((now, kind, robot.number, robot.task, None, edge, position, None, NONE))
+
     def drive(self, robot: _Body, since: float) -> None:
         """Write that a robot sets off at `since`, or drives on from then, for its target."""
         row = (since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, NONE)
@@ -236,6 +269,21 @@ class Log:
         self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
 
+    def picker(
+        self,
+        now: float,
+        kind: str,
+        picker: int,
+        robot: int,
+        task: int,
+        node: str,
+        edge: tuple[str, str],
+        offset: float,
+        until: float,
+    ) -> None:
+        """Write that a picker sets out for a stop of a robot, or begins to handle what it has come for (`kind`)."""
+        self.rows.append((now, kind, robot, task, node, edge, offset, until, picker))
+
     def closed(self, edge: tuple[str, str], begin: float, until: float) -> None:
         """Write that an edge closes by its calendar, and opens again."""
         self.rows.append((begin, "edge_closed", NONE, NONE, None, edge, None, until, NONE))
@@ -246,6 +294,16 @@ class Log:
         for edge in edges:
             for time, kind in ((begin, "person_in"), (end, "person_out")):
                 self.event(time, kind, NONE, NONE, None, float(number), edge=edge)
+
+    def person_rides(self, begin: float, edge: tuple[str, str], waited: float, until: float) -> None:
+        """Write that a person rides in a lift, from where it sets out to them until its doors close behind them."""
+        if self.everything:
+            self.rows.append((begin, "person_rides", NONE, NONE, edge[0], edge, waited, until, NONE))
+
+    def lift_fails(self, begin: float, node: str, until: float) -> None:
+        """Write that a lift is out of order, with its cabin at a node."""
+        if self.everything:
+            self.rows.append((begin, "lift_fails", NONE, NONE, node, None, None, until, NONE))
 
     def of(self, *kinds: str) -> Iterator[LogRow]:
         """Iterate over the rows of some kinds, in order of time once it is closed."""

@@ -384,6 +384,42 @@ def lift_utilisation(history: History) -> float:
     return statistics.fmean(lifts_taken(history).values())
 
 
+def has_pickers(history: History) -> bool:
+    return history.model.pickers is not None
+
+
+def picker_utilisation(part: History | PartHistory) -> float:
+    return _of_pickers(part, picks=True)
+
+
+def picker_walking(part: History | PartHistory) -> float:
+    return _of_pickers(part, picks=False)
+
+
+def _of_pickers(part: History | PartHistory, *, picks: bool) -> float:
+    """Return the share of the time of all pickers, in their hours, in which they pick, or walk."""
+    busy = [("", span.start, span.end) for span in part.history.pickers_work if span.picks is picks]
+    return in_hours(_pickers(part.history), busy, part.stretches)
+
+
+def _pickers(history: History) -> dict[str, tuple[int, Hours]]:
+    """Return the number of pickers and their hours, under one name as `in_hours` takes places; empty without any."""
+    pickers = history.model.pickers
+    return {} if pickers is None else {"": (pickers.count, history.model.hours(pickers.hours))}
+
+
+def lines_per_picker(part: History | PartHistory) -> float:
+    """Return the loads handled by the end of a pick in the counted time, for each hour of a picker at work."""
+    ends = [span.end for span in part.history.pickers_work if span.picks]
+    lines = sum(begin <= end <= until for end in ends for begin, until in part.stretches)
+    at_work = math.fsum(
+        number * hours.share(begin, until) * (until - begin)
+        for number, hours in _pickers(part.history).values()
+        for begin, until in part.stretches
+    )
+    return lines * part.history.model.units.hour / at_work if at_work else math.nan
+
+
 def station_idle(history: History) -> float:
     """Return the share of the time of servers in which they pick no line, changes of pods included."""
     stations, model = history.layout.stations, history.model

@@ -3,7 +3,7 @@
 A robot's path is a chain of *legs*: from one position on an edge to another, at constant speed, between two
 times; after a leg it stands. The slots of a bay or station are joined to their node by short edges of their
 own, which only this module knows: a robot in a slot stands at the start of one, and drives to its end in the
-exit time of the model.
+exit time of the model. So are places beside lanes, in wide aisles: a robot that loads there stands at the start.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ EPS = 1e-6
 
 @dataclass(frozen=True)
 class Edges:
-    """All edges as straight lines: first the edges of the layout, then one for every slot of a zone."""
+    """All edges as straight lines: those of the layout, then one for each slot of a zone and place beside a lane."""
 
     source: list[str]
     """Where each begins: its node, or the node whose zone the slot belongs to."""
@@ -50,6 +50,8 @@ class Edges:
     """How many of them are edges of the layout."""
     twin: Ints
     """Of an edge of the layout that is part of a two-way lane the number of the edge back, else -1."""
+    beside: dict[tuple[str, float], int]
+    """The edges of places beside lanes, by lane (`A>B`) and how far along."""
 
     def points(self, edge: Ints, position: Floats) -> Floats:
         """Return the points at positions (length units) along edges: one row of x and y each."""
@@ -148,9 +150,41 @@ def _edges(history: History, places: Sequence[Zone]) -> Edges:
             start.append(point)
             end.append(point_of[zone.node])
             length.append(math.dist(point, point_of[zone.node]))
-    return Edges(
-        source, target, np.array(start, float), np.array(end, float), np.array(length), real, np.array(twin, np.int64)
+    beside = {}
+    for row in history.rows("aside"):
+        assert row.edge is not None
+        assert row.value is not None
+        if (place := _place(row)) not in beside:
+            beside[place] = len(length)
+            source.append(row.edge[0])
+            target.append(row.edge[1])
+            start.append(_point_beside(history, row.edge, row.value))
+            end.append(point_of[row.edge[1]])
+            length.append(math.dist(start[-1], end[-1]))
+    points = np.array(start, float), np.array(end, float)
+    return Edges(source, target, *points, np.array(length), real, np.array(twin, np.int64), beside)
+
+
+def _place(row: LogRow) -> tuple[str, float]:
+    """Return the lane beside which a robot stands, and how far along."""
+    assert row.edge is not None
+    assert row.value is not None
+    return ">".join(row.edge), round(row.value, 6)
+
+
+def _point_beside(history: History, edge: tuple[str, str], offset: float) -> tuple[float, float]:
+    """Return the point at which a robot stands that has left its lane, D from it on the side of the storage place."""
+    layout = history.layout
+    (x, y), heading = layout.position(edge, offset), layout.headings[edge]
+    aside = -math.sin(heading), math.cos(heading)  # to the right, as y grows downwards
+    near = min(
+        (place for place in layout.storage if set(place.edge) == set(edge)),
+        key=lambda place: math.dist((place.x, place.y), (x, y)),
+        default=None,
     )
+    right = near is None or (near.x - x) * aside[0] + (near.y - y) * aside[1] >= -EPS
+    shift = history.model.fleet.contact * (1 if right else -1)
+    return x + shift * aside[0], y + shift * aside[1]
 
 
 class _Berths:
@@ -198,9 +232,14 @@ class _Follower:
                 self._stand(robot, start)
             else:
                 self._settle(0.0, robot, "bay", start.node)
-        for row in self.history.rows("drive", "enter", "parked", "docked", *STATES):
+        for row in self.history.rows("drive", "enter", "parked", "docked", "aside", "back", *STATES):
             if row.kind == "drive":
                 self._drive(row)
+            elif row.kind == "aside":
+                self._note(row.robot, row.time, row.time, self.edges.beside[_place(row)], 0.0, 0.0)
+            elif row.kind == "back":
+                position = self.position[row.robot]
+                self._note(row.robot, row.time, row.time, self._number(row), position, position)
             elif row.kind in BROKEN:
                 self._come_out(row.robot, row.time)
             elif row.kind == "enter":

@@ -164,6 +164,22 @@ class Wait(NamedTuple):
     into: Edge | None = None
 
 
+class PickerSpan(NamedTuple):
+    """A picker at work for a robot from `start` to `end`: on the way to its stop, or (`picks`) handling what it loads.
+
+    The stop is `offset` beyond the start of `edge`. `end` may lie after the end of the run.
+    """
+
+    picker: int
+    robot: int
+    task: int
+    start: float
+    end: float
+    picks: bool
+    edge: Edge
+    offset: float
+
+
 class ChargeSpan(NamedTuple):
     """A robot at a charger from `start` to `end`, with its energy before and after."""
 

@@ -29,7 +29,7 @@ _DIGITS = 6  # of metres and metres a second
 _EQUAL = 1e-6
 _NODE_COLUMNS = ("name", "x", "y", "role", "station")
 _EDGE_COLUMNS = ("from", "to", "length", "speed", "speed_back", "two_way", "side_by_side")
-LayoutFormat = Literal["lif", "opentcs", "graphml", "csv"]
+LayoutFormat = Literal["lif", "opentcs", "graphml", "csv", "rmf"]
 LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
 
 
@@ -39,7 +39,8 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
     Args:
         model: the model.
         path: the file; for csv the folder that gets nodes.csv and edges.csv.
-        format: lif (Layout Interchange Format of VDMA, 1.0.0), opentcs (a plant model, 7.0.0), graphml or csv.
+        format: lif (Layout Interchange Format of VDMA, 1.0.0), opentcs (a plant model, 7.0.0), graphml, csv or
+            rmf (a building map of Open-RMF).
 
     Returns:
         What of the model the format cannot hold, and what is changed.
@@ -66,17 +67,29 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
 
 def _texts(plant: Plant, form: str) -> dict[str, str]:
     """The texts to write, by the names of files in a folder. A single file has no name."""
+    if form == "rmf":
+        from desim_warehouse.plants.to_rmf import rmf
+
+        return {"": rmf(plant)}
+    if form == "lif":
+        from desim_warehouse.plants.to_lif import lif
+
+        return {"": lif(plant)}
+    lifts_as_lanes(plant)
     if form == "csv":
         return tables(plant)
     if form == "graphml":
         return {"": graphml(plant)}
-    if form == "opentcs":
-        from desim_warehouse.plants.to_opentcs import opentcs
+    from desim_warehouse.plants.to_opentcs import opentcs
 
-        return {"": opentcs(plant)}
-    from desim_warehouse.plants.to_lif import lif
+    return {"": opentcs(plant)}
 
-    return {"": lif(plant)}
+
+def lifts_as_lanes(plant: Plant) -> None:
+    """Replace lifts by lanes from floor to floor, for formats without levels; noted in the plant."""
+    for stops in plant.lifts.values():
+        plant.links += [Link(f"{a}>{b}", a, b, None, math.inf, math.inf) for a, b in itertools.pairwise(stops)]
+    plant.note("changed", "lift", plant.lifts, "a lane from floor to floor, on which several robots drive")
 
 
 def drawn(model: Model) -> Plant:
@@ -116,6 +129,8 @@ class _Drawing:
         parking = {bay.node for bay in self.layout.bays.values() if bay.chargers == 0}
         for name, data in self.layout.graph.nodes(data=True):
             self.plant.points[name] = Waypoint(name, data["x"] * self.metre, data["y"] * self.metre, name in parking)
+        if self.layout.lifts:
+            self.plant.level_of = {name: str(floor) for name, floor in self.layout.floors.items()}
 
     def lanes(self) -> None:
         """Add every lane as a link, or as several links with a point wherever robots load."""
@@ -132,13 +147,7 @@ class _Drawing:
         for edge, counts in stops.items():
             if edge not in self.layout.rides:
                 self.lane(edge, counts)
-        for lift in self.layout.lifts:
-            for a, b in itertools.pairwise(lift.nodes):
-                far = math.dist(*((point.x, point.y) for point in (self.plant.points[a], self.plant.points[b])))
-                self.plant.links.append(Link(f"{a}>{b}", a, b, far, math.inf, math.inf))
-                self.pieces[frozenset((a, b))] = [f"{a}>{b}"]
-        lost = "a lane from floor to floor: its cabin, its times and that one robot rides at a time are lost"
-        self.plant.note("changed", "lift", [lift.name for lift in self.layout.lifts], lost)
+        self.plant.lifts = {lift.name: lift.nodes for lift in self.layout.lifts}
         added = [name for names in self.pieces.values() for name in names if name not in self.layout.graph]
         added = [name for name in added if name in self.plant.points]
         self.plant.note("changed", "point", added, "where robots load beside a lane, which is two links there")
@@ -158,6 +167,8 @@ class _Drawing:
             name = unique(f"{a}-{b} {metres:g}", self.plant.points)
             x, y = self.layout.position(edge, metres / self.metre)
             self.plant.points[name] = Waypoint(name, x * self.metre, y * self.metre)
+            if a in self.plant.level_of:
+                self.plant.level_of[name] = self.plant.level_of[a]
             self.loads[name] = count
             chain.append((name, metres))
         chain.append((b, length))
@@ -205,6 +216,12 @@ class _Drawing:
         several = [point for point, count in self.loads.items() if count > 1]
         note("changed", "place", several, "several storage places, one when it is read again")
         popular = [str(place.number) for place in layout.storage if place.popularity != 1]
+        note(
+            "left out",
+            "lift",
+            [lift.name for lift in layout.lifts],
+            "the times of its cabin and doors, and who uses it",
+        )
         note("left out", "popularity", popular, "of storage places: how often they are asked for")
         names = list(dict.fromkeys(station.zone for station in layout.stations.values()))
         note("left out", "station", names, "only where it is: places, servers, workers, hours and times are lost")
@@ -253,6 +270,8 @@ def plain_names(plant: Plant) -> None:
         )
         for location in plant.locations
     ]
+    plant.lifts = {new: tuple(points[point] for point in plant.lifts[old]) for old, new in _plain(plant.lifts).items()}
+    plant.level_of = {points[name]: level for name, level in plant.level_of.items()}
     members = {**links, **points}
     plant.areas = [
         replace(area, name=areas[area.name], members=tuple(members[name] for name in area.members))

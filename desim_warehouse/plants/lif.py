@@ -6,8 +6,8 @@
 - An edge is one-way, and two opposite ones are a two-way aisle; `--two-way` makes every edge lead both ways.
 - A vehicle type that an edge or node does not list may not use it. The type with most edges is read, or that of
   `--vehicle-type NAME`.
-- Several layouts are read together: edges between them are lifts or ramps, and levels that lie over each other are
-  drawn side by side. `--layout NAME` reads one.
+- Several layouts are read together: an edge from level to level is a lift, in both directions, and an edge between
+  layouts of one level a ramp. Levels that lie over each other are drawn side by side. `--layout NAME` reads one.
 - An edge with a trajectory is as long as its curve. One whose curve is none, or leads elsewhere, is taken to be
   straight, and doubted, as are angles beyond a full turn and links of hundreds of metres (degrees, or millimetres?).
 - The actions of a station's nodes (`pick`, `drop`, `startCharging`, ...) say what robots do there; where there are
@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -33,6 +33,7 @@ from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import lif_keys
 from desim_warehouse.plants.checks import distance
 from desim_warehouse.plants.keyed import POSITION, Reader
+from desim_warehouse.plants.levels import draw_apart
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
 from desim_warehouse.plants.stops import NONE, sounds_like
 
@@ -45,14 +46,12 @@ _LETTER = "to the letter of LIF 1.0"
 _OPEN = "lists no vehicle type, which says that none may use it; taken to be open to all"
 _TYPES = 1000  # types of vehicles, at most
 _FIT = 0.05  # of the distance between the nodes: if the ends of a trajectory are off by more, it belongs elsewhere
-_RAMP = 1.0  # metres, the least length of a lift or ramp
+_RAMP = 1.0  # metres, the least length of a ramp
 
 _STEEPEST = 30  # degree
 _NODES = 16  # of the quadrature
 _AGREE = 1e-9  # of the length
 _HALVED = 20  # times at most: a cusp converges slowly
-
-_APART = 10.0  # metres
 
 
 def looks(path: Path, start: bytes) -> bool:
@@ -239,7 +238,8 @@ class _Drawn:
         self.add_locations(dict(on_nodes))
         lif_keys.note_edges(plant, kept)
         lif_keys.note_nodes(plant, on_nodes, [station for station, _ in self.stations])
-        draw_apart(plant, {name: node.layout.level for name, node in nodes.items()})
+        plant.level_of = {name: node.layout.level for name, node in nodes.items()}
+        draw_apart(plant)
 
     def add_links(self, nodes: dict[str, _Node], edges: list[_Edge], kind: str | None) -> list[tuple[Link, Item]]:
         """Add the edges as links; return the links kept, each with its properties for the vehicle type."""
@@ -247,6 +247,8 @@ class _Drawn:
         kept: list[tuple[Link, Item]] = []
         closed: list[Link] = []
         ramps: list[Link] = []
+        rides: list[Link] = []
+        called: dict[str, str] = {}
         odd: dict[str, list[Link]] = {}
         for edge in edges:
             item = _of(edge.item.get("vehicleTypeEdgeProperties"), kind)
@@ -260,16 +262,40 @@ class _Drawn:
                 continue
             if wrong:
                 odd.setdefault(wrong, []).append(link)
+            if nodes[edge.source].layout.level != nodes[edge.target].layout.level:
+                rides.append(link)
+                called[link.name] = edge.item.get("edgeName", "")
+                continue
             if nodes[edge.source].layout is not nodes[edge.target].layout:
                 ramps.append(link)
             kept.append((link, item))
         plant.links = [link for link, _ in kept]
         plant.note_parts("left out", "edge", closed, "closed, by a speed of 0 or for robots with and without a load")
-        why = f"to another layout by a lift or ramp, which takes as long as driving there, {_RAMP:g} m or more"
+        why = f"to another layout of the level by a ramp, which takes as long as driving there, {_RAMP:g} m or more"
         plant.note_parts("changed", "transition", ramps, why)
+        self.add_lifts(rides, called, {name: node.layout.level for name, node in nodes.items()})
         for why, links in odd.items():
             plant.note_parts("doubtful", "trajectory", links, why)
         return kept
+
+    def add_lifts(self, rides: list[Link], called: Mapping[str, str], level_of: Mapping[str, str]) -> None:
+        """Add a lift for nodes on several levels that edges join, or one for each pair where a level has two of them.
+
+        A lift is called as the first of its edges, `called`, or else by its ends.
+        """
+        import networkx as nx
+
+        order = _in_order(dict.fromkeys(level_of.values()))
+        joined = nx.Graph([(link.source, link.target) for link in rides])
+        for part in list(nx.connected_components(joined)):
+            levels = [level_of[name] for name in part]
+            one_each = len(set(levels)) == len(levels)
+            for stops in [part] if one_each else [{*pair} for pair in joined.subgraph(part).edges]:
+                nodes = sorted(stops, key=lambda name: order.index(level_of[name]))
+                name = next((called[link.name] for link in rides if {link.source, link.target} <= stops), "")
+                self.plant.lifts[unique(name or f"lift {nodes[0]} - {nodes[-1]}", self.plant.lifts)] = tuple(nodes)
+        why = "to another level, so it is a lift for one robot at a time, in both directions"
+        self.plant.note_parts("changed", "transition", rides, why)
 
     def add_locations(self, on_nodes: dict[str, Item]) -> None:
         """Add stations, and nodes with actions that belong to none.
@@ -315,6 +341,15 @@ class _Drawn:
             "left out", "edge", [edge.name for edge in closed], why, [edge.item[POSITION] for edge in closed]
         )
         return nodes, edges
+
+
+def _in_order(levels: Iterable[str]) -> list[str]:
+    """Levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
+    listed = list(levels)
+    try:
+        return sorted(listed, key=float)
+    except ValueError:
+        return listed
 
 
 def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
@@ -422,28 +457,3 @@ def _integrated(
         starts, ends = np.r_[starts[again], middles[again]], np.r_[middles[again], ends[again]]
         parts = np.r_[left[again], right[again]]
     return whole + float(parts.sum())
-
-
-def draw_apart(plant: Plant, level_of: Mapping[str, str]) -> None:
-    """Move the points of levels that overlap to the right; lengths of links between levels must be known before.
-
-    Args:
-        plant: the plant; what is moved is noted there.
-        level_of: the level of every point.
-    """
-    points: dict[str, list[str]] = {}
-    for name, level in level_of.items():
-        points.setdefault(level, []).append(name)
-    boxes: list[tuple[float, float, float, float]] = []
-    moved = []
-    for level, names in points.items():
-        xs, ys = [plant.points[name].x for name in names], [plant.points[name].y for name in names]
-        left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
-        if any(left <= box[1] and box[0] <= right and top <= box[3] and box[2] <= bottom for box in boxes):
-            shift = max(box[1] for box in boxes) + _APART - left
-            for name in names:
-                plant.points[name] = replace(plant.points[name], x=plant.points[name].x + shift)
-            left, right = left + shift, right + shift
-            moved.append(level)
-        boxes.append((left, right, top, bottom))
-    plant.note("changed", "level", moved, "over or under another, so drawn beside it")

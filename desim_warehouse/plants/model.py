@@ -7,6 +7,8 @@
   bays. Bays and stations stand beside their points, so a robot there does not keep others from passing.
 - Where no parking is drawn, robots park where they work; where no work is drawn, they work where they park, or else
   everywhere. Stations have room for all robots. All of that is marked as assumed.
+- Points on several levels that a lift joins are the nodes of a lift, with assumed times. Where robots work or pass at
+  such a point, the cabin stands beside it.
 - Accelerations and angles are not read.
 - Areas that robots use one at a time, or in one direction at a time, are zones.
 
@@ -19,6 +21,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +33,7 @@ from desim_warehouse.model.parse import from_file, valid
 from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
 from desim_warehouse.plants.checks import DIGITS, distance, floor_of, put_right
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
+from desim_warehouse.plants.levels import DOORS, RIDE, make_room_for_cabins
 from desim_warehouse.plants.plant import Area, Plant, Remark, Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
@@ -125,8 +129,11 @@ def imported(
         ModelError: where robots could do nothing on such a plant, or the mapping does not fit.
     """
     put_right(plant)
+    if plant.lifts:
+        make_room_for_cabins(plant, _contact(plant, robot or {}))
     lanes = lanes_of(plant)
     reachable = _main_part(plant, lanes)
+    reachable -= {cabin for stops in plant.lifts.values() for cabin in stops}
     stops = stops_of(plant, reachable, operations or {})
     if not stops.load or not stops.unload:
         text = "no location in reach where robots load or unload, expected one at least"
@@ -169,6 +176,8 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
         graph.add_edge(lane.source, lane.target)
         if lane.two_way:
             graph.add_edge(lane.target, lane.source)
+    for stops in plant.lifts.values():
+        graph.add_edges_from(permutations(stops, 2))
     main: set[str] = max(
         nx.strongly_connected_components(graph), key=lambda part: (len(part), sorted(part)), default=set()
     )
@@ -182,6 +191,17 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
     outside = [point for point in plant.points.values() if point.name not in main]
     plant.note_parts("unreachable", "point", outside, "robots cannot get there and back")
     return main
+
+
+def _contact(plant: Plant, robot: Mapping[str, Any]) -> float:
+    """Return the distance that robots keep on a plant: their size as drawn, or as a file about a robot has it."""
+    if "robot" in robot:
+        any_floor = {"nodes": {"A": [0, 0], "B": [_ROOM, 0]}, "edges": [["A", "B"]], "storage": [{"node": "A"}]}
+        any_work = {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 0}
+        return load(
+            {"layout": any_floor, "fleet": {"size": 1, "robot": robot["robot"]}, "tasks": any_work}
+        ).fleet.contact
+    return max([vehicle.length or _SIZE for vehicle in plant.vehicles] or [plant.cell or _SIZE])
 
 
 class _Maker:
@@ -199,6 +219,8 @@ class _Maker:
         layout, fleet = self.layout(), self.fleet(robots)
         layout["bays"] = self.bays()
         layout["stations"] = self.stations()
+        if self.plant.lifts:
+            layout["lifts"] = self.lifts()
         self.starts(fleet, layout["bays"])
         battery = self.battery(layout["bays"])
         charging = {}
@@ -286,6 +308,15 @@ class _Maker:
             name = " + ".join(filter(None, locations)) or points[0]
             stations[unique(name, stations)] = {"at": points, "places": places}
         return stations
+
+    def lifts(self) -> Content:
+        """Lifts with assumed times, which no drawing has."""
+        why = f"{RIDE:g} s from level to level, and {DOORS:g} s for the doors to open or close"
+        self.plant.assume("layout.lifts", why, self.plant.lifts)
+        return {
+            name: {"nodes": list(stops), "ride": _round(RIDE), "doors": _round(DOORS)}
+            for name, stops in self.plant.lifts.items()
+        }
 
     # Everything else
 

@@ -140,6 +140,10 @@ class Plant:
     locations: list[Location] = field(default_factory=list)
     vehicles: list[Vehicle] = field(default_factory=list)
     areas: list[Area] = field(default_factory=list)
+    lifts: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Lifts by name, with a point on each level, from the lowest up."""
+    level_of: dict[str, str] = field(default_factory=dict)
+    """The level of each point, where the plant has several."""
     transports: list[Transport] = field(default_factory=list)
     """The work, where the file or one beside it lists it."""
     numbered: dict[int, str] = field(default_factory=dict)

@@ -3,11 +3,13 @@
 - Building maps are in pixels, y downwards, or in metres, y upwards, as are navigation graphs, or in degrees. Pixels are
   metres by the mean of the measured distances; one that differs by more than 5 % is doubted.
 - Lanes of several fleets lie in one map, told apart by graph_idx. Those of most lanes are read, likewise the level with
-  most lanes; `--graph N` and `--layout NAME` read others.
+  most lanes, and the levels to which its lifts lead; `--graph N` reads others, `--layout NAME` one level.
+- Vertices in the cabin of one lift on several levels become a lift, and levels that lie over each other are drawn side
+  by side. No map says how long a ride takes.
 - A bidirectional lane is one two-way lane. A mutex group is a zone for one robot.
 - Robots begin where they are spawned, and there are as many of them. Chargers and parking spots are bays; robots load
   at dispensers and unload at ingestors. Other places are mapped by their names: `--operation lounge=unload`.
-- Lifts, doors and docking take no time, and are named as left out.
+- Doors and docking take no time, and are named as left out.
 
 Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`).
 """
@@ -16,7 +18,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -24,6 +27,7 @@ from desim_warehouse.errors import ModelError, got, nearest
 from desim_warehouse.model.messages import report
 from desim_warehouse.model.parse import Document, read_yaml
 from desim_warehouse.plants import globe
+from desim_warehouse.plants.levels import draw_apart
 from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, unique
 from desim_warehouse.values.fields import LIMITS
 
@@ -32,6 +36,7 @@ OPTIONS = ("layout", "graph")
 LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
 _DIFFER = 0.05  # of the mean: scales that differ by more are doubtful
 _PAIR = 2
+_DOOR = "it takes no time to drive through a door here"
 _UNNAMED = {"", "building", "site"}
 """What traffic editors call a map that nobody gave a name."""
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
@@ -114,9 +119,25 @@ class _Map:
             self.refuse((), f"{text}; desim import --help names the formats that can be read")
         name = str(data.get("name") or data.get("building_name") or "")
         self.plant = Plant(path.name.partition(".")[0] if name in _UNNAMED else name, "")
+        self.cabins: dict[str, dict[str, str]] = {}
+        """By lift its point on each level that is read."""
+        self.groups: dict[str, Area] = {}
 
     def plant_of(self, asked: str | None, graph: int | None) -> Plant:
-        lanes, name = self.lanes(asked, graph)
+        levels = self.lanes(asked, graph)
+        read = f"level{'s' * (len(levels) > 1)} {', '.join(levels)}"
+        for name, lanes in levels.items():
+            kind = self.level(name, lanes, several=len(levels) > 1)
+            self.plant.source = self.plant.source or f"{self.path.name} (Open-RMF {kind}, {read})"
+        self.plant.areas = list(self.groups.values())
+        self.lifts()
+        draw_apart(self.plant)
+        self.plant.note("left out", "door", _names(self.data.get("doors")), _DOOR)
+        self.plant.see_keys(self.data, _OF_MAPS, "line 1")
+        return self.plant
+
+    def level(self, name: str, lanes: list[_Lane], *, several: bool) -> str:
+        """Add a level, as far as lanes lead, and return the kind of its map; of `several` levels points know theirs."""
         level = self.data["levels"][name]
         vertices = self.items(level, "vertices", ("levels", name))
         used = sorted({end for lane in lanes for end in (lane.source, lane.target)})
@@ -128,7 +149,6 @@ class _Map:
         thirds = [vertex[_PAIR] for vertex in vertices if isinstance(vertex, list) and len(vertex) > _PAIR]
         nav = any(isinstance(third, dict) for third in thirds) or bool(vertices and not thirds)
         kind = "navigation graph" if nav else "building map"
-        self.plant.source = f"{self.path.name} (Open-RMF {kind}, level {name})"
         to_metres = self.projection(name, nav, [vertices[rank] for rank in used])
         abouts: dict[int, dict[str, Any]] = {}
         names: dict[int, str] = {}
@@ -140,18 +160,39 @@ class _Map:
             parking = bool(abouts[rank].get("is_parking_spot"))
             x, y = to_metres((x, y))
             self.plant.points[names[rank]] = Waypoint(names[rank], x, y or 0.0, parking, self.line(keys))
-            self.place(names[rank], bool(title), abouts[rank])
+            if several:
+                self.plant.level_of[names[rank]] = name
+            if lift := _cabin(abouts[rank]):
+                self.cabins.setdefault(lift, {})[name] = names[rank]
+            self.place(names[rank], bool(title) and not lift, abouts[rank])
         self.links(lanes, names)
         self.areas(lanes, names, abouts)
         self.losses(level, lanes, names, abouts)
         self.plant.see_keys(level, _OF_LEVELS, self.line(("levels", name)), "level")
-        self.plant.see_keys(self.data, _OF_MAPS, "line 1")
-        return self.plant
+        return kind
+
+    def lifts(self) -> None:
+        """Add the lifts with cabins on several levels that are read, from the lowest up; note the others."""
+        for lift, stops in self.cabins.items():
+            if len(stops) > 1:
+                order = sorted(stops, key=self.elevation)
+                self.plant.lifts[lift] = tuple(stops[level] for level in order)
+        lifts = dict.fromkeys([*_names(self.data.get("lifts")), *self.cabins])
+        others = [name for name in lifts if name not in self.plant.lifts]
+        self.plant.note("left out", "lift", others, "lanes lead to its cabin on fewer than two of the levels read")
+
+    def elevation(self, level: str) -> float:
+        """Height of a level; levels without one are in the order of the map."""
+        height = self.data["levels"][level].get("elevation")
+        return float(height) if _is_number(height) else float(list(self.data["levels"]).index(level))
 
     # What is read
 
-    def lanes(self, asked: str | None, graph: int | None) -> tuple[list[_Lane], str]:
-        """The lanes of a level and a graph, and the name of the level."""
+    def lanes(self, asked: str | None, graph: int | None) -> dict[str, list[_Lane]]:
+        """The lanes of a graph by level: of the level with most of them, and of those to which lifts lead from there.
+
+        Or of the level that is asked for.
+        """
         levels = self.data["levels"]
         if asked is not None and asked not in levels:
             near = nearest(asked, levels)
@@ -166,17 +207,35 @@ class _Map:
             )
         mine = {name: [lane for its, lane in lanes if its == index] for name, lanes in listed.items()}
         level = max(mine, key=lambda title: len(mine[title]))
-        here = {(lane.source, lane.target) for lane in mine[level]}
+        joined = self.joined(level, mine) if asked is None else [level]
+        here = {(name, lane.source, lane.target) for name in joined for lane in mine[name]}
         others = [
             (f"{lane.source} - {lane.target} of graph {its}", lane.line)
-            for its, lane in listed[level]
-            if its != index and (lane.source, lane.target) not in here
+            for name in joined
+            for its, lane in listed[name]
+            if its != index and (name, lane.source, lane.target) not in here
         ]
         why = f"of other graphs; graph {index} is read, --graph reads another"
         self.plant.note("left out", "lane", [name for name, _ in others], why, [line for _, line in others])
-        empty = [title for title in levels if title != level]
-        self.plant.note("left out", "level", empty, f"level {level} is read; --layout reads another")
-        return mine[level], level
+        apart = [title for title in levels if title not in joined]
+        why = f"no lift leads there from level {level}, which is read" if asked is None else f"level {level} is read"
+        self.plant.note("left out", "level", apart, f"{why}; --layout reads another")
+        return {name: mine[name] for name in levels if name in joined}
+
+    def joined(self, level: str, lanes: Mapping[str, list[_Lane]]) -> list[str]:
+        """The levels that robots get to from one by lifts, itself included."""
+        lifts = {name: self.lifts_at(name, its) for name, its in lanes.items()}
+        joined = [level]
+        for name in joined:
+            joined += [other for other in lifts if other not in joined and lifts[other] & lifts[name]]
+        return joined
+
+    def lifts_at(self, name: str, lanes: list[_Lane]) -> set[str]:
+        """The lifts to whose cabins lanes of a level lead."""
+        vertices = self.items(self.data["levels"][name], "vertices", ("levels", name))
+        ends = {end for lane in lanes for end in (lane.source, lane.target) if end < len(vertices)}
+        cabins = (_cabin(self.vertex(vertices[end], ("levels", name, "vertices", end))[-1]) for end in ends)
+        return set(filter(None, cabins))
 
     def lanes_of(self, name: str) -> list[tuple[int, _Lane]]:
         """The lanes of a level, each with its graph."""
@@ -283,8 +342,6 @@ class _Map:
 
     def areas(self, lanes: Iterable[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]) -> None:
         """Add the groups of lanes and vertices (mutex) that one robot uses at a time, as areas."""
-        groups: dict[str, list[str]] = {}
-        positions: dict[str, str] = {}
         for group, member, line in (
             *((lane.about.get("mutex"), _title(lane, names), lane.line) for lane in lanes),
             *(
@@ -293,16 +350,13 @@ class _Map:
             ),
         ):
             if group:
-                groups.setdefault(str(group), []).append(member)
-                positions.setdefault(str(group), line)
-        self.plant.areas = [
-            Area(name, tuple(dict.fromkeys(members)), "one-robot", positions[name]) for name, members in groups.items()
-        ]
+                before = self.groups.get(str(group), Area(str(group), (), "one-robot", line))
+                self.groups[before.name] = replace(before, members=tuple(dict.fromkeys((*before.members, member))))
 
     def losses(
         self, level: dict[str, Any], lanes: list[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]
     ) -> None:
-        """Note the parts that models cannot represent: orientations, lifts, doors, docks."""
+        """Note the parts of a level that models cannot represent: orientations, lifts on lanes, doors, docks."""
         plant, titles = self.plant, [(_title(lane, names), lane) for lane in lanes]
         for kind, keys, why in (
             ("orientation", ("orientation", "orientation_constraint"), "robots may drive in any direction"),
@@ -312,16 +366,9 @@ class _Map:
         ):
             marked = [(title, lane) for title, lane in titles if any(lane.about.get(key) for key in keys)]
             plant.note("left out", kind, [title for title, _ in marked], why, [lane.line for _, lane in marked])
-        for kind, key, why in (
-            ("lift", "lift_cabin", "a point in a lift, which takes no time here"),
-            ("lift", "lift", "a point in a lift, which takes no time here"),
-            ("dock", "dock_name", "docking takes no time here"),
-        ):
-            points = [plant.points[names[rank]] for rank, about in abouts.items() if about.get(key)]
-            plant.note_parts("left out", kind, points, why)
-        for kind, why in (("lift", "models have one floor"), ("door", "it takes no time to drive through a door here")):
-            parts = [*_names(self.data.get(f"{kind}s")), *_names(level.get(f"{kind}s"))]
-            plant.note("left out", kind, parts, why)
+        points = [plant.points[names[rank]] for rank, about in abouts.items() if about.get("dock_name")]
+        plant.note_parts("left out", "dock", points, "docking takes no time here")
+        plant.note("left out", "door", _names(level.get("doors")), _DOOR)
 
     # Values
 
@@ -352,6 +399,11 @@ class _Map:
 
     def refuse(self, keys: Keys, text: str) -> NoReturn:
         raise ModelError([f"{self.document.positions.line(keys)[1]}: {text}"])
+
+
+def _cabin(about: dict[str, Any]) -> str:
+    """The lift in whose cabin a vertex is; empty: in none."""
+    return str(about.get("lift_cabin") or about.get("lift") or "")
 
 
 def _is_rank(value: Any) -> bool:

@@ -2,12 +2,15 @@
 
 Source: VDMA, Layout Interchange Format (LIF) 1.0.0, and its JSON schema. A two-way lane is two edges there. What robots
 do at a node is an action with the name that VDA 5050 has for it; parking has none, so it is an action of our own.
+Floors are layouts of one level each, and the rides of a lift edges between them with its name.
 """
 
 from __future__ import annotations
 
 import datetime as dt
 import json
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from desim_warehouse._version import __version__
@@ -23,14 +26,24 @@ _DIGITS = 6
 
 def lif(plant: Plant) -> str:
     """Text of a LIF file; losses are noted in the plant."""
-    layout = {
-        "layoutId": plant.name or "layout",
-        "layoutName": plant.name or "layout",
-        "layoutVersion": "1",
-        "nodes": _nodes(plant),
-        "edges": _edges(plant),
-        "stations": _stations(plant),
-    }
+    nodes, edges, stations = _nodes(plant), [*_edges(plant), *_rides(plant)], _stations(plant)
+    name, level_of = plant.name or "layout", plant.level_of
+    layouts = []
+    for level in dict.fromkeys(sorted(level_of.values(), key=int)) or [""]:
+        title = f"{name} {level}" if level else name
+        layouts.append(
+            {
+                "layoutId": title,
+                "layoutName": title,
+                "layoutVersion": "1",
+                **({"layoutLevelId": level} if level else {}),
+                "nodes": [node for node in nodes if level_of.get(node["nodeId"], "") == level],
+                "edges": [edge for edge in edges if level_of.get(edge["startNodeId"], "") == level],
+                "stations": [
+                    station for station in stations if level_of.get(station["interactionNodeIds"][0], "") == level
+                ],
+            }
+        )
     head = {
         "projectIdentification": plant.name or "layout",
         "creator": f"desim-warehouse {__version__}",
@@ -39,7 +52,7 @@ def lif(plant: Plant) -> str:
     }
     plant.note("left out", "vehicle", [vehicle.name for vehicle in plant.vehicles], "a LIF file has no fleet")
     plant.note("left out", "zone", [area.name for area in plant.areas], "a LIF file has no traffic rules")
-    return json.dumps({"metaInformation": head, "layouts": [layout]}, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps({"metaInformation": head, "layouts": layouts}, indent=1, ensure_ascii=False) + "\n"
 
 
 def _nodes(plant: Plant) -> list[dict[str, Any]]:
@@ -79,6 +92,21 @@ def _edges(plant: Plant) -> list[dict[str, Any]]:
     plant.note("changed", "lane", longer, "as long as the straight line between its points: LIF has no lengths")
     joined(plant, [link for link in plant.links if link.side_by_side], straight=True)
     return edges
+
+
+def _rides(plant: Plant) -> Iterator[dict[str, Any]]:
+    """Edges from floor to floor, there and back, with the name of their lift."""
+    for lift, stops in plant.lifts.items():
+        for low, high in pairwise(stops):
+            for start, end in ((low, high), (high, low)):
+                properties = {"vehicleTypeId": _TYPE, "rotationAllowed": False}
+                yield {
+                    "edgeId": f"{start}>{end}",
+                    "edgeName": lift,
+                    "startNodeId": start,
+                    "endNodeId": end,
+                    "vehicleTypeEdgeProperties": [properties],
+                }
 
 
 def _stations(plant: Plant) -> list[dict[str, Any]]:

@@ -154,7 +154,10 @@ def _standing(selection: Selection, design: int) -> Standing:
 
 def _promise(selection: Selection, zone: str) -> str:
     """The guarantee of a choice, with its indifference zone in the unit of the indicator."""
-    if not selection.guaranteed or selection.deterministic:
-        return sentence(selection.note)
+    if not selection.guaranteed:
+        left = len(selection.survivors)
+        return f"Cap of {max(selection.samples)} replications, {left} designs left: best mean, no guarantee."
+    if selection.deterministic:
+        return "Deterministic: compared as exact numbers."
     sure = f"{100 * selection.confidence:g} %"
     return f"The best with {sure} confidence if it leads by at least {zone} (KN, Kim & Nelson 2001)."

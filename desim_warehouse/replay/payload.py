@@ -40,6 +40,8 @@ from desim_warehouse.world.orders.pods import Shelves
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from desim_warehouse.layout import Layout
+
 
 _ROOTS = 60
 """Roots in the list."""
@@ -195,6 +197,7 @@ def _header(
         "tiles": [[tile.key, tile.title, tile.form, tile.is_drawn] for tile in shown],
         **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
         **({"items": list(model.pods.names)} if model.pods is not None and model.pods.names else {}),
+        **_lifts(layout, number),
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [
             {"name": state.name, "doing": state.doing, "role": state.role, "drives": state.phase in _DRIVING}
@@ -205,6 +208,14 @@ def _header(
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
         ],
     }
+
+
+def _lifts(layout: Layout, number: dict[str, int]) -> dict[str, Any]:
+    """Lifts with their nodes, and the floor of each node; nothing without lifts."""
+    if not layout.lifts:
+        return {}
+    floors = [layout.floors[node] for node in number]
+    return {"lifts": [[lift.name, [number[node] for node in lift.nodes]] for lift in layout.lifts], "floors": floors}
 
 
 def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, Any]:

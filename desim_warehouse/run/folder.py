@@ -34,6 +34,7 @@ NUMBER = "edge_number"
 _NEEDED = {
     **dict.fromkeys(("parked", "docked"), ("node",)),
     "enter": ("edge",),
+    **dict.fromkeys(("aside", "back"), ("edge", "value")),
     "drive": ("edge", "value", "until"),
 }
 """Columns that no row of a kind is without."""

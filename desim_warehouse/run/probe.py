@@ -284,7 +284,10 @@ def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
 
 
 def _undisturbed(model: Model, kinds: Mapping[str, Kind], changed: Mapping[str, Any]) -> Model:
-    """Return the model of a probe, with `kinds` and changes of its fleet; nothing breaks, closes or is off duty."""
+    """Return the model of a probe, with `kinds` and changes of its fleet; nothing breaks, closes or is off duty.
+
+    Nobody else rides in lifts.
+    """
     fleet, always = model.fleet.model_copy(update=changed), {"breakdowns": None, "hours": None}
     new: dict[str, Any] = {
         "robot": fleet.robot.model_copy(update={"breakdowns": None}),
@@ -293,9 +296,11 @@ def _undisturbed(model: Model, kinds: Mapping[str, Kind], changed: Mapping[str, 
         "hours": None,
     }
     stations = {name: item.model_copy(update={"hours": None}) for name, item in model.layout.stations.items()}
+    own = {"people": None, "outages": None}
+    lifts = {name: lift.model_copy(update=own) for name, lift in model.layout.lifts.items()}
     parts: dict[str, Any] = {
         "fleet": fleet.model_copy(update=new),
-        "layout": model.layout.model_copy(update={"stations": FrozenMap(stations)}),
+        "layout": model.layout.model_copy(update={"stations": FrozenMap(stations), "lifts": FrozenMap(lifts)}),
         "traffic": model.traffic.model_copy(update={"closures": FrozenMap({})}),
         **_of_a_probe(model),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
@@ -11,13 +12,15 @@ from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.estimate import THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, mixed
+from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.disturbances import closures, disturbances
-from desim_warehouse.model.facts.lifts import time_taken
+from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
+from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
@@ -42,6 +45,10 @@ LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
 """Part of a task's time, or of its empty drive, that is worth a word."""
+LEAST_LOADING = 0.05
+"""Part of the time of a task that loading takes, from which it may hold up others."""
+LEAST_WIDER = 0.05
+"""Part of a fleet's tasks that wide aisles must bring to be worth a word: what is measured varies by half of it."""
 WIDEST = 1.28
 """Times the least that the most is: charging takes no random times, as it is taken to, so that queues are shorter."""
 PARTS = {
@@ -95,6 +102,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         duty,
         unbroken=unbroken,
         lifts=_lifts(model, layout, probes, count),
+        pickers=picker_load(model),
     )
 
 
@@ -248,17 +256,22 @@ def _stations(
 
 
 def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
-    """List the lifts that robots of the probes used, by how often."""
+    """List the lifts that robots of the probes used, by how often.
+
+    Of a lift with several cabins all are used alike where routes see queues.
+    """
     robots, loads = sum(count.values()), []
+    spread = model.policies.routing.name == "congestion-aware"
     for lift in layout.lifts:
-        mine = [ride for ride, owner in layout.rides.items() if owner is lift]
-        rides = {
-            ride: math.fsum(count[kind] * probed.rides.get(">".join(ride), 0.0) for kind, probed in probes.items())
-            / robots
-            for ride in mine
-        }
+        alike = [other for other in layout.lifts if other.model_name == lift.model_name] if spread else [lift]
+        rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
+        for other in alike:
+            for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):
+                by_kind_of = (count[kind] * probed.rides.get(">".join(same), 0.0) for kind, probed in probes.items())
+                rides[ride] += math.fsum(by_kind_of) / robots / len(alike)
         if share := math.fsum(rides.values()):
-            loads.append(LiftLoad(lift.name, share, time_taken(model, lift, rides) / share))
+            time = time_taken(model, lift, rides) / left_for_robots(model, lift)
+            loads.append(LiftLoad(lift.name, share, time / share))
     return tuple(loads)
 
 
@@ -285,11 +298,14 @@ UNKNOWN = "; estimates do not know of it"
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
-    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model))]
+    unknown = [*closures(model), *shared_lifts(model, layout)]
+    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in unknown)]
     if model.fleet.breaks_down:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
         lines.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
+    if model.pickers is not None and model.battery is not None:
+        lines.append(f"robots draw on while they wait for pickers, which batteries do not foresee{UNKNOWN}")
     lines += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
     ]
@@ -328,3 +344,24 @@ def with_nearer(model: Model) -> Nearer | None:
         return None
     now, then = map(time_of_task, (model, moved))
     return Nearer(now - then, now, tuple(changes)) if now - then >= LEAST_LESS * now else None
+
+
+def in_wide_aisles(model: Model, now: QuickEstimate) -> float | None:
+    """Measure the part of its tasks that a fleet would do more if robots that load did not hold up others.
+
+    It works together as it is, and in wide aisles. None where aisles are wide, or next to nothing is to be gained.
+
+    Args:
+        model: a model without errors.
+        now: its estimate.
+    """
+    contact = model.fleet.contact
+    if model.pods is not None or model.fleet.size == 1 or now.cycle.load < LEAST_LOADING * now.cycle.time:
+        return None
+    wide = model.replace({"layout.aisles": "wide"})
+    if wide_edges(wide.floor, contact) <= wide_edges(model.floor, contact):
+        return None
+    paces = [together(each, _known(model)) for each in (model, wide)]
+    rates = [pace.many.rate for pace in paces if pace is not None]
+    more = rates[1] / rates[0] - 1 if len(rates) == len(paces) else 0.0
+    return more if more >= LEAST_WIDER else None

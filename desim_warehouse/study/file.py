@@ -111,7 +111,7 @@ class Until(Part):
     indicator: IndicatorName = Field(description="the name of an indicator")
     half_width: Fraction = Field(description="a share of the mean, such as 2 % or 0.02")
     confidence: Fraction = Field(0.95, description="a number between 0 and 1, such as 0.95")
-    # 30, as a start that happens to be calm would end it too early (`statistics.check_precision`)
+    # 30, as a start that happens to be calm would end it too early (`statistics.precision`)
     minimum: _Several = Field(30, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
     cap: _Several = Field(200, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError, got, nearest, reason
+from desim_warehouse.errors import StudyError, did_you_mean, got, reason
 from desim_warehouse.values.distributions import (
     Distribution,
     ExponentialTime,
@@ -434,8 +434,7 @@ def read_times(path: Path, column: str) -> list[float]:
             rows = csv.DictReader(lines, skipinitialspace=True)
             names = rows.fieldnames or []
             if column not in names:
-                near = nearest(column, names)
-                hint = f"; did you mean '{near}'?" if near else ""
+                hint = did_you_mean(column, names)
                 raise StudyError(f"{path}: no column '{column}' (it has {', '.join(names) or 'none'}){hint}")
             cells = [(rows.line_num, row[column]) for row in rows if row[column]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:

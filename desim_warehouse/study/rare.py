@@ -36,6 +36,10 @@ def expected(model: Model, length: float) -> dict[str, float]:
         if outages is not None:
             here = chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
             often["outages of chargers"] = often.get("outages of chargers", 0.0) + here
+    for lift in layout.lifts:
+        if (outages := lift.outages) is not None:
+            here = length / (mean_of(outages.every) + mean_of(outages.repair))
+            often["outages of lifts"] = often.get("outages of lifts", 0.0) + here
     return often
 
 

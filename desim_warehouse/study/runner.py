@@ -284,7 +284,7 @@ class StudyRunner:
 
     def _until(self, rule: Until) -> Iterator[Row]:
         """Replicate each point until its mean is known well enough, or its cap is reached."""
-        from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision
+        from desim_warehouse.study.statistics.precision import PrecisionRule, replications_to_run
 
         precision = PrecisionRule(rule.half_width, rule.confidence, rule.minimum, rule.cap)
         have = dict.fromkeys(self.keys, 0)
@@ -297,8 +297,8 @@ class StudyRunner:
                 good = [row for row in rows if row.outcome.error is None]
                 values = [row.measured(rule.indicator) for row in good]
                 fixed = bool(good) and all(row.outcome.deterministic for row in good)
-                state = check_precision(values, precision, deterministic=fixed)
-                next_ones = min(state.more, rule.cap - have[number])
+                further = replications_to_run(values, precision, deterministic=fixed)
+                next_ones = min(further, rule.cap - have[number])
                 hopeless = all(row.outcome.error is not None for row in rows[-count:])
                 if next_ones < 1 or hopeless:
                     del more[number]

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.pods import stations_of
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
@@ -26,6 +27,7 @@ from desim_warehouse.model.facts.workers import Kind, groups
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
+from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run import RunData
 from desim_warehouse.run.quick import nearer
@@ -59,6 +61,8 @@ MOST_NODES = 5
 """Number of intersections to look at: the ones with the most waiting before them."""
 LEAST_WAITING = 0.002
 """Part of the fleet's time that must be waited before an intersection for it to be looked at."""
+LEAST_HELD_UP = 0.01
+"""Part of the fleet's time that must be waited behind robots that load for wide aisles to be looked at."""
 MOST_LANES = 3
 """Number of two-way lanes to look at one by one: the lanes on which robots spend most time."""
 ROUNDING = 1e-9
@@ -127,11 +131,13 @@ def _all(run: RunData) -> list[Suspect]:
         *_servers(model, queued),
         *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
         *_workers(model, queued),
+        *_pickers(run),
         *_hours(model, closed),
         *_lifts(run),
         *_under_way(run),
         *_on_the_way(run),
         *_lanes(run),
+        *_aisles(run),
         *_failures(run),
         *decisions(run),
         *of_pods(model),
@@ -161,16 +167,26 @@ def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iter
 
 
 def _lifts(run: RunData) -> Iterator[Suspect]:
-    """List faster lifts, by the time that robots wait before them, ride in them and wait for their cabins."""
+    """List faster lifts and further cabins, by the time that robots wait before lifts, for cabins, and ride in them.
+
+    Routes that know no queues would take one cabin alone.
+    """
     nodes = run.account(by="node")
-    whole = run.history.counted * run.model.fleet.size or 1.0
-    for lift in run.layout.lifts:
-        rows = nodes.loc[list(lift.nodes)]
+    whole, routing = run.history.counted * run.model.fleet.size or 1.0, run.model.policies.routing
+    for name, lift in run.model.layout.lifts.items():
+        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.model_name == name for node in cabin.nodes]]
         spent = float((rows["before_intersection"] + rows[IN_LIFT]).sum()) / whole
-        if spent >= LEAST_WAITING and "." not in lift.name:
-            key = f"layout.lifts.{lift.name}"
-            faster = {f"{key}.ride": HALF * lift.ride, f"{key}.doors": HALF * lift.doors}
-            yield Suspect(f"lift {lift.name}", f"lift {lift.name} twice as fast", faster, spent, -HALF)
+        if spent < LEAST_WAITING or "." in name:
+            continue
+        key = f"layout.lifts.{name}"
+        faster = {f"{key}.ride": HALF * lift.ride, f"{key}.doors": HALF * lift.doors}
+        yield Suspect(f"lift {name}", f"lift {name} twice as fast", faster, spent, -HALF)
+        more: dict[str, Any] = {f"{key}.cabins": lift.cabins + 1}
+        relief = f"one cabin more beside lift {name}"
+        if routing.name != "congestion-aware" and not routing.own:
+            more["policies.routing"] = "congestion-aware"
+            relief += ", routes by congestion-aware"
+        yield Suspect(f"lift {name}", relief, more, spent, 1 / lift.cabins)
 
 
 def _queued(nodes: pd.DataFrame, queue: Queue, members: list[str]) -> float:
@@ -231,6 +247,24 @@ def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
                 more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
             relief = f"one worker more at each node of {zone}"
             yield Suspect(_of_station(model, zone, "people"), relief, more, dose=1 / station.workers)
+
+
+def _pickers(run: RunData) -> Iterator[Suspect]:
+    """Yield people who walk to robots at storage places, one more, and how they share the work."""
+    pickers = run.model.pickers
+    if pickers is None:
+        return
+    waited = run.kpis["share_awaiting_picker"]
+    yield Suspect("pickers", "one picker more", {"pickers.count": pickers.count + 1}, waited, 1 / pickers.count)
+    if pickers.zones > 1:
+        yield Suspect("zones of pickers", "pickers in all zones", {"pickers.zones": 1})
+    if pickers.stay == "order":
+        yield Suspect("picker who stays", "a picker free after each pick", {"pickers.stay": "pick"})
+    elif pickers.call == "there":
+        yield Suspect("calls of pickers", "pickers sent ahead", {"pickers.call": "ahead"})
+    more = opened(run.model, [] if pickers.hours is None else [pickers.hours])
+    if more > ROUNDING:
+        yield Suspect("hours of pickers", "pickers always at work", {"pickers.hours": None}, dose=more)
 
 
 def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
@@ -313,8 +347,23 @@ def _lanes(run: RunData) -> Iterator[Suspect]:
         yield Suspect("two-way lanes", relief, every, dose=DOSE * len(busiest))
 
 
+def _aisles(run: RunData) -> Iterator[Suspect]:
+    """Yield wide aisles, where robots that load in their lanes hold up others for much of their time."""
+    model = run.model
+    if model.pods is not None:
+        return
+    wide = model.replace({"layout.aisles": "wide"})
+    contact = model.fleet.contact
+    more = wide_edges(wide.floor, contact) - wide_edges(model.floor, contact)
+    loading = {Root("loading", ">".join(edge)) for edge in more}
+    waited = sum(time for root, (time, _) in lost_to(run.history).items() if root in loading)
+    share = waited / (run.history.counted * model.fleet.size or 1.0)
+    if share >= LEAST_HELD_UP:
+        yield Suspect("narrow aisles", "wide aisles, with robots beside the lanes", {"layout.aisles": "wide"}, share)
+
+
 def _failures(run: RunData) -> Iterator[Suspect]:
-    """Yield breakdowns of robots, delays at nodes, and outages of chargers."""
+    """Yield breakdowns of robots, delays at nodes, and outages of chargers and lifts."""
     model = run.model
     if model.fleet.breaks_down:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
@@ -335,6 +384,10 @@ def _failures(run: RunData) -> Iterator[Suspect]:
     if fail and model.battery is not None:
         never = {f"layout.bays.{name}.outages": None for name in fail}
         yield Suspect("outages of chargers", "chargers never fail", never)
+    fail = [name for name, lift in model.layout.lifts.items() if lift.outages is not None and "." not in name]
+    if fail:
+        never = {f"layout.lifts.{name}.outages": None for name in fail}
+        yield Suspect("outages of lifts", "lifts never fail", never)
 
 
 def _dotted(model: Model, key: str) -> bool:

@@ -71,14 +71,7 @@ def thresholds(
 ) -> Thresholds:
     """Find up to which value of each input the fleet of a model is enough, the other inputs as the model has them.
 
-    Args:
-        model: the warehouse, with its robots and chargers.
-        target: such as "on_time >= 95 %".
-        uncertain: key of the model -> its lowest and highest value, in the units of the model.
-        search: how runs are done; at most `MOST_RUNS` for each input.
-
-    Raises:
-        StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.
+    The arguments, and what is raised, are those of `questions.tipping.tipping_points`.
     """
     goal = read_target(target, (model := as_model(model)).units.names)
     most = MOST_RUNS * len(uncertain)

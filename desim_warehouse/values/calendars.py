@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.values.dates import time_of_day
 from desim_warehouse.values.fields import SECTION, Duration, Forms, Name, Part, Time, Usual, form, known, wrong
 
@@ -292,8 +292,7 @@ def _pick(value: Any) -> str | None:
 def _named(name: str, info: ValidationInfo) -> str:
     calendars = known(info).calendars
     if calendars is not None and name not in calendars:
-        near = nearest(name, calendars)
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(name, calendars)
         expected = f"one of {spoken(calendars, 'or')}" if calendars else "one of calendars, of which there are none"
         raise wrong(f"no such calendar (got {got(name)}), expected {expected}{hint}")
     return name

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.findings import amount
 from desim_warehouse.values.fields import (
     LIMITS,
@@ -356,8 +356,7 @@ def _known(value: Any) -> Any:
         return value["constant"]
     if not any(key in KINDS for key in value):
         names = ("constant", *KINDS)
-        near = nearest(str(next(iter(value), "")), names)
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(str(next(iter(value), "")), names)
         raise wrong(f"no such distribution (got {got(value)}), expected {spoken(names, 'or')}{hint}")
     return value
 

@@ -1,4 +1,4 @@
-"""Disturbances in a model: breakdowns of robots, outages of chargers, delays at nodes."""
+"""Disturbances in a model: breakdowns of robots, outages of chargers and lifts, delays at nodes."""
 
 from __future__ import annotations
 
@@ -51,17 +51,18 @@ class BreakdownSpec(Part):
 
 
 class OutageSpec(Part):
-    """How often a charger fails, and how long until it is repaired.
+    """How often a charger or a lift fails, and how long until it is repaired.
 
-    It fails by the calendar, in use or not. A robot at it is first in the queue for the next that works.
+    It fails by the calendar, in use or not. A robot at a charger is first in the queue for the next that works. Who
+    rides in a lift comes to the end of the ride.
     """
 
     every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
-        title="time between outages of a charger",
-        description="from one repair to the next failure of a charger, in use or not",
+        title="time between outages",
+        description="from one repair to the next failure of a charger or lift, in use or not",
     )
     repair: Annotated[Varying, Usual("1 min", "30 d")] = Field(
-        title="repair time of a charger", description="from a failure of a charger until it is repaired"
+        title="repair time of an outage", description="from a failure of a charger or lift until it is repaired"
     )
 
 

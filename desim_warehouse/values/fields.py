@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar, get_args
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
-from desim_warehouse.errors import got
+from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.values.units import EXAMPLES, TABLE, UnitNames, converted, quantity
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ SMALLEST = 1e-9
 """The smallest number where one above 0 is expected."""
 TOP = "\0top"
 """A mark among the keys of `wrong`: keys after it are counted from the top of the file, not below the value."""
+_SUM = 1e-6  # shares written with a few digits add up to 1 within this
 _UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 """Control characters except tab and line end, and characters that turn the direction of text around."""
 _EMPTY: tuple[Any, ...] = (None, (), {})
@@ -101,6 +102,15 @@ def _none_or_not_tiny(value: float) -> float:
     return _not_tiny(value) if value else value
 
 
+def see_kinds(named: Iterable[tuple[Key | None, str]], kinds: Sequence[str] | None, *place: str) -> None:
+    """Refuse names of no kind of robot, each at its key below `place` (None: there), where `kinds` are known."""
+    for key, kind in named if kinds is not None else ():
+        if kinds is not None and kind not in kinds:
+            expected = f"one of {spoken(kinds, 'or')}" if kinds else "one of fleet.kinds, which has none"
+            text = f"no such kind of robot (got {got(kind)}), expected {expected}{did_you_mean(kind, kinds)}"
+            raise wrong(text, *place, *(() if key is None else (key,)))
+
+
 def writable(text: str) -> str:
     """Refuse lone surrogates, which no file can hold, and characters that a terminal would obey rather than show."""
     if not text.isascii() and re.search("[\ud800-\udfff]", text):
@@ -110,12 +120,23 @@ def writable(text: str) -> str:
     return text
 
 
-def _one_each(weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-    values = info.data.get("values", weights)
-    if weights and len(weights) != len(values):
-        raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
+def see_weights(weights: Sequence[float], number: int, what: str) -> None:
+    """Refuse weights that are not one for each of a number of things, or all 0; none at all are fine."""
+    if weights and len(weights) != number:
+        raise wrong(f"{len(weights)} weights for {number} {what}, expected one for each")
     if weights and not any(weights):
         raise wrong("all weights are 0, expected one above 0")
+
+
+def see_sum(shares: Iterable[float], what: str = "shares") -> None:
+    """Refuse shares that do not add up to 1, as far as a few digits tell."""
+    total = math.fsum(shares)
+    if abs(total - 1) > _SUM:
+        raise wrong(f"{what} do not add up (got {got(round(total, 9))}), expected a sum of 1")
+
+
+def _one_each(weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+    see_weights(weights, len(info.data.get("values", weights)), "values")
     return weights
 
 

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import did_you_mean, got, spoken
 
 METRES = {
     "mm": Fraction(1, 1000),
@@ -107,13 +107,11 @@ def converted(text: str, kind: str, units: UnitNames) -> float | None:
     number, unit = Fraction(written[1]), written[2].replace(" ", "")
     units_of_kind = TABLE[kind]
     if unit not in units_of_kind:
-        near = nearest(unit, units_of_kind)
-        hint = f"; did you mean '{near}'?" if near else ""
         what = _a(kind)
         expected = f"{what} such as {EXAMPLES[kind]}"
         if kind not in {"speed", "acceleration"}:
             expected += f", in {spoken(units_of_kind, 'or')}"
-        raise ValueError(f"not {what} (got {got(text)}), expected {expected}{hint}")
+        raise ValueError(f"not {what} (got {got(text)}), expected {expected}{did_you_mean(unit, units_of_kind)}")
     size = number * units_of_kind[unit]
     length_power, time_power = _POWERS.get(kind, (0, 0))
     if length_power:

@@ -14,6 +14,7 @@ from simpy.events import URGENT, Timeout
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel, handling_of
@@ -36,7 +37,9 @@ from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.stations import stations_of
+from desim_warehouse.world.robots.aside import TourAside
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
 from desim_warehouse.world.robots.duty import Departures, duty_of
@@ -58,9 +61,11 @@ from desim_warehouse.world.robots.settled import (
 )
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import Rows, less, tallies
+from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.gridlock import Rule
+from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.motion import Motion
 from desim_warehouse.world.traffic.people import PeopleSource, sources
 from desim_warehouse.world.traffic.routes import Routes
@@ -118,6 +123,8 @@ class World:
         # Lanes before routes and robots, which drive on them, and before bays: on guarded lanes slots are kept.
         restrictions = Restrictions.of(model, self.layout, self.people)
         self.traffic = _traffic(self.env, model, self.layout, self.log, zones, restrictions)
+        if self.layout.lifts:
+            self.traffic.share_lifts(self._users_of_lifts())
         self._find_ways(restrictions)
         homes = model.fleet.homes(self.layout.bays)
         self._open_places(homes)
@@ -130,6 +137,17 @@ class World:
         self._put_into_bays(homes, start)
         # Last, when every robot has a slot in its bay: a robot that starts on the lanes may leave its slot to another.
         self._stand_on_lanes()
+
+    def _users_of_lifts(self) -> dict[str, LiftUsers]:
+        """Return who has lifts beside robots, by the name of the lift."""
+        model = self.model
+        return {
+            lift.name: LiftUsers(
+                lift, self.streams, model.hours(lift.people.hours if lift.people else None), model.units.hour
+            )
+            for lift in self.layout.lifts
+            if lift.people or lift.outages
+        }
 
     def _people(self, zones: Sequence[TrafficZone]) -> Sequence[PeopleSource]:
         """Return the sources of people; visits are drawn as far as needed."""
@@ -256,6 +274,7 @@ class World:
         """Make the robots, each in the bay beside its home, or at a charger if it charges at the start."""
         model = self.model
         no = absent(model)
+        self.pickers = self._pickers()
         around = Surroundings(
             self.env,
             model,
@@ -273,6 +292,8 @@ class World:
             self.dispatcher,
             WaysRound(self.env, hours_closed(model)) if self.routes.passes_closures else None,
             self.pods,
+            TourAside if self.traffic.wide else Tour,
+            self.pickers,
         )
         fleet = model.fleet
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
@@ -285,6 +306,13 @@ class World:
             robot.start_with(standing.energy, at_charger=standing.charges_at == node)
             self.bays.settle(robot, self.bays.by_node[node])
             self.robots.append(robot)
+
+    def _pickers(self) -> Pickers | None:
+        """Make the people who pick into robots at storage places."""
+        spec = self.model.pickers
+        if spec is None:
+            return None
+        return Pickers(self.env, spec, self.model.hours(spec.hours), self.layout, self.log)
 
     def _stand_on_lanes(self) -> None:
         """Put robots on the lanes where they start, the one ahead first; each is bound for home until it has a task."""
@@ -414,6 +442,8 @@ class World:
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
+        if self.pickers is not None and (uncalled := self.pickers.left_alone()):
+            text += f"; robots that wait for a picker, whose hours are over for good: {', '.join(map(str, uncalled))}"
         if left := self.stations.unfinished:
             text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
@@ -511,6 +541,8 @@ def _traffic(
         node_times=dict(spec.node_times),
         free=spec.free_nodes,
         restrictions=restrictions,
+        wide=wide_edges(layout, fleet.contact, zones),
+        looks=all(robot.keeps == "distance" for robot in fleet.distinct()),
     )
 
 

@@ -5,7 +5,7 @@ import pytest
 from tests.browser.chromium import start
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser(tmp_path_factory):
     try:
         driver = start(tmp_path_factory.mktemp("profile"))

@@ -78,7 +78,9 @@ def page(browser, live):
 
 
 def test_runs_come_in_until_the_verdict_is_clear(browser, tmp_path):
-    with serving(tmp_path, vary=["fleet.size"]) as live:  # its own: other tests ask for more runs of 3 robots
+    with serving(
+        tmp_path, vary=["fleet.size"], workers=1
+    ) as live:  # its own: other tests ask for more runs of 3 robots
         page = LivePage(browser, live.address)
         page.done("with 3 robots")
         assert page.text("verdict") == "Target met"
@@ -225,8 +227,9 @@ def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser, tmp_pat
         assert page.complaints() == []
 
 
-def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(browser, tmp_path):
-    with serving(tmp_path, vary=["fleet.size"]) as live:
+@pytest.mark.parametrize("back", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(browser, tmp_path, back):
+    with serving(tmp_path, vary=["fleet.size"], workers=1) as live:
         page = LivePage(browser, live.address)
         page.done("3 robots")
         said, port, token = page.text("said"), live.port, live.token
@@ -234,9 +237,11 @@ def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(
     assert "Connection lost." in page.text("note")
     assert page.text("said") == said
     assert page.ask("[...document.querySelectorAll('#knobs input')].every((field) => field.disabled)")
+    if not back:
+        return
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("secrets.token_urlsafe", lambda *_: token)
-        with serving(tmp_path, vary=["fleet.size"], port=port):
+        with serving(tmp_path, vary=["fleet.size"], workers=1, port=port):
             page.done("3 robots")
             assert not page.browser.find_element("id", "note").is_displayed()
 

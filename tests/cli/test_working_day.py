@@ -86,7 +86,7 @@ def test_fleet_and_packers_are_for_the_busiest_hour(drafted):
     assert bays.total_chargers * 0.02 * 8 * 3600 >= 100 * model.fleet.size  # a night of eight hours fills them all
     station = model.layout.stations["packing"]
     assert 672 * 20 / 3600 / (station.servers * len(station.at)) <= 0.75
-    peak = {"run.start": "10:30", "run.length": 10_800}  # from an hour before the peak to half an hour after it
+    peak = {"run.start": "11:15", "run.length": 6300}  # from a quarter of an hour before the peak to its end
     assert dw.simulate(model.replace(peak), 3).kpis["on_time"] > 0.97
 
 

@@ -62,7 +62,8 @@ def test_a_saturated_fleet_does_what_is_said(robots, chargers):
 
 
 HALL = Draft(size=(30, 24), orders=200, robots=8, chargers=3, stations=1, packers=2)
-LONG = {"run": {"length": "6 h", "warm_up": "1 h"}, "log": "tasks"}
+LONG = {"run": {"length": "4 h", "warm_up": "1 h"}, "log": "tasks", "fleet.start_energy": {"uniform": [0.3, 0.95]}}
+"""Levels are those between which batteries settle, without a run in which they do."""
 
 
 def hall(changes):

@@ -13,6 +13,10 @@ from desim_warehouse.questions.check import check
 from tests.daily import some
 from tests.docs import pages
 
+LARGE = pages.ROOT / "models" / "large.yaml"
+"""Its check alone takes 5 s."""
+GALLERY = pages.ROOT / "docs" / "gallery.md"
+"""Its models are shipped, and a third of those looked at every day."""
 SLIPS = tuple(CODES)[tuple(CODES).index("BATTERY_RATES") :]
 """The codes of slips."""
 MEANT = {
@@ -33,16 +37,20 @@ def errors_and_slips(model):
 
 @pytest.mark.parametrize(
     "file",
-    some(sorted((pages.ROOT / "models").rglob("*.yaml"), key=lambda file: file.stat().st_size), 3),
+    [
+        *some(sorted({*pages.ROOT.glob("models/**/*.yaml")} - {LARGE}, key=lambda file: file.stat().st_size), 3),
+        pytest.param(LARGE, marks=pytest.mark.long),
+    ],
     ids=lambda file: file.stem,
 )
 def test_nothing_is_said_of_the_shipped_models(file):
     assert errors_and_slips(dw.load(file)) == []
 
 
-@pytest.mark.parametrize(
-    "page", some([page for page in pages.PAGES if "desim " in page.read_text(encoding="utf-8")], 6)
-)
+WITH_MODELS = [page for page in pages.PAGES if "desim " in page.read_text(encoding="utf-8") and page != GALLERY]
+
+
+@pytest.mark.parametrize("page", [*some(WITH_MODELS, 6), pytest.param(GALLERY, marks=pytest.mark.long)])
 def test_no_warning_of_a_model_of_a_page(page, tmp_path, monkeypatch):
     for name in ("models", "studies"):
         shutil.copytree(pages.ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))

@@ -54,6 +54,16 @@ def test_storage_at_nodes_is_calibrated(ring, day):
     assert found.model.floor.storage == model.floor.storage
 
 
+def test_measures_of_a_day_with_storage_at_nodes_are_its_indicators(ring):
+    model = dw.load(ring, {"run.length": 3600, "log": "all", **OFTEN_AT_C})
+    run = dw.simulate(model, 5)
+    one = from_run(run)
+    found = measured(model, one, parts_of(model, one)).figures
+    for name in ("share_loading", "share_unloading"):
+        assert found[name] == pytest.approx(run.kpis[name], abs=0.005)
+    assert sum(share for name, share in found.items() if name.startswith("share_")) == pytest.approx(1)
+
+
 @pytest.mark.long
 def test_storage_at_nodes_is_validated(ring, day):
     assert not validate(dw.load(ring, OFTEN_AT_C), [day], runs=39).refuted
@@ -70,6 +80,7 @@ def figures(model, seeds):
     return np.array([list(measured(model, one, parts_of(model, one)).figures.values()) for one in days])
 
 
+@pytest.mark.long
 def test_right_models_stay_unrefuted_and_wrong_ones_are_refuted(ring):
     """Of 20 hours of the fleet one refutes the right model, on average: more than three do once in 60 times."""
     true = {"run.length": 3600, "log": "all", **OFTEN_AT_C}

@@ -59,3 +59,37 @@ test("a page without a server answers for its options, beside the pinned one, an
   assert.deepEqual(Array.from(told.more), ["Pinned: 5.", "Difference, run by run: +4 (3 to 5)."]);
   assert.deepEqual(Array.from(told.pinned_at), [5, 4, 6]);
 });
+
+// The page itself, of which no part is shown: elements are what was asked for, and a server that never answers.
+const element = (tag, facts, ...within) => ({ tag, facts, within, on: {}, addEventListener(what, then) { this.on[what] = then; } });
+const { Live } = load("live", ["00-parts", "01-feed", "01-frozen", "02-knobs", "05-live"], ["Live"], {
+  element, byId: () => null, window: {}, location: { hash: "" }, fetch: () => new Promise(() => {}),
+});
+const made = (facts) => Object.assign(Object.create(Live.prototype), { show() {}, listen() {}, pinned: null, ...facts });
+
+test("a button asks for as many runs more, stops them, and goes on with as many", () => {
+  const heard = [], live = made({ state: "done", answer: { n: 35 }, about: { runs: 35 }, stream: { abort: () => heard.push("end") } });
+  live.listen = () => heard.push(live.more);
+  for (const state of ["running", "stopped", "running"]) {
+    live.stopOrGoOn();
+    assert.equal(live.state, state);
+  }
+  assert.deepEqual(heard, [70, "end", 70]);
+});
+
+test("a click on what was tried goes back to it, and its words stay text", () => {
+  const done = [], words = "<img src=x onerror=alert(1)>", knobs = { set: (levels) => done.push(levels.robots), wrong: done.push.bind(done) };
+  const live = made({ knobs, move: () => done.push("moved") });
+  const [button] = live.chip({ id: "a", verdict: "met", text: "5 min", words, levels: { robots: 3 } }, { id: "b" }).within;
+  const [found, small] = button.within;
+  assert.deepEqual([found.within[0], small.within[0]], ["5 min ✓", words]);
+  button.on.click();
+  assert.deepEqual(done, [3, null, "moved"]);
+});
+
+test("a page whose server is back asks it for the pinned design again, then for its own", async () => {
+  const asked = [], feed = { ask: async (path, { levels }) => asked.push(path, levels.robots) };
+  const live = made({ feed, pinned: { levels: { robots: 2 } }, settled: false, byHand: () => asked.push("own") });
+  await live.back();
+  assert.deepEqual([live.settled, ...asked], [true, "/api/design", 2, "own"]);
+});

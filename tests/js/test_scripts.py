@@ -1,5 +1,6 @@
 """The scripts of the pages without a browser: a linter over each page's whole script, and unit tests in node."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -34,6 +35,14 @@ def test_parts_of_the_pages_do_in_node_what_was_worked_out_by_hand():
         ["--test", *map(str, sorted(HERE.glob("*.test.mjs")))], return_completed_process=True, capture_output=True
     )
     assert done.returncode == 0, done.stdout.decode()
+
+
+def test_no_script_of_the_live_page_makes_elements_of_text():
+    """Names of models come from anywhere."""
+    scripts = [*(PACKAGE / "live" / "js").glob("*.js"), REPORT / "web.js"]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in scripts)
+    assert "textContent" in text
+    assert not re.findall(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|DOMParser", text)
 
 
 def test_no_text_of_a_script_goes_over_two_lines():

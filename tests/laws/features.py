@@ -9,12 +9,14 @@ import random
 import sys
 
 from tests.laws import random_models, two_way
+from tests.laws.aisles import with_wide_aisles
 from tests.laws.breakdowns import with_breakdowns
 from tests.laws.closures import with_closures
 from tests.laws.hours import with_hours
 from tests.laws.kinds import with_kinds
 from tests.laws.lifts import with_lifts
 from tests.laws.moving import moving
+from tests.laws.pickers import with_pickers
 from tests.laws.pods import with_pods
 from tests.laws.tours import with_tours
 from tests.laws.wider import wider
@@ -107,6 +109,7 @@ def restless(mapping, key):
 
 
 FEATURES = {
+    "aisles": with_wide_aisles,
     "capped": capped,
     "wider": wider,
     "moving": moving,
@@ -116,6 +119,7 @@ FEATURES = {
     "hours": with_hours,
     "kinds": with_kinds,
     "lifts": with_lifts,
+    "pickers": with_pickers,
     "pods": with_pods,
     "policies": with_policies,
     "restless": restless,

@@ -24,7 +24,7 @@ def faults_of(mapping, seed):
 def standstill(run):
     """In work without an end no run can stall in so many words: there, nothing has happened for long."""
     model = run.model
-    exogenous = {"released", "edge_closed", "edge_opened", "person_in", "person_out"}
+    exogenous = {"released", "edge_closed", "edge_opened", "person_in", "person_out", "person_rides", "lift_fails"}
     last = max((row[0] for row in run.record.rows if row[1] not in exogenous), default=0.0)
     slowest = min(
         [robot.speed for robot in model.fleet.robots()] + [slow.speed for slow in model.traffic.slow.values()]

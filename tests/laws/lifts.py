@@ -2,6 +2,7 @@
 
 import random
 
+from tests.laws.breakdowns import varying
 from tests.laws.random_models import lasting
 
 RIDES, DOORS = (1.0, 12.0, 60.0), (0.0, 4.0)
@@ -51,7 +52,8 @@ def with_lifts(mapping, key):
                 nodes[stops[-1]] = [x + (3 + shaft) * contact, y - up - 0.5]
                 street(name, stops[-1])
             lift = {"nodes": stops, "ride": draw.choice(RIDES), "doors": draw.choice(DOORS)}
-            lifts[f"lift{len(lifts)}"] = lift | ({"rests": draw.choice(stops)} if draw.random() < 0.5 else {})
+            lift |= {"rests": draw.choice(stops)} if draw.random() < 0.5 else {}
+            lifts[f"lift{len(lifts)}"] = lift | others(random.Random(f"users {key} {len(lifts)}"), lift)
     storage = renamed(layout["storage"], below)
     made = {**layout, "nodes": nodes, "edges": edges, "storage": storage, "lifts": lifts}
     downstairs = {key: renamed(mapping[key], below) for key in ("fleet", "traffic", "people") if key in mapping}
@@ -59,6 +61,20 @@ def with_lifts(mapping, key):
     if battery:
         battery["reserve"] = min(battery["reserve"], MOST)
     return {**mapping, **downstairs, "layout": made, "battery": battery}
+
+
+def others(draw, lift):
+    """People who have a lift for a tenth of the time or more, and outages, in some buildings."""
+    longest = lift["ride"] * len(lift["nodes"])
+    users = {}
+    if draw.random() < 0.4:
+        transfer = draw.choice((0, 3, 20))
+        each = 2 * longest + 4 * lift["doors"] + 2 * transfer
+        users["people"] = {"per_hour": draw.choice((0.1, 0.3, 0.6)) * 3600 / each, "transfer": varying(draw, transfer)}
+    if draw.random() < 0.3:
+        every = varying(draw, draw.choice((5, 50)) * longest)
+        users["outages"] = {"every": every, "repair": varying(draw, draw.choice((0.5, 5)) * longest)}
+    return users | ({"cabins": draw.choice((2, 3))} if draw.random() < 0.2 else {})
 
 
 def renamed(part, names):

@@ -21,6 +21,7 @@ from tests.laws.test_quick_estimate import MOVED, PLACES, _places, flows, goods
 AHEAD = ["views", "reach", "forecast"]
 CLOSE = 0.01
 EVEN = {
+    "fleet.start_energy": 1,
     "battery": {"capacity": 1e9, "consumption": 1.0, "charge_rate": 1.0},
     "fleet.robot.acceleration": None,
     "fleet.robot.deceleration": None,
@@ -30,7 +31,14 @@ EVEN = {
 """Robots that stop and turn in no time, and draw the time that they take from a battery that is never low."""
 UNFORESEEN = {
     **dict.fromkeys(
-        ("fleet.robot.breakdowns.every", "fleet.robot.delays.time", "people.*.stay", "policies.interval"), "waits"
+        (
+            "fleet.robot.breakdowns.every",
+            "fleet.robot.delays.time",
+            "people.*.stay",
+            "policies.interval",
+            "pickers.speed",
+        ),
+        "waits",
     ),
     **dict.fromkeys(("fleet.hours", "layout.stations.*.hours", "layout.bays.*.outages.every"), "waits for hours"),
     **dict.fromkeys(("fleet.robot.acceleration", "fleet.robot.deceleration", "traffic.turn_time"), "stops, in full"),

@@ -24,14 +24,16 @@ GALLERY = {
     "e-commerce": "10 min",
     "goods-to-person": "5 min",
     "hospital": "1 h",
+    "mezzanine": "20 min",
     "milk-run": "20 min",
     "pallets": "20 min",
+    "pick-assist": "10 min",
     "sorting": "3 min",
 }
 
 
 def shortened(name):
-    length = {"run.length": GALLERY[name], "run.warm_up": 60, "log": "all"}
+    length = {"run.length": GALLERY[name], "run.warm_up": 60, "log": "all", "fleet.start_energy": 0.9}
     return dw.load(f"models/gallery/{name}.yaml", length)
 
 
@@ -65,7 +67,7 @@ def disagreements(run):
     return found
 
 
-LARGE = {"goods-to-person", "sorting", "hospital", "milk-run"}
+LARGE = {"goods-to-person", "sorting", "hospital", "mezzanine", "milk-run"}
 
 
 @pytest.mark.parametrize(

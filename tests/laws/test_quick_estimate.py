@@ -70,6 +70,7 @@ GOODS = {  # each by itself, of one robot that always has a next good to fetch
     "traffic.node_time": {"traffic.node_time": 3},
     "traffic.turn_time": {"traffic.turn_time": 6},
     "people.*.stay": {"people": {"p": {"per_hour": 60, "stay": 60}}},
+    "pickers.speed": {"pickers": {"count": 1, "speed": 0.3}},
     "policies.interval": {"policies.interval": 30},
     "policies.charging, swap": {"policies.charging": {"name": "swap", "time": 120}},
     "policies.charging, opportunity": {"policies.charging": "opportunity"},
@@ -93,11 +94,14 @@ FLOWS = {  # the same of goods that come in and go out
 LIFTS = {  # the same of a robot that rides up and down for each
     "layout.lifts.*.ride": {"layout.lifts.lift0.ride": 40},
     "layout.lifts.*.doors": {"layout.lifts.lift0.doors": 12},
+    "layout.lifts.*.people.transfer": {"layout.lifts.lift0.people": {"per_hour": 40, "transfer": 10}},
+    "layout.lifts.*.outages.every": {"layout.lifts.lift0.outages": {"every": {"exponential": 1000}, "repair": 100}},
 }
 AS = {  # keys that are moved with another one, or as another one is
     "layout.edges.*.speed": "traffic.slow.*.speed",
     "layout.edges.*.speed_back": "traffic.slow.*.speed",
     "layout.bays.*.outages.repair": "layout.bays.*.outages.every",
+    "layout.lifts.*.outages.repair": "layout.lifts.*.outages.every",
     "fleet.robot.breakdowns.repair": "fleet.robot.breakdowns.every",
     "fleet.robot.breakdowns.clear": "fleet.robot.breakdowns.every",
     "battery.consumption.standing": "battery.consumption.*",
@@ -201,7 +205,9 @@ MOVED = {
     **{name: (flows, changes) for name, changes in FLOWS.items()},
     **{name: (lifts, changes) for name, changes in LIFTS.items()},
 }
-APART = {"fleet.robot.breakdowns.every": ["energy"], "fleet.hours": ["tasks"], "layout.stations.*.hours": ["tasks"]}
+APART = {"fleet.robot.breakdowns.every": ["energy"], "fleet.hours": ["tasks"], "layout.stations.*.hours": ["tasks"]} | {
+    f"layout.lifts.*.{key}": ["tasks", "energy"] for key in ("people.transfer", "outages.every")
+}
 """What the estimate does not follow, and a line of check names."""
 
 
@@ -212,7 +218,7 @@ def named(model, of):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some([*MOVED, *sorted(PLACES)], 4))
+@pytest.mark.parametrize("name", some([*MOVED, *sorted(PLACES)], 6))
 def test_what_moves_a_run_moves_the_estimate(name):
     of, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
     model = of().replace(changes)

@@ -60,16 +60,17 @@ def test_a_lift_is_not_open_to_all():
 
 
 def test_closures_name_the_lanes_to_the_doors():
-    """Rides cannot be named: they are no edges of the file."""
+    """Rides cannot be named: they are no edges of the file. A node of a lift stands for the lanes to its doors."""
     hours = {"calendars": {"night": {"open": ["22:00-06:00"]}}}
-    texts = said("CLOSURE", **hours, traffic__closures={"shut": {"members": ["lift0"], "hours": "night"}})
-    assert "lift1>lift0 is a ride, and robots do not wait in lifts; name the edges that lead there" in texts[0]
+    shut = {"shut": {"members": ["lift0"], "hours": "night"}}
+    assert said("CLOSURE", **hours, traffic__closures=shut) == []
     for key, part in (
+        ("traffic.closures", {"shut": {**shut["shut"], "members": [["lift0", "lift1"]]}}),
         ("people", {"visitors": {"aisles": [["lift0", "lift1"]], "per_hour": 10, "stay": 20}}),
         ("traffic.slow", {"ride": {"members": [["lift0", "lift1"]], "speed": 0.1}}),
     ):
         with pytest.raises(dw.ModelError, match="edge"):
-            dw.load(TWO, {key: part})
+            dw.load(TWO, {**hours, key: part})
 
 
 def test_the_lanes_to_the_doors_may_close():
@@ -100,3 +101,55 @@ def test_a_lift_that_cannot_be(lift, text):
 def test_an_edge_beside_a_ride_is_refused():
     with pytest.raises(dw.WarehouseError, match="the edge lift0>lift1 leads from floor to floor, as its rides do"):
         dw.simulate(dw.load(TWO, {"layout.edges": with_edge("lift0", "lift1")["layout__edges"]}))
+
+
+# Several cabins side by side
+
+
+def test_another_cabin_has_lanes_of_its_own_from_the_same_nodes():
+    layout = dw.load(TWO, {"layout.lifts.main.cabins": 2, "layout.lifts.main.rests": "lift1"}).floor
+    first, second = layout.lifts
+    assert (first.name, first.nodes, first.model_name) == ("main", ("lift0", "lift1"), "main")
+    assert (second.name, second.nodes, second.rests, second.model_name) == (
+        "main 2",
+        ("lift0 2", "lift1 2"),
+        "lift1 2",
+        "main",
+    )
+    assert layout.length(("hall", "lift0 2")) == layout.length(("lift0 2", "hall")) == 10
+    assert layout.graph.edges["hall", "lift0 2"]["two_way"]
+    # on the side of the hall where most room is: the other lanes of the hall lead east and west
+    assert abs(layout.points["lift0 2"] - layout.points["hall"]) == pytest.approx(10)
+    assert layout.points["lift0 2"].real == pytest.approx(10)
+    assert layout.floors["lift0 2"] == layout.floors["hall"] == 0
+    assert {layout.rides[ride].name for ride in layout.rides if "lift1 2" in ride} == {"main 2"}
+
+
+def test_a_model_with_several_cabins_has_no_errors_of_its_own():
+    codes = {one.code for one in dw.check(dw.load(TWO, {"layout.lifts.main.cabins": 3})).findings}
+    assert codes <= {one.code for one in dw.check(dw.load(TWO)).findings} | {"LIFT_UNUSED"}
+
+
+def test_what_is_said_of_the_node_of_a_lift_holds_for_all_its_cabins():
+    hours = {"calendars": {"night": {"open": ["00:00-00:02"]}}}
+    for members in ([["hall", "lift0"], ["lift1", "ward"]], ["lift0", "lift1"]):
+        shut = {"night": {"members": members, "hours": "night", "tasks": "go"}}
+        model = dw.load(TWO, {**hours, "traffic.closures": shut, "layout.lifts.main.cabins": 2})
+        assert dw.simulate(model).kpis["waiting_closed"] == 105
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"traffic__nodes": {"lift0": {"time": 3}}}, "the time would be spent in one of several cabins"),
+        ({"traffic__nodes": {"lift0": {"free": True}}}, "a lift carries one robot at a time"),
+    ],
+)
+def test_what_cannot_hold_for_several_cabins_is_refused(changes, text):
+    assert text in said("LIFT", layout__lifts__main__cabins=2, **changes)[0]
+
+
+def test_a_node_that_has_the_name_of_another_cabin_is_refused():
+    nodes = {"layout.nodes": {**TWO["layout"]["nodes"], "lift0 2": [9, 9]}, "layout.lifts.main.cabins": 2}
+    with pytest.raises(dw.WarehouseError, match="node 'lift0 2' is there already"):
+        dw.simulate(dw.load(TWO, nodes))

@@ -53,7 +53,7 @@ def test_labels_are_words_that_do_not_repeat_the_key():
         ("fleet.kinds.fast.speed", "speed of fast", "m per s"),
         ("fleet.robot.acceleration", "acceleration", "m per s^2"),
         ("layout.bays.parking.chargers", "chargers in parking", ""),
-        ("layout.bays.parking.outages.every.exponential", "time between outages of a charger in parking, mean", "s"),
+        ("layout.bays.parking.outages.every.exponential", "time between outages in parking, mean", "s"),
         ("layout.stations.pack.unload_time", "unload time at pack", "s"),
         ("layout.edges.0.speed", "speed limit", "m per s"),
         ("tasks.load_time", "load time", "s"),

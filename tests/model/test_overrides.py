@@ -74,7 +74,7 @@ def test_an_entry_in_a_list_of_a_parameter():
             {"zzz": 3},
             (
                 "override zzz: unknown key, expected name, description, units, calendars, layout, fleet, tasks, "
-                "pods, battery, traffic, people, policies, run, cost, prices, log or accept"
+                "pods, pickers, battery, traffic, people, policies, run, cost, prices, log or accept"
             ),
         ),
         (

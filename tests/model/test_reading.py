@@ -124,7 +124,7 @@ def test_a_mapping_has_no_lines_but_its_order():
         "<mapping>: tasks.load_time: should be greater than or equal to 0 (got -1)",
         (
             "<mapping>: colour: unknown key, expected name, description, units, calendars, layout, fleet, "
-            "tasks, pods, battery, traffic, people, policies, run, cost, prices, log or accept"
+            "tasks, pods, pickers, battery, traffic, people, policies, run, cost, prices, log or accept"
         ),
     ]
 

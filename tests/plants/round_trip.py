@@ -7,8 +7,16 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.layout import build
 
-FORMATS = {"csv": "out", "graphml": "out.graphml", "opentcs": "out.xml", "lif": "out.lif.json"}
+FORMATS = {
+    "csv": "out",
+    "graphml": "out.graphml",
+    "opentcs": "out.xml",
+    "lif": "out.lif.json",
+    "rmf": "out.building.yaml",
+}
 """What is written and read again, by the name of the file."""
+STRAIGHT = {"lif", "rmf"}
+"""Formats without lengths, and with levels."""
 NAMES = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]), min_size=1, max_size=4)
 MM = st.integers(-40_000, 40_000).map(lambda number: number / 1000)
 LENGTH = st.none() | st.integers(500, 90_000).map(lambda number: number / 1000)
@@ -86,16 +94,21 @@ def carried(model, form):
     joined = set() if form in {"csv", "graphml"} else side_by_side(graph, form)
     found = {
         "name": None if form == "csv" else model.name,
-        "nodes": {name: (round(at["x"], 3), round(at["y"], 3)) for name, at in graph.nodes(data=True)},
+        "nodes": {
+            name: (round(at["x"], 3), round(at["y"], 3))
+            for name, at in graph.nodes(data=True)
+            if graph.degree(name) or form != "rmf"
+        },
         "lanes": {
             edge: (
-                round(straight(graph, edge) if form == "lif" else data["length"], 2),
+                round(straight(graph, edge) if form in STRAIGHT or edge in layout.rides else data["length"], 2),
                 fastest if form == "opentcs" and math.isinf(data["speed"]) else data["speed"],
-                data["two_way"],
+                data["two_way"] or edge in layout.rides,
             )
             for edge, data in graph.edges.items()
-            if edge not in joined
+            if edge not in joined and (edge not in layout.rides or form not in STRAIGHT)
         },
+        "lifts": {lift.name: lift.nodes for lift in layout.lifts} if form in STRAIGHT else {},
         "joined": joined,
         "loads": {place.edge[0] for place in layout.storage},
         "stations": {
@@ -120,9 +133,9 @@ def side_by_side(graph, form):
     """Lanes beside one back that are taken for one two-way lane by readers: where their lengths are alike, or lost."""
     found = set()
     for a, b in graph.edges:
-        if (b, a) in graph.edges and not graph.edges[a, b]["two_way"]:
+        if (b, a) in graph.edges and not graph.edges[a, b]["two_way"] and "takes" not in graph.edges[a, b]:
             lengths = [graph.edges[edge]["length"] for edge in ((a, b), (b, a))]
-            if form == "lif" or max(lengths) - min(lengths) <= 0.05 * max(lengths) + 0.002:
+            if form in STRAIGHT or max(lengths) - min(lengths) <= 0.05 * max(lengths) + 0.002:
                 found |= {(a, b), (b, a)}
     return found
 

@@ -15,7 +15,6 @@ from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
 from tests.plants.foreign import needs_plants, plant_file
 from tests.world.test_hours import SQUARE
-from tests.world.test_lifts import TWO
 
 MODELS = Path(__file__).parents[2] / "models"
 FLOOR = {
@@ -248,7 +247,9 @@ def test_a_run_knows_its_model(floor, tmp_path):
 
 
 def test_what_cannot_be_written_is_one_message(floor, file, tmp_path):
-    with pytest.raises(dw.ReportError, match="format 'lff': expected one of lif, opentcs, graphml, csv; did you mean"):
+    with pytest.raises(
+        dw.ReportError, match="format 'lff': expected one of lif, opentcs, graphml, csv, rmf; did you mean"
+    ):
         dw.write_layout(floor, tmp_path / "x", "lff")
     with pytest.raises(dw.ReportError, match="cannot be written"):
         dw.write_layout(floor, file / "x", "lif")
@@ -256,12 +257,3 @@ def test_what_cannot_be_written_is_one_message(floor, file, tmp_path):
         call(file, "--format", "trace")
     with pytest.raises(dw.ModelError, match="no such file"):
         call(tmp_path / "none.yaml", "--format", "lif")
-
-
-def test_a_lift_is_a_lane_from_floor_to_floor_and_what_is_lost_is_said(tmp_path):
-    remarks = dw.write_layout(TWO, tmp_path / "two.lif", "lif")
-    (lost,) = [one for one in remarks if one.kind == "lift"]
-    assert lost.names == ("main",)
-    assert "its cabin, its times and that one robot rides at a time are lost" in lost.why
-    lanes = import_layout(tmp_path / "two.lif").model.layout.edges
-    assert {frozenset((one.source, one.target)) for one in lanes} >= {frozenset(("lift0", "lift1"))}

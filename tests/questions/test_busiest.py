@@ -97,7 +97,7 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", some(CASES, 3))
 def test_plan_names_the_planted_bottleneck(case):
-    model, planted = hall(case).replace({"log": "tasks"}), CASES[case][1]
+    model, planted = hall(case).replace({"log": "tasks", "run.length": "3 h"}), CASES[case][1]
     robots = [model.fleet.size]
     plan = plan_fleet(model, "throughput_per_hour >= 5", robots=robots, strategies={}, search=dw.Search(runs=60))
     assert named(plan.answer.answer) == set(planted)
@@ -178,7 +178,7 @@ def test_a_design_costs_the_same_a_year_whatever_is_asked(work_time):
     prices = {"hours": 4000, "robot": 6000, "station_hour": 30}
     station = {"at": ["E"], "places": 8, "servers": 1, "work_time": work_time}
     changes = {"prices": prices, "fleet.size": 2, "layout.stations": {"packing": station}, "log": "tasks"}
-    model = dw.load(HALL, {**changes, "run.length": 7200, "run.warm_up": 0})
+    model = dw.load(HALL, {**changes, "run.length": 3600, "run.warm_up": 0})
     goal, search = "throughput_per_hour >= 5", dw.Search(runs=60)
     plans = [
         plan_fleet(model, goal, robots=[2], strategies={}, search=search),

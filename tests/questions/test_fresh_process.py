@@ -57,7 +57,7 @@ def in_a_fresh_process(folder, *arguments):
     return done.stdout
 
 
-@pytest.mark.parametrize("name", some(COMMANDS, 3))
+@pytest.mark.parametrize("name", some(COMMANDS, 4))
 def test_a_command_prints_the_answer_and_keeps_it(name, tmp_path):
     command = COMMANDS[name]
     printed = json.loads(in_a_fresh_process(tmp_path, "-c", START, *shlex.split(command), "--out", "out", "--json"))
@@ -66,7 +66,9 @@ def test_a_command_prints_the_answer_and_keeps_it(name, tmp_path):
     assert printed["command"] == kept.command != ""
 
 
+@pytest.mark.long
 def test_better_directions_are_printed_and_kept(tmp_path):
+    """Every day the verb below and, in the process of other tests, the command of `test_folders`."""
     (tmp_path / "detour.yaml").write_text(DETOUR, "utf-8")
     command = "orient detour.yaml -o turned.yaml --indicator throughput_per_hour --runs 60 --study out"
     printed = in_a_fresh_process(tmp_path, "-c", START, *command.split())

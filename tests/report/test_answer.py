@@ -115,7 +115,7 @@ def made_up_plan(number):
         left = tuple(chance.sample(counts, 2)) if kind == "ended" else ()
         busy = {Load(Group("robots"), 0.941): Estimate(10, 0.941, (0.93, 0.95), 0.01, 0.94, {}, False, 0.95)}
         change = {"tasks.demand": growth}
-        return Sized(name, growth, 60.0 * growth, best, below, busy, False, (), change, left, counts=counts)
+        return Sized(name, growth, 60.0 * growth, best, below, busy, False, change, left, counts=counts)
 
     grown = sized("growth", 1.3) if chance.random() < 0.6 else None
     runs = chance.randint(20, 5000)
@@ -202,7 +202,7 @@ def test_the_sheet_of_a_plan_has_nearest_misses_what_changes_it_and_what_it_rest
     best, close, far = shown(chance, (11, 3), "meets"), shown(chance, (10, 5), "fails"), shown(chance, (7, 5), "fails")
     far = replace(far, verdict=replace(far.verdict, mean=0.61, low=0.5, high=0.7))
     today, later = (
-        Sized(name, growth, 200 * growth, best, (far, close), {}, False, (), {}, counts=((11, 3), (10, 5), (7, 5)))
+        Sized(name, growth, 200 * growth, best, (far, close), {}, False, {}, counts=((11, 3), (10, 5), (7, 5)))
         for name, growth in (("today", 1.0), ("growth", 1.3))
     )
     sizes = FleetSizes(example(), GOAL, 0.01, 0.95, "nearest", (today, later), (), None, Designs(example()), 400)
@@ -230,7 +230,7 @@ def test_every_open_fleet_is_named_or_counted():
     close = replace(close, verdict=replace(close.verdict, within_zone=False))
     few = (shown(chance, (7, 5), "fails"), shown(chance, (14, 2), "fails"))
     counts = tuple((robots, chargers) for robots in range(6, 15) for chargers in range(2, 6))
-    sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, (), {}, counts=counts)
+    sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, {}, counts=counts)
     sizes = FleetSizes(example(), GOAL, 0.01, 0.95, "nearest", (sized,), (), None, Designs(example()), 400)
     assert "8 to 10 robots and 3 to 5 chargers may also be enough; " in worded(sizes).answer.answer[0]
 
@@ -367,7 +367,7 @@ def study_by_chance(number):
         factors["policies.allocation"] = ["nearest", "hungarian"]
     targets = [None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"]
     target = chance.choice([*targets, "cycle_time_mean <= 90", "throughput_per_hour >= 55"])
-    base = example().replace({"run.length": 1800, "run.warm_up": 300})
+    base = example().replace({**LASTING, "run.length": 1800, "run.warm_up": 300})
     if chance.random() < 0.4:
         base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
     replications = chance.randint(2, 5)

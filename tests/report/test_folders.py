@@ -11,11 +11,13 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.report.example import example
 from tests.docs import pages
+from tests.lasting import LASTING
 from tests.report.test_report import needs_nothing_from_outside
 from tests.study.test_directions import DETOUR
 from tests.world.crowded import crowded
 
-SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
+SET = {"run.length": 900, "run.warm_up": 100, **LASTING}
+SHORT = " ".join([*(f"--set {key}={value}" for key, value in SET.items()), "--quiet"])
 TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --runs 60 --quiet --study made"
 
 
@@ -57,7 +59,7 @@ def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monke
     times = "\n".join(f"{chance.gammavariate(4, 2):.2f}" for _ in range(60))
     (tmp_path / "times.csv").write_text(f"load_s\n{times}\n", encoding="utf-8")
     (tmp_path / "w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
-    study = {"model": "w.yaml", "set": {"run.length": 900, "run.warm_up": 100}, "factors": {"fleet.size": [1, 2]}}
+    study = {"model": "w.yaml", "set": SET, "factors": {"fleet.size": [1, 2]}}
     (tmp_path / "s.yaml").write_text(json.dumps(study), encoding="utf-8")
     command = f"desim {command}" if command is TURNED else f"desim {command} --out made"
     status, _, err = pages.run_desim(command)
@@ -73,15 +75,15 @@ def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monke
 
 
 def test_more_runs_leave_no_answer_of_fewer(tmp_path):
-    study = dw.Study(example(), {"fleet.size": [1, 2]}, replications=2).run(out=tmp_path)
+    study = dw.Study(example().replace(LASTING), {"fleet.size": [1, 2]}, replications=2).run(out=tmp_path)
     study.results.answer.save(tmp_path)
-    dw.Study(example(), {"fleet.size": [1, 2]}, replications=3).run(out=tmp_path)
+    dw.Study(example().replace(LASTING), {"fleet.size": [1, 2]}, replications=3).run(out=tmp_path)
     assert not (tmp_path / "answer.json").exists()
 
 
 def test_what_python_finds_is_kept_in_its_folder(tmp_path):
     found = dw.best(
-        dw.Study(example(), {"fleet.size": [1, 3]}),
+        dw.Study(example().replace(LASTING), {"fleet.size": [1, 3]}),
         "throughput_per_hour",
         search=dw.Search(first=2, cap=2, out=tmp_path),
     )

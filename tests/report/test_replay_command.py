@@ -11,6 +11,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.replay.tiles import tiles
+from tests.lasting import LASTING
 from tests.report.replay.floors import paper_run
 
 MODEL = "models/multibots.yaml"
@@ -45,12 +46,12 @@ def test_the_clock_stops_at_the_end_of_the_window_and_robots_are_where_they_are_
 
 def test_what_is_counted_is_counted_from_the_start_of_the_window(tmp_path):
     out = tmp_path / "page.html"
-    call("models/medium.yaml", "-o", out, "--from", "25min", "--to", "30min")
+    call("models/medium.yaml", "-o", out, "--from", "5min", "--to", "10min")
     header = json.loads(re.search(r'id="header">(.*?)</script>', out.read_text(encoding="utf-8"))[1])["runs"][0]
-    run = dw.simulate(dw.load("models/medium.yaml", {"log": "all"}), until=1800)
-    done = [task.delivered for task in run.history.tasks.values() if 1500 <= task.delivered <= 1800]
-    assert (header["begin"], header["start"], header["end"]) == (1500, 1500, 1800)
-    (tile,) = [one for one in tiles(run.history.since(1500)) if one.key == "tasks"]
+    run = dw.simulate(dw.load("models/medium.yaml", {"log": "all"}), until=600)
+    done = [task.delivered for task in run.history.tasks.values() if 300 <= task.delivered <= 600]
+    assert (header["begin"], header["start"], header["end"]) == (300, 300, 600)
+    (tile,) = [one for one in tiles(run.history.since(300)) if one.key == "tasks"]
     assert (tile.title, tile.curve[1][-1]) == ("Delivered", len(done))
 
 
@@ -92,7 +93,8 @@ def test_a_new_user_s_model_is_replayed_and_reported_whatever_its_log_says(tmp_p
     new = ["new", str(model), "--size", "16x14", "--orders", "60/h", "--due", "3"]
     assert CliRunner().invoke(desim, new, catch_exceptions=False).exit_code == 0
     assert dw.load(model).log == "tasks"
-    short = ["--set", "run.length=1800", "--set", "run.warm_up=600"]
+    changes = {"run.length": 1800, "run.warm_up": 600, **LASTING}
+    short = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
     call(model, *short, "-o", tmp_path / "page.html")
     assert "desimReplay" in (tmp_path / "page.html").read_text(encoding="utf-8")
     made = CliRunner().invoke(desim, ["report", str(model), *short, "-o", str(tmp_path / "report.html")])

@@ -17,6 +17,7 @@ from desim_warehouse.questions.study import Study
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.statistics.intervals import estimate
+from tests.lasting import LASTING
 from tests.report.test_answer import is_everywhere
 from tests.report.test_report import Page, needs_nothing_from_outside
 from tests.world.test_flows import RING
@@ -95,7 +96,7 @@ def test_every_study_has_an_answer(path, tmp_path):
 
 
 def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_is_beside_the_page(tmp_path):
-    base = example().replace({"prices": {"hours": 4000, "robot": 9000, "charger": 800, "currency": "EUR"}})
+    base = example().replace({**LASTING, "prices": {"hours": 4000, "robot": 9000, "charger": 800, "currency": "EUR"}})
     study = Study(base, {"fleet.size": [1, 3, 4]}, replications=8, target="on_time >= 70 %").run(out=tmp_path / "study")
     answer = study.results.answer
     assert answer.question == "Which of 1 to 4 robots give at least 70 % on time?"
@@ -116,23 +117,24 @@ def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_
 
 
 def test_one_run_of_a_share_tells_nothing_of_a_target():
-    results = Study(example(), {"fleet.size": [1, 3]}, target="on_time >= 60 %").run().results
+    results = Study(example().replace(LASTING), {"fleet.size": [1, 3]}, target="on_time >= 60 %").run().results
     assert [one.standing for one in results.answer.options] == ["open", "open"]
     assert is_everywhere(results.answer)
 
 
 def test_an_answer_for_each_demand_names_a_fleet_for_it():
     factors = {"tasks.demand": [1, 2.2], "fleet.size": [1, 3, 4]}
-    results = Study(example(), factors, replications=8, target="on_time >= 60 %").run().results
+    base = example().replace({**LASTING, "run.length": 1800, "run.warm_up": 300})
+    results = Study(base, factors, replications=8, target="on_time >= 75 %").run().results
     answer = results.answer
-    assert answer.answer[0].startswith("Demand 1: 3 robots are the first option shown to give at least 60 % on time: ")
-    assert answer.answer[1].startswith("Demand 2.2: 4 robots are the only option shown to give at least 60 % on time: ")
+    assert answer.answer[0].startswith("Demand 1: 3 robots are the first option shown to give at least 75 % on time: ")
+    assert answer.answer[1].startswith("Demand 2.2: 4 robots are the only option shown to give at least 75 % on time: ")
     assert answer.about.model["fleet"]["size"] == 4
     verdicts = [one.verdict for one in results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
     assert answer.answer[2] == (
         "Of 6 options 3 meet the target, 1 misses it, 1 needs more runs and 1 cannot keep up. "
-        "About 349 runs of it would probably tell."
+        "About 104 runs of it would probably tell."
     )
     terminal = printed(answer, 80)
     assert "\n\nDemand 1\n" in terminal
@@ -202,7 +204,7 @@ def option_of(answer, row):
 
 def test_options_whose_runs_are_equal_are_compared_once():
     factors = {"fleet.size": [1, 3], "policies.allocation": ["nearest", "hungarian"]}
-    results = dw.Study(example(), factors, replications=3).run().results
+    results = dw.Study(example().replace(LASTING), factors, replications=3).run().results
     assert len(results.same) == 2
     answer = compare_words.answer(results, {"throughput_per_hour": results.compare("throughput_per_hour")})
     assert is_everywhere(answer)

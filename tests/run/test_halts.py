@@ -71,6 +71,13 @@ STANDS = {
         "fleet.robot.breakdowns": {"every": 2000, "repair": 2400},
         "tasks.goods": {"poisson": 20},
     },
+    "broken, the others without a task": {
+        **POISSON,
+        "fleet.size": 3,
+        "fleet.robot.breakdowns": {"every": {"exponential": 6000}, "repair": 2400, "clear": 120},
+        "tasks.goods": {"poisson": 10},
+        "run.length": "12 h",
+    },
 }
 WORKS = {
     "few tasks": {**POISSON, "tasks.goods": {"poisson": 8}},

@@ -7,7 +7,9 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
+from desim_warehouse.model.facts.costs import year_of
 from desim_warehouse.study.procedures import race
+from tests.world import test_pickers
 from tests.world.test_flows import RING
 
 PRICES = {
@@ -84,7 +86,7 @@ def test_a_price_for_a_kind_that_there_is_not():
 
 @pytest.mark.parametrize(("late", "robots"), [(0, 2), (5, 4)])
 def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
-    arrivals = {"tasks.flows.flow.arrivals": {"poisson": 60}, "run.length": 7200, "log": "tasks"}
+    arrivals = {"tasks.flows.flow.arrivals": {"poisson": 60}, "run.length": 3600, "log": "tasks"}
     changes = {**SETTING, **arrivals, "fleet.kinds": {}, "prices.kinds": {}, "prices.late_order": late}
     changes["fleet.start_energy"] = "settled"
     (tmp_path / "model.yaml").write_text(json.dumps(dw.load(RING, changes).content()), encoding="utf-8")
@@ -95,3 +97,10 @@ def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
     assert not found.maximise
     sized = dw.size(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=40))
     assert sized.smallest == 2
+
+
+def test_pickers_are_paid_for_their_hours():
+    """Two at 30 an hour, at work for half of 1,000 hours."""
+    hours = {"calendars": {"half": {"every": 200, "lasts": 100}}, "pickers": {"count": 2, "speed": 1, "hours": "half"}}
+    model = dw.load({**test_pickers.RING, **hours}, {"run.length": 400, "prices": {"hours": 1000, "picker_hour": 30}})
+    assert year_of(model) == pytest.approx(2 * 30 * 500)

@@ -178,7 +178,8 @@ def test_policies_of_ones_own_are_not_run_by_a_check(fourteen):
 )
 def test_fourteen_robots_at_three_chargers_live_through_a_night(fourteen, charging):
     """Eleven draw 0.055 at rest, and three chargers give 0.06: they ran flat after 2.2 to 16.5 h."""
-    model = with_night(fourteen, {**ALIKE, "policies.charging": charging, "run.length": "6 h"})
+    levels = {"fleet.start_energy": {"uniform": [0.3, 0.95]}}  # between which they settle
+    model = with_night(fourteen, {**ALIKE, "policies.charging": charging, "run.length": "6 h", **levels})
     assert night(model) is None
     assert dw.simulate(model).kpis["energy_lowest"] > 0.05
 
@@ -205,13 +206,14 @@ POLICIES = [
 
 
 @pytest.mark.parametrize(
-    "seed", [43, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(60) if seed != 43)]
+    ("seed", "hours"), [(43, 31), *(pytest.param(seed, 48, marks=pytest.mark.long) for seed in range(60))]
 )
-def test_drafts_run_two_days_of_two_shifts_and_a_night(seed):
+def test_drafts_run_two_days_of_two_shifts_and_a_night(seed, hours):
+    """Every day until the first orders after the second night, which begins at 22:00 and ends at 06:00."""
     chance = random.Random(seed)
     orders = chance.randint(20, 160)
     size = (chance.randint(20, 70), chance.randint(20, 60))
     words = Draft(size=size, orders=orders, due=chance.choice([5, 15, 30]))
     policy = chance.choice(POLICIES)
-    model = with_night(drafted(words), {**policy, "run.length": "48 h"})
+    model = with_night(drafted(words), {**policy, "run.length": f"{hours} h"})
     assert 0 < dw.simulate(model, seed).kpis["energy_lowest"] < 1

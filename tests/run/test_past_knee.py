@@ -44,10 +44,10 @@ def test_nothing_else_does(monkeypatch, why, found, waiting):
 
 
 def test_a_run_past_its_knee_after_hours_with_fewer_robots_says_so():
-    run = dw.simulate(dw.load(waves(60, 0, calm=1.15, length=3000, burst=2500)), 0)
+    run = dw.simulate(dw.load(waves(60, 0, calm=1.15, length=1500, burst=1500)), 0)
     assert [verdict.text for verdict in run.verdicts] == [
-        "jammed: 66 % of the time is waiting",
-        "past the knee: a cap of 26 robots under way (traffic.most_out) would do more than 60 do",
+        "jammed: 55 % of the time is waiting",
+        "past the knee: a cap of 27 robots under way (traffic.most_out) would do more than 60 do",
     ]
 
 

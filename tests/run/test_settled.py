@@ -58,7 +58,8 @@ def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(war
 
 def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     """The README's 8 robots and 2 chargers: 97 % on time in hours 1 to 5, below 95 % in hours 8 to 14."""
-    study = dw.Study(before(warehouse), {"fleet.size": [8]}, replications=4, target="on_time >= 50 %")
+    three_hours = before(warehouse).replace({"run.length": 10_800})  # show it, too
+    study = dw.Study(three_hours, {"fleet.size": [8]}, replications=4, target="on_time >= 50 %")
     study.run()
     [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
     assert found.text.startswith("not settled: batteries fall by ")
@@ -66,9 +67,20 @@ def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     assert study.results.judged["fleet.size=8"].verdict == "fails"
 
 
-def test_a_draft_starts_settled_and_stays_so(warehouse):
+@pytest.mark.parametrize(
+    ("run", "replications"),
+    [
+        ({"length": 10_800, "warm_up": 3600}, 4),
+        pytest.param({"length": 21_600, "warm_up": 7200}, 6, marks=pytest.mark.long),
+    ],
+    ids=["two hours", "as drafted"],
+)
+def test_a_draft_starts_settled_and_stays_so(warehouse, run, replications):
+    """In two hours of four runs the fleet above, which lives on its stock, is seen to fall."""
     assert cycle_levels(warehouse) == (30, 95)
-    study = dw.Study(warehouse, {"fleet.size": [8]}, replications=6, target="on_time >= 50 %")
+    study = dw.Study(
+        warehouse.replace({"run": run}), {"fleet.size": [8]}, replications=replications, target="on_time >= 50 %"
+    )
     study.run()
     assert study.results.verdicts["fleet.size=8"] == []
     assert study.results.judged["fleet.size=8"].verdict == "meets"

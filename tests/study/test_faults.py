@@ -101,9 +101,8 @@ def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, wo
     assert finished(made.table).equals(finished(study(200).run().table))
 
 
-@pytest.mark.parametrize(
-    ("replications", "workers", "targets"), [(30, 2, [10]), pytest.param(100, 3, [30, 120], marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("replications", "workers", "targets"), [(30, 2, [10]), (100, 3, [30, 120])])
 def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path, replications, workers, targets):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
     process = subprocess.Popen(command(tmp_path, replications, workers), **options)
@@ -269,8 +268,9 @@ def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking,
 def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_path, parking):
     mark = tmp_path / "mark"
     made = study(5, {"policies.parking": {"named": {"good": "home", "dies": parking("fork and die", mark=str(mark))}}})
-    made.run(workers=2)
+    made.run(workers=2, out=tmp_path / "out")
     assert made.table["error"].isna().all()
+    assert lines(tmp_path / "out") == 10
     assert set(made.notes) == {"a worker process died; its runs are retried"}  # twice if both were at it
     wait_for(lambda: not alive(int(mark.read_text())))
 
@@ -339,6 +339,7 @@ def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkey
     assert made.notes == ["a run did not end and could not be interrupted; its process was killed"]
 
 
+@pytest.mark.long
 def test_one_stuck_run_in_a_batch_of_short_ones_is_done_again_with_the_others(parking, tmp_path, monkeypatch):
     take, stuck, sizes = Batches.take, Batches.stuck, []
 
@@ -375,6 +376,25 @@ def test_a_stuck_run_in_a_batch_is_found_a_second_later_than_one_that_is_alone(r
     finally:
         worker.kill()
         worker.close()
+
+
+def test_runs_of_a_batch_in_which_one_is_stuck_are_done_again_one_by_one():
+    """A run that is stuck alone has the outcome that was given; none of a batch has."""
+    base, batches, told = study(1).plan.base, Batches(), SimpleQueue()
+    handles = [Handle(base, Wanted(0, {}, seed), id) for seed in range(12)]
+    for handle in handles:
+        handle.tell(told)
+        batches.add(handle)
+    batches.run_time = BATCH_TIME / 10
+    batch = batches.take(1)
+    assert len(batch) == 6  # half of what waits
+    outcome = object()
+    batches.stuck(batch, outcome)
+    assert told.empty()
+    assert [batches.take(1) for _ in batch] == [[handle] for handle in batch]
+    batches.stuck(batch[:1], outcome)
+    assert told.get().outcome is outcome
+    assert batches.open == 11
 
 
 def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monkeypatch):
@@ -429,11 +449,14 @@ def test_a_study_in_a_working_directory_that_was_deleted_says_what_to_do(tmp_pat
     assert len(study(1).run().table) == 3
 
 
-@pytest.mark.parametrize(("names", "runs"), [("ab", 5), pytest.param("abc", 30, marks=pytest.mark.long)])
-def test_studies_in_threads_of_one_process_are_apart(tmp_path, names, runs):
+@pytest.mark.parametrize(
+    ("names", "runs", "workers"), [("ab", 5, 1), pytest.param("abc", 30, 2, marks=pytest.mark.long)]
+)
+def test_studies_in_threads_of_one_process_are_apart(tmp_path, names, runs, workers):
+    """With workers, too, which callers in several threads share every day in `test_executors`."""
     main = sys.modules["__main__"]
     with ThreadPoolExecutor(len(names)) as threads:
-        made = list(threads.map(lambda name: study(runs).run(workers=2, out=tmp_path / name), names))
+        made = list(threads.map(lambda name: study(runs).run(workers=workers, out=tmp_path / name), names))
     assert sys.modules["__main__"] is main
     alone = finished(study(runs).run().table)
     assert all(finished(each.table).equals(alone) for each in made)

@@ -19,8 +19,8 @@ from tests.study import plans
 from tests.world.test_hours import SQUARE
 
 WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 3"
-SHORT = {"run.length": 3600, "run.warm_up": 600, "fleet.start_energy": 1, "battery.consumption": 0.0001}
-"""An hour, in which batteries last: settled ones are found in a long run of each fleet."""
+SHORT = {"run.length": 1800, "run.warm_up": 300, "fleet.start_energy": 1, "battery.consumption": 0.0001}
+"""Half an hour, in which batteries last: settled ones are found in a long run of each fleet."""
 SET = " ".join(f"--set {key}={value}" for key, value in SHORT.items())
 
 
@@ -170,7 +170,6 @@ def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
     )
     found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], search=dw.Search(runs=60))
     assert found.today.in_hours
-    assert {"share_on_break", "share_idle", "share_waiting"} < set(found.today.shown_by)
     assert " % of their hours" in found.answer.answer[-1]
 
 
@@ -181,7 +180,6 @@ def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
     found = plan_fleet(model, "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60))
     assert found.today.best is None
     assert found.today.trip.mean == pytest.approx(65, rel=0.05)
-    assert "cycle_time_mean" in found.today.shown_by
     said = found.answer.answer[-1]
     assert re.search(r"a trip takes (1\.\d+ min|6\d(\.\d)? s), waits included, and 50 s are allowed", said), said
     slower = plan_fleet(
@@ -286,7 +284,7 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
 
 def test_prices_of_the_model_choose_the_cheapest_and_are_those_of_its_annual_cost(here):
     prices = {"hours": 4000, "robot": 30_000, "charger": 8_000}
-    model = dw.load("w.yaml", {"run.length": 3600, "run.warm_up": 600, "prices": prices})
+    model = dw.load("w.yaml", {**SHORT, "prices": prices})
     designs = Designs(model)
     assert designs.cost((3, 2)) == 106_000
     assert designs.key((3, 2)) < designs.key((4, 1))

@@ -32,7 +32,9 @@ def answer(model, indicator=None):
 @pytest.mark.parametrize("orders", [20, pytest.param(60, marks=pytest.mark.long)])
 def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orders):
     """Handling a tenth shorter gains a tenth of 30 s by arithmetic: that is no bottleneck."""
-    found, said = answer(drafted({"fleet.start_energy": "settled"}, orders=orders, robots=8, chargers=6))
+    found, said = answer(
+        drafted({"fleet.start_energy": "settled", "battery.capacity": 30}, orders=orders, robots=8, chargers=6)
+    )
     assert said.startswith("Nothing holds it up: robots idle ")
     assert " 100 % on time." in said
     assert "andling" not in said

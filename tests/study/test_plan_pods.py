@@ -19,7 +19,7 @@ ALWAYS = {  # as much work as they can do
     "layout.stations.picking.places": 9,
     "layout.bays.parking.places": 10,
 }
-SHORT = {**ALWAYS, "run.length": "1 h"}
+SHORT = {**ALWAYS, "run.length": "20 min"}
 AT_LEAST, AT_MOST = parse_target("throughput_per_hour >= 600"), parse_target("cycle_time_mean <= 90")
 
 

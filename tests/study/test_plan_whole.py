@@ -1,6 +1,7 @@
 """The planner's whole question: packers beside robots, the worst hour, the years to come, and named options."""
 
 import json
+import shutil
 from types import SimpleNamespace
 
 import pytest
@@ -21,7 +22,7 @@ from tests.docs import pages
 from tests.lasting import LASTING
 from tests.study import plans
 
-HOUR = {"run.length": 3600, "run.warm_up": 600, **LASTING}
+HOUR = {"run.length": 1800, "run.warm_up": 300, **LASTING}
 SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
 """60 orders an hour of 80 s each: 1.3 packers are busy."""
 AT_NINE = "on_time@09:00-09:30"
@@ -50,7 +51,8 @@ def test_packers_are_sized_beside_robots_and_chargers(small):
 
 def test_a_larger_fleet_whose_robots_run_flat_is_not_said_to_do_worse_by_an_amount(small):
     """One charger lasts for two robots, which draw 0.1 a second of the 0.12 that it gives, and not for three."""
-    model = small.replace({"battery": {"capacity": 30, "consumption": 0.05, "charge_rate": 0.12}})
+    battery = {"capacity": 30, "consumption": 0.05, "charge_rate": 0.12}
+    model = small.replace({"battery": battery, "run.length": 3600, "run.warm_up": 600})
     found = plan_fleet(model, "on_time >= 80 %", strategies={}, robots="1..3", chargers="1")
     assert found.today.best.robots == 2
     assert [worse[:3] for worse in found.today.worse] == [((3, 1), (2, 1), None)]
@@ -121,21 +123,21 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
 
 
 @pytest.mark.parametrize(
-    ("share", "some"),
+    ("share", "around", "some"),
     [
-        (75, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
-        pytest.param(85, {"robots": "1..6"}, marks=pytest.mark.long),
+        (65, {"run.start": "08:30", "run.length": 3600}, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
+        pytest.param(85, {}, {"robots": "1..6"}, marks=pytest.mark.long),
     ],
-    ids=["few runs", "many"],
+    ids=["the hour around it", "the day"],
 )
-def test_the_worst_hour_may_be_the_target(share, some):
+def test_the_worst_hour_may_be_the_target(share, around, some):
     """The fleet that is enough over all is not for the peak, which one more robot at least is."""
-    how = {"strategies": {}, "chargers": "1", **some}
-    over_all, peak = (plan_fleet(busy_from_nine(), f"{name} >= {share} %", **how) for name in ("on_time", AT_NINE))
+    how, model = {"strategies": {}, "chargers": "1", **some}, busy_from_nine().replace(around)
+    over_all, peak = (plan_fleet(model, f"{name} >= {share} %", **how) for name in ("on_time", AT_NINE))
     assert peak.today.best.robots > over_all.today.best.robots
     assert peak.answer.answer[0].count("09:00 to 09:30") == 1
     with pytest.raises(StudyError, match="no such part of the day, did you mean 'on_time@09:"):
-        plan_fleet(busy_from_nine(), "on_time@09:00-10:00 >= 85 %", **how)
+        plan_fleet(model, "on_time@09:00-10:00 >= 85 %", **how)
 
 
 def test_years_are_a_table_and_equal_separate_plans(small):
@@ -195,13 +197,12 @@ def test_options_without_prices_are_compared_in_the_target(small):
 
 def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert pages.run_desim("desim new w.yaml --size 16x14 --orders 60/h --due 3")[0] == 0
-    (tmp_path / "other.yaml").write_text((tmp_path / "w.yaml").read_text())
+    for name in ("w.yaml", "other.yaml"):
+        shutil.copy(pages.ROOT / "models" / "tutorial.yaml", name)
     (tmp_path / "options.yaml").write_text("B: other.yaml\nC: {fleet.robot.speed: 1}\n")
     plan = (
-        "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 3 --chargers 1 --first 2 --cap 4 --json "
-        "--vary policies.allocation=nearest "
-        "--set run.length=3600 --set run.warm_up=600 --set fleet.start_energy=1 --set battery.consumption=0.0001"
+        "desim plan w.yaml --target 'T <= 9999' --quiet --robots 3 --chargers 1 --first 2 --cap 4 --json "
+        "--vary policies.allocation=nearest --set 'tasks.goods={random: 3}'"
     )
     status, out, err = pages.run_desim(
         f"{plan} --option 'A: fleet.robot.speed=1.2; tasks.load_time=9' --option options.yaml"

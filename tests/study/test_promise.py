@@ -15,6 +15,7 @@ from desim_warehouse.study.statistics.judge import DesignVerdict, Judge, judged,
 from desim_warehouse.study.statistics.limits import RARE_DAYS
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import Days, days_of, read_target
+from tests.lasting import LASTING
 from tests.study.statistics.coverage import TWO_KINDS
 
 BUSY = {Load(Group("robots"), 0.8): Estimate(10, 0.8, (0.75, 0.85), 0.01, 0.8, {}, False, 0.95)}
@@ -30,7 +31,7 @@ def fleet(robots, verdict, days, mean, low, high, *, least=33, worst=None):
 
 def answer(best, *below, target="on_time >= 95 %", model=None):
     """The answer of a plan with these fleets, of one to four robots."""
-    sized = Sized("today", 1.0, 60.0, best, below, BUSY, False, (), {}, counts=COUNTS)
+    sized = Sized("today", 1.0, 60.0, best, below, BUSY, False, {}, counts=COUNTS)
     base = model or example()
     goal = read_target(target)
     return worded(FleetSizes(base, goal, 0.01, 0.95, "nearest", (sized,), (), None, Designs(base), 99)).answer
@@ -157,7 +158,7 @@ def test_a_fleet_with_one_bad_day_in_ten_that_misses_is_seldom_named():
 
 
 def test_verdicts_of_a_study_on_a_cost_are_exact():
-    prices = {"prices": {"hours": 4000.0, "robot": 6000.0}}
+    prices = {"prices": {"hours": 4000.0, "robot": 6000.0}, **LASTING}
     study = dw.Study(example(), {"fleet.size": [1, 2]}, replications=5, changes=prices, target="annual_cost <= 7000")
     found = study.run().results.judged
     assert [(one.verdict, one.deterministic) for one in found.values()] == [("meets", True), ("fails", True)]

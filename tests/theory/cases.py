@@ -29,6 +29,7 @@ from tests.theory.formulas import (
     on_and_off,
     repair_with_spares,
     repairman,
+    repairmen,
     wait_until_empty,
 )
 from tests.theory.models import ROUND
@@ -189,6 +190,25 @@ def lifts():
         model = partial(models.upstairs, robots, 300.0, 3600.0 * length)
         title = f"M/G/1//{robots}, {count(robots, 'robot')} and a lift"
         yield Case("Lifts", title, model, (rides,), runs=runs, long=runs > 10)
+
+
+def pickers():
+    """N robots that wait for c pickers, as machines for repairers; few waits are told less well than lines an hour."""
+    for number, tasks, long in ((1, 250, False), (1, 2000, True), (2, 2000, True), (3, 2000, True), (4, 2000, True)):
+        each = repairmen(6, number, 72.0, 60.0)
+        lines = Quantity("lines per hour", 3600 * each, "throughput_per_hour")
+        waits = Quantity("robots that wait for a picker", 6 - each * (72.0 + 60.0), waiting_for_pickers)
+        model = partial(models.robots_that_wait_for_pickers, 6, number, 72.0, 60.0, tasks)
+        title = (
+            f"M/M/{number}//6, 6 robots and {count(number, 'picker')}{', long runs' if long and number == 1 else ''}"
+        )
+        quantities = (waits,) if not long else (lines, waits) if number <= 2 else (lines,)
+        yield Case("People who pick into robots", title, model, quantities, long=long)
+
+
+def waiting_for_pickers(run):
+    """The mean number of robots that wait for one."""
+    return run.kpis["share_awaiting_picker"] * run.model.fleet.size
 
 
 # Lanes and intersections
@@ -464,4 +484,4 @@ def pods():
         )
 
 
-CASES = [*queues(), *lifts(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures(), *pods()]
+CASES = [*queues(), *lifts(), *pickers(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures(), *pods()]

@@ -60,6 +60,20 @@ def repairman(machines, up, repair):
     return 1 - 1 / (1 + machines * repair / up * total)
 
 
+def repairmen(machines, repairers, up, repair):
+    """Repairs per time unit of machines by some repairers, first come, first served (M/M/c//N).
+
+    Repair times are exponential. How up times are distributed does not matter, as nobody queues in them.
+    """
+    weight, total, busy = 1.0, 0.0, 0.0
+    for broken in range(machines + 1):
+        at_work = min(broken, repairers)
+        total += weight
+        busy += weight * at_work
+        weight *= (machines - broken) * repair / up / min(broken + 1, repairers)
+    return busy / total / repair
+
+
 def repair_with_spares(machines, spare, up, repair):
     """Failures per time unit of machines with spares, each repaired by itself; up times exponential.
 

@@ -6,6 +6,7 @@ In queues robots are fast and far apart, so that no one is in another's way: wha
 import math
 from itertools import pairwise
 
+from tests.theory.formulas import repairmen
 from tests.world.test_pods import HALL
 
 FAST = {"radius": 0.05, "speed": 1000}
@@ -354,6 +355,41 @@ def upstairs(robots, away, length):
         },
         "traffic": {"node_time": 0},
         "run": {"length": length, "warm_up": length / 20},
+        "log": "tasks",
+    }
+
+
+# People who pick into robots
+
+
+def robots_that_wait_for_pickers(robots, pickers, away, pick, tasks):
+    """Robots that fetch from a lane of their own, where they wait for a picker, and unload for `away` at random.
+
+    Pickers are everywhere at once, and serve robots in the order in which they came; picks take `pick` at random.
+    """
+    nodes, edges, storage, flows = {"A": [0.0, 0.0]}, [], [], {}
+    for number in range(robots):
+        angle, far = 2 * math.pi * number / robots, f"P{number}"
+        nodes[far] = [10 * math.cos(angle), 10 * math.sin(angle)]
+        edges += [{"from": a, "to": b, "side_by_side": True} for a, b in (("A", far), (far, "A"))]
+        storage.append({"edge": ["A", far], "offset": 5})
+        mine = [float(other == number) for other in range(robots)]
+        flow = {"from": {"popularity": {"weights": mine}}, "to": ["hall"], "arrivals": {"saturated": 2}}
+        flows[f"f{number}"] = {**flow, "kinds": [f"k{number}"]}
+    length = tasks / repairmen(robots, pickers, away, pick)
+    return {
+        "layout": {
+            "nodes": nodes,
+            "edges": edges,
+            "storage": storage,
+            "bays": {"home": {"at": ["A"], "places": robots}},
+            "stations": {"hall": {"at": ["A"], "places": robots, "servers": robots}},
+        },
+        "fleet": {"size": robots, "robot": FAST, "kinds": {f"k{number}": {"count": 1} for number in range(robots)}},
+        "tasks": {"flows": flows, "load_time": {"exponential": pick}, "unload_time": {"exponential": away}},
+        "pickers": {"count": pickers, "speed": 1e9, "choose": "longest-waiting"},
+        "policies": {"allocation": "nearest"},
+        "run": {"length": 1.1 * length, "warm_up": 0.1 * length},
         "log": "tasks",
     }
 

@@ -17,6 +17,13 @@ from desim_warehouse.world.traffic.traffic import Traffic
 PARK = "park"
 
 
+class Aside:
+    """A step of a robot that stands on a lane: beside that lane, in a wide aisle, for a time."""
+
+    def __init__(self, time):
+        self.time = time
+
+
 class Floor:
     """Nodes by name and place, edges as "A>B" or (edge, length) or (edge, length, speed limit), lifts as in a model."""
 
@@ -46,9 +53,9 @@ class Floor:
         """A robot, in the bay at the first node of its way until `start`.
 
         A step is a way such as "A B C" to the end of its last edge; (way, offset) to a stop on its last edge; a number
-        of time units to stand still; or PARK, into the bay beside the node. Each way goes on where the last one ended:
-        after ("A B", 4) comes "B C". `motion`: how it gathers speed and brakes; `looks_ahead`: it keeps its braking
-        distance.
+        of time units to stand still; Aside(time) beside the lane; or PARK, into the bay beside the node. Each way goes
+        on where the last one ended: after ("A B", 4) comes "B C". `motion`: how it gathers speed and brakes;
+        `looks_ahead`: it keeps its braking distance.
         """
         first = steps[0] if isinstance(steps[0], str) else steps[0][0]
         robot = Body(len(self.robots), speed, self.traffic.nodes[first.split()[0]], motion=motion)
@@ -65,6 +72,12 @@ class Floor:
                 self.traffic.into_bay(robot)
             elif isinstance(step, (int, float)):
                 yield self.env.timeout(step)
+            elif isinstance(step, Aside):
+                lane = robot.lane
+                is_aside = yield from lane.stand_aside(robot)
+                yield self.env.timeout(step.time)
+                if is_aside:
+                    yield from lane.come_back(robot)
             else:
                 way, stop = (step, None) if isinstance(step, str) else step
                 lanes = [self.traffic.lanes[edge] for edge in pairwise(way.split())]

@@ -7,8 +7,10 @@ from floor to floor, its doors 4.
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.suspects import suspects
 from desim_warehouse.world.traffic.motion import Motion
+from tests.auditor import audit
 from tests.world.floor import PARK, Floor
 
 near = pytest.approx
@@ -242,6 +244,22 @@ def test_of_two_lifts_side_by_side_congestion_aware_takes_both():
     assert "the lift lift0 was the busiest, with" in str(one).lower()
 
 
+def test_robots_take_all_cabins_of_a_lift_where_routes_see_the_queue():
+    one, both = (
+        dw.simulate(dw.load(building(1, routing), {"layout.lifts.lift0.cabins": 2, "log": "all"}), 1)
+        for routing in ("fastest", "congestion-aware")
+    )
+    assert one.kpis["throughput_per_hour"] == near(60, abs=0.5)
+    assert both.kpis["throughput_per_hour"] > 80
+    assert audit(both) == []
+    loads = {item.name: item.share for item in estimate(both.model).lifts}
+    assert loads == {"lift0": 1.0, "lift0 2": 1.0}  # of the two rides of a load
+    unused = [one for one in dw.check(one.model).findings if one.code == "LIFT_UNUSED"]
+    assert len(unused) == 1
+    assert "which can do 120 rides an hour, and none takes lift lift0" in str(unused[0])
+
+
+@pytest.mark.slow
 def test_check_says_what_a_lift_can_do_and_that_another_stands_unused():
     report = dw.check(building(2, "fastest"))
     high, unused = (str(one) for one in report.findings if one.code in {"DEMAND_ABOVE_LIFT", "LIFT_UNUSED"})
@@ -257,4 +275,7 @@ def test_why_tries_a_faster_lift_first_where_robots_wait_for_it():
     tried = suspects(dw.simulate(building(1, "fastest"), 1))
     assert tried[0].relief == "lift lift0 twice as fast"
     assert tried[0].overrides == {"layout.lifts.lift0.ride": 6, "layout.lifts.lift0.doors": 2}
+    assert tried[1].relief == "one cabin more beside lift lift0, routes by congestion-aware"
+    assert tried[1].overrides == {"layout.lifts.lift0.cabins": 2, "policies.routing": "congestion-aware"}
+    assert tried[1].scale == near(0.1)
     assert not [one for one in tried if one.name.startswith("intersection a0")]

@@ -1,6 +1,6 @@
 """The cost of a design a year: robots, chargers, spare batteries, wages; a run adds energy and late orders.
 
-Wages are paid to the people whom `workers.staff` names in each station, for its open hours.
+Wages are paid to the people whom `workers.staff` names in each station, for its open hours, and to pickers for theirs.
 """
 
 from __future__ import annotations
@@ -44,10 +44,13 @@ def year_of(
     if kinds is None:
         kinds = model.fleet.kinds_of_robots()
     robots = math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
+    begin, end, numbers = model.run.warm_up, model.run.end, people or {}
+    if model.pickers is not None:
+        at_work = model.hours(model.pickers.hours).share(begin, end)
+        robots += prices.picker_hour * prices.hours * model.pickers.count * at_work
     things = robots + prices.charger * chargers + prices.battery * sum(spare_batteries(model).values())
     if not prices.station_hour:
         return things
-    begin, end, numbers = model.run.warm_up, model.run.end, people or {}
     paid = math.fsum(
         numbers.get(zone, group.number) * model.hours(model.layout.stations[zone].hours).share(begin, end)
         for zone, group in staff(model).items()

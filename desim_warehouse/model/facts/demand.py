@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, SaturatedArrivals, mean_rate
-from desim_warehouse.model.sections.goods import Good, PoissonGoods
+from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import files_of, summary
 
 if TYPE_CHECKING:
@@ -71,7 +71,9 @@ def flow_rates(model: Model) -> dict[str, float]:
 
 def always_open(model: Model) -> bool:
     """Whether some tasks are always open, so that robots never rest."""
-    return any(isinstance(flow.when, SaturatedArrivals) for flow in model.tasks.flows.values())
+    tasks = model.tasks
+    arrivals = (tasks.goods, *(flow.when for flow in tasks.flows.values()))
+    return any(isinstance(when, SaturatedGoods | SaturatedArrivals) for when in arrivals)
 
 
 def order_files(model: Model) -> list[Summary]:

@@ -1,4 +1,4 @@
-"""Disturbances: what keeps robots or chargers of a model from work at times, and how much of their time it takes."""
+"""Disturbances: what keeps robots, chargers or lifts of a model from work at times, and how much time it takes."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
+from desim_warehouse.model.facts.lifts import with_people
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ def left_out(model: Model) -> list[str]:
     parts = {
         "breakdowns": bool(breakdowns(model)),
         "outages of chargers": model.battery is None or any(bay.outages for bay in layout.bays.values()),
+        "outages of lifts": not layout.lifts or any(lift.outages for lift in layout.lifts.values()),
+        "people in lifts": not layout.lifts or any(lift.people for lift in layout.lifts.values()),
         "time lost at nodes": any(robot.delays is not None for _, robot in _kinds(model)),
         "people in the aisles": bool(model.people),
         "closed lanes": bool(traffic.closures),
@@ -51,6 +54,21 @@ def _failures(model: Model) -> Iterator[str]:
                 f"{name} fail every {amount(every)} {unit} and take {amount(repair)} {unit} to repair: "
                 f"{amount(100 * every / (every + repair))} % of their time is left"
             )
+
+
+def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
+    """Describe which lifts fail and which people use, and how much of their time that takes."""
+    for lift in layout.lifts:
+        if (spec := lift.outages) is not None:
+            every, repair = mean_of(spec.every), mean_of(spec.repair)
+            yield (
+                f"lift {lift.name} fails every {amount(every)} {model.units.time} and takes {amount(repair)} "
+                f"{model.units.time} to repair: {amount(100 * every / (every + repair))} % of its time is left, and "
+                "robots wait for that"
+            )
+        if lift.people is not None:
+            share = 100 * with_people(model, lift)
+            yield f"people have lift {lift.name} for {share:.3g} % of the time on average, and robots wait for them"
 
 
 def breakdowns(model: Model) -> dict[str, BreakdownSpec]:

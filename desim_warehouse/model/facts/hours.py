@@ -10,7 +10,7 @@ from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.values.calendars import merged
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from desim_warehouse.model.schema import Model
     from desim_warehouse.model.sections.flows import FlowSpec
@@ -34,15 +34,8 @@ def longest_closed(model: Model) -> float:
         return 0.0
     stations, robots = [station.hours for station in model.layout.stations.values()], model.fleet.hours_of_robots()
     end = model.run.end
-    gap = {name: _longest_gap(model.hours(name), end) for name in {*stations, *robots}}
+    gap = {name: _longest_between(first_stretches(model.hours(name), end), end) for name in {*stations, *robots}}
     return max(fmean(gap[name] for name in robots), *(gap[name] for name in stations), 0.0)
-
-
-def _longest_gap(hours: Hours, end: float) -> float:
-    longest, last = 0.0, 0.0
-    for begin, close in first_stretches(hours, end):
-        longest, last = max(longest, begin - last), close
-    return max(longest, min(end, 1e300) - last if last < end < math.inf else 0.0)
 
 
 def first_stretches(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
@@ -98,11 +91,12 @@ def _asks(model: Model, flow: FlowSpec, end: float) -> Iterator[Stretch]:
             yield from hours.between(step * every, min((step + 1) * every, end))
 
 
-def _longest_between(stretches: list[Stretch], end: float) -> float:
+def _longest_between(stretches: Iterable[Stretch], end: float) -> float:
+    """Return the longest time outside of stretches in order, up to an end; after the last only where the end comes."""
     closed, last = 0.0, 0.0
     for begin, close in stretches:
         closed, last = max(closed, begin - last), close
-    return max(closed, end - last)
+    return max(closed, end - last if end < math.inf else 0.0)
 
 
 def repeats_after(model: Model) -> float:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+from itertools import permutations
+from statistics import fmean
 from typing import TYPE_CHECKING
+
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,6 +29,25 @@ def time_taken(model: Model, lift: Lift, rides: Mapping[Edge, float]) -> float:
     empty = lift.ride * math.fsum(map(abs, more))
     opening = math.fsum(count * (lift.doors + lift.carrying(*ride)) for ride, count in rides.items())
     return empty + opening + beside(model, lift, rides)
+
+
+def with_people(model: Model, lift: Lift) -> float:
+    """Return the share of the time for which people have a lift, 1 or more where it cannot carry all of them."""
+    if (people := lift.people) is None:
+        return 0.0
+    call = fmean(map(lift.mean_call, lift.nodes))
+    riding = fmean(lift.carrying(*way) for way in permutations(lift.nodes, 2))
+    rate = people.per_hour / model.units.hour * model.hours(people.hours).share(0.0, model.run.end)
+    return rate * (call + riding + lift.doors + 2 * mean_of(people.transfer))
+
+
+def left_for_robots(model: Model, lift: Lift) -> float:
+    """Return the share of the time in which a lift works and people do not have it."""
+    works = 1.0
+    if lift.outages is not None:
+        every = mean_of(lift.outages.every)
+        works = every / (every + mean_of(lift.outages.repair))
+    return works * (1 - with_people(model, lift))
 
 
 def beside(model: Model, lift: Lift, rides: Mapping[Edge, float]) -> float:

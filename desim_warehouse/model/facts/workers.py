@@ -90,7 +90,9 @@ class Load:
 
 @lru_cache(maxsize=64)
 def groups(model: Model) -> tuple[Group, ...]:
-    """List the workers of a warehouse: robots, chargers, for each station its servers or pickers and people, and lifts.
+    """List the workers of a warehouse: robots, chargers, servers or pickers and people of each station, then lifts.
+
+    Pickers of no station walk to robots.
 
     In a station named for packing the packers are its people where loads are worked on there (`work_time`), else its
     servers.
@@ -111,6 +113,9 @@ def groups(model: Model) -> tuple[Group, ...]:
         workers.append(Group(kind, zone, servers, part, nodes, zone == PACKING and not worked))
         if worked:
             workers.append(Group("people", zone, spec.workers * len(nodes), part, nodes, zone == PACKING))
+    if model.pickers is not None:
+        share = model.hours(model.pickers.hours).share(0.0, end)
+        workers.append(Group("pickers", number=model.pickers.count, open=share))
     workers += [Group("lifts", lift.name) for lift in layout.lifts]
     return tuple(workers)
 

@@ -372,8 +372,8 @@ class Fleet(Part):
 
     def robots(self) -> list[RobotSpec]:
         """Return every robot, by number: robots of the kinds first, then the ordinary ones."""
-        special = [robot for kind in self.kinds.values() for robot in [self._of(kind)] * kind.count]
-        return special + [self.robot] * (self.size - len(special))
+        of_kinds = {"": self.robot, **{name: self._of(kind) for name, kind in self.kinds.items()}}
+        return [of_kinds[kind] for kind in self.kinds_of_robots()]
 
     def distinct(self) -> list[RobotSpec]:
         """Return the robots that differ: one of each kind, and an ordinary one, if there is one."""
@@ -402,8 +402,8 @@ class Fleet(Part):
 
     def hours_of_robots(self) -> list[str | None]:
         """Return the calendar of every robot, by number, None if it is always at work."""
-        special = [kind.hours or self.hours for kind in self.kinds.values() for _ in range(kind.count)]
-        return special + [self.hours] * (self.size - len(special))
+        of_kinds = {"": self.hours, **{name: kind.hours or self.hours for name, kind in self.kinds.items()}}
+        return [of_kinds[kind] for kind in self.kinds_of_robots()]
 
     @property
     def has_hours(self) -> bool:

@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import did_you_mean, got, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
 from desim_warehouse.model.sections.departures import DUE_AT, DueAt
 from desim_warehouse.model.sections.goods import DUE, PopularityRule, is_drawn
@@ -44,11 +44,12 @@ from desim_warehouse.values.fields import (
     form,
     known,
     limited,
+    see_kinds,
+    see_sum,
     wrong,
 )
 
 STORAGE = "storage"
-_SUM = 1e-6  # shares written with a few digits add up to 1 within this
 HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
 ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order", "item")
 _ENDS = {
@@ -313,23 +314,13 @@ class FlowSpec(Part):
     @classmethod
     def _sum(cls, priority: int | tuple[PriorityShare, ...]) -> int | tuple[PriorityShare, ...]:
         if isinstance(priority, tuple):
-            total = math.fsum(part.share for part in priority)
-            if abs(total - 1) > _SUM:
-                raise wrong(f"shares do not add up (got {got(round(total, 9))}), expected a sum of 1")
+            see_sum(part.share for part in priority)
         return priority
 
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        fleet_kinds = known(info).kinds
-        for rank, kind in enumerate(kinds if fleet_kinds is not None else ()):
-            if kind not in (fleet_kinds or ()):
-                near = nearest(kind, fleet_kinds or ())
-                expected = (
-                    f"one of {spoken(fleet_kinds, 'or')}" if fleet_kinds else "one of fleet.kinds, which has none"
-                )
-                hint = f"; did you mean '{near}'?" if near else ""
-                raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}{hint}", rank)
+        see_kinds(enumerate(kinds), known(info).kinds)
         return kinds
 
     @field_validator("load_type")
@@ -341,8 +332,7 @@ class FlowSpec(Part):
         carried = [types for kind, types in by_kind.items() if not kinds or kind in kinds]
         if carried and not any(load_type in types or not types for types in carried):
             carried_types = tuple(dict.fromkeys(name for types in carried for name in types))
-            near = nearest(load_type, carried_types)
-            hint = f"; did you mean '{near}'?" if near else ""
+            hint = did_you_mean(load_type, carried_types)
             whose = f"robots of {spoken(kinds, 'or')}" if kinds else "robots"
             raise wrong(f"no robot carries it (got {got(load_type)}), {whose} carry {spoken(carried_types)}{hint}")
         return load_type

@@ -30,10 +30,11 @@ from desim_warehouse.values.fields import (
     form,
     known,
     limited,
+    see_sum,
+    see_weights,
     wrong,
 )
 
-_SUM = 1e-6  # shares written with a few digits add up to 1 within this
 DUE = Usual("1 s", "7 d")
 """What is sooner than a robot can do it is DUE_TOO_SOON."""
 GOODS_FORM = "a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}"
@@ -65,19 +66,14 @@ class Popularity(Part):
     @classmethod
     def _sums(cls, classes: tuple[AbcClass, ...]) -> tuple[AbcClass, ...]:
         for name in ("share", "demand") if classes else ():
-            total = sum(getattr(item, name) for item in classes)
-            if abs(total - 1) > _SUM:
-                raise wrong(f"{name}s do not add up (got {got(round(total, 9))}), expected a sum of 1")
+            see_sum((getattr(item, name) for item in classes), f"{name}s")
         return classes
 
     @field_validator("weights")
     @classmethod
     def _one_each(cls, weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         places = known(info).places
-        if weights and places is not None and len(weights) != places:
-            raise wrong(f"{len(weights)} weights for {places} storage places, expected one for each")
-        if weights and not any(weights):
-            raise wrong("all weights are 0, expected one above 0")
+        see_weights(weights, len(weights) if places is None else places, "storage places")
         return weights
 
     @model_validator(mode="after")

@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from desim_warehouse.errors import got, nearest
+from desim_warehouse.errors import did_you_mean, got
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import STORAGE
 from desim_warehouse.model.sections.pods import PodsSpec
@@ -31,7 +31,6 @@ ISO = r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?$"
 _TIME = "a number of at least 0, or a time such as 06:15 or 2026-03-02T06:15"
 _LATEST = 10 * 365 * 86_400.0
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
-_COMPARED = 1000  # names of places among which the nearest is looked for
 _MOST, _DISTINCT, _COMMON = 20, 1000, 5  # kinds of problems listed; values of a kind told apart, and shown
 
 
@@ -313,16 +312,12 @@ class OrderRows:
         numbers, texts = self.how.item_numbers, [text.removesuffix(".0") for text in self._texts("item")]
         lost = [row for row, text in enumerate(texts) if text and text not in numbers]
         if lost:
-            near = nearest(texts[lost[0]], numbers) if len(numbers) <= _COMPARED else None
             expected = "an item that a pod holds" if self.how.sold else f"a number from 0 to {self.how.items - 1}"
-            hint = f"; did you mean '{near}'?" if near else ""
-            self.flag(lost, "item", "no such item", f"{expected} (pods.items){hint}")
+            self.flag(lost, "item", "no such item", f"{expected} (pods.items){did_you_mean(texts[lost[0]], numbers)}")
         return [numbers.get(text) for text in texts]
 
     def _expected(self, text: str, any_storage: str = "") -> str:
-        names = [*self.how.names, *self.how.numbers]
-        near = nearest(text, names) if len(names) <= _COMPARED else None
-        hint = f"; did you mean '{near}'?" if near else ""
+        hint = did_you_mean(text, [*self.how.names, *self.how.numbers])
         if self.how.items:
             return f"a station, or 'storage': with pods a row names an item (column item){hint}"
         if not self.how.places:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import got
-from desim_warehouse.layout.spec import NodeName, see_node
+from desim_warehouse.layout.spec import Aisle, see_node
 from desim_warehouse.layout.zones import Members, ZoneSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
@@ -25,23 +23,9 @@ from desim_warehouse.values.fields import (
     Time,
     Unit,
     Usual,
-    known,
     limited,
     wrong,
 )
-
-
-def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-    edges = known(info).edges
-    if len(nodes) == 1:
-        raise wrong(f"one node (got {got(nodes[0])}), expected two or more along an aisle, such as [A, B]")
-    for a, b in pairwise(nodes):
-        if edges and (a, b) not in edges and (b, a) not in edges:
-            raise wrong(f"no edge from one to the next (got {got([a, b])}), expected nodes along edges")
-    return nodes
-
-
-Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_line)]
 
 
 class GiveWay(Part):

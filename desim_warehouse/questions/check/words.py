@@ -9,7 +9,7 @@ from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, CHARGERS
+from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS
 from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.model.facts.workers import groups
 from desim_warehouse.run.quick import left_out
@@ -31,9 +31,16 @@ _ALMOST = 1e-9
 
 
 def sentences(
-    model: Model, estimate: QuickEstimate | None, nearer: Nearer | None = None, choice: Choice | None = None
+    model: Model,
+    estimate: QuickEstimate | None,
+    nearer: Nearer | None = None,
+    choice: Choice | None = None,
+    wider: float | None = None,
 ) -> list[str]:
-    """Return the answer of a check in sentences; without an estimate only the warehouse and what is asked for."""
+    """Return the answer of a check in sentences; without an estimate only the warehouse and what is asked for.
+
+    `wider`: the part of its tasks that the fleet would do more in wide aisles.
+    """
     asked = [sentence(line) for line in (*orders_a_day(model), *orders_asked_for(model))]
     if estimate is None:
         return [_warehouse(model), *asked]
@@ -43,9 +50,11 @@ def sentences(
         *_robots(model, estimate),
         *_chargers(estimate.power, model),
         *_stations(model, estimate),
+        *_pickers(model, estimate),
         *_limit(estimate),
         *_busiest(model, estimate),
         *_savings(model, estimate, nearer, choice),
+        *_aisles(wider),
         *(sentence(line) for line in left_out(model, model.floor)),
     ]
 
@@ -155,6 +164,18 @@ def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     yield f"{line}."
 
 
+def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
+    """Say what pickers can do: at least, where each robot is far from the one before, and at most, without a step."""
+    pickers = estimate.pickers
+    if pickers is None or math.isinf(pickers.most):
+        return
+    least, most = (_floor(rate * model.units.hour) for rate in (pickers.least, pickers.most))
+    yield (
+        f"Pickers: {pickers.count} can pick {least} to {most} lines an hour; the more robots wait for them, the less "
+        "they walk."
+    )
+
+
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
     robots, limit = estimate.knee
     if limit:
@@ -162,7 +183,7 @@ def _limit(estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _limits(name: str) -> str:
-    return f"{name} {'are' if name == CHARGERS else 'is'} the limit"
+    return f"{name} {'are' if name in {CHARGERS, PICKERS} else 'is'} the limit"
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
@@ -170,6 +191,13 @@ def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     line = busiest.are(loads(model, estimate), "of the time" if estimate.on_duty == 1 else "of their hours")
     if line:
         yield sentence(line)
+
+
+def _aisles(wider: float | None) -> Iterator[str]:
+    """Say what it costs that robots load in their lanes."""
+    if wider is not None:
+        more = f"about {numbers.number(100 * wider, 0)} % more"
+        yield f"Robots that load hold up others: beside their lanes they would do {more} (layout.aisles: wide)."
 
 
 def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:

@@ -91,7 +91,7 @@ class Tracks {
       const part = span > 0 ? Math.min(Math.max((time - this.begin[i]) / span, 0), 1) : 1;
       const edge = this.edge[i];
       const at = this.origin[i] + part * (this.target[i] - this.origin[i]);
-      const along = edges.length[edge] > 0 ? at / edges.length[edge] : 0;
+      const along = edges.length[edge] > 0 ? at / edges.length[edge] : part; // a ride in a lift has no length
       this.on[robot] = edge;
       this.at[robot] = at;
       this.x[robot] = edges.x[edge] + along * edges.dx[edge];

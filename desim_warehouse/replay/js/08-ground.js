@@ -9,11 +9,13 @@ Object.assign(Floor.prototype, {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.fillStyle = colours.back;
     ctx.fillRect(0, 0, view.width, view.height);
-    this.ground(ctx, view, colours);
+    if (this.header.lifts) this.grounds(ctx, view, colours);
+    else this.ground(ctx, view, colours);
     if (this.cell) this.cells(ctx, view, colours);
     this.drawZones(ctx, view, colours);
     if (!this.cell) this.storage(ctx, view, colours);
     this.lanes(ctx, view, colours);
+    if (this.header.lifts) this.lifts(ctx, view, colours);
     this.letters(ctx, view, colours);
   },
 
@@ -122,7 +124,7 @@ Object.assign(Floor.prototype, {
   // One-way lanes have arrows; a two-way one is one dashed line, as its direction changes.
   lanes(ctx, view, colours) {
     if (this.cell && this.cell * view.scale < 16) return; // the cells say as much
-    const every = [...this.edges.twin.slice(0, this.edges.real).keys()];
+    const every = [...this.edges.twin.slice(0, this.edges.real).keys()].filter((i) => !this.isRide(i));
     this.lines(ctx, view, colours.aisle, every.filter((i) => this.edges.twin[i] < 0), true);
     ctx.setLineDash([7, 5]);
     this.lines(ctx, view, colours.aisle, every.filter((i) => this.edges.twin[i] > i), false);

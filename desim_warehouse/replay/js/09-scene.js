@@ -84,6 +84,8 @@ class Scene {
     this.floor.lines(ctx, view, colours.soft, this.directions(), true);
     this.unloading(time, upTo, colours);
     this.sort(time);
+    if (this.header.lifts)
+      this.floor.queues(ctx, view, colours, this.floor.queuing(this.story, this.waiting.map((robot) => this.wait[robot])));
     this.rotations(time, colours);
     this.route(time, colours);
     ctx.globalAlpha = this.showHeat ? 0.3 : 1;

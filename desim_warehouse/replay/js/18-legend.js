@@ -19,6 +19,7 @@ function signsOf(sides) {
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay" && zone.number))) signs.push(["charger", "charger"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "station"))) signs.push(["out", "station"]);
   else signs.push(["out", "items are unloaded"]);
+  if (some((header) => header.lifts)) signs.push(["lift", "cabin of a lift, on each floor"]);
   if (sides.some(({ story }) => story.shutVisit.some((visit) => visit < 0))) signs.push(["shut", "closed"]);
   if (sides.some(({ story }) => story.shutVisit.some((visit) => visit >= 0))) signs.push(["person", "person in the aisle"]);
   if (some((header) => header.two_way.length > 0))
@@ -57,6 +58,12 @@ function drawSign(ctx, sign, colours) {
     ctx.fillRect(1, 7, 16, 4);
     ctx.fillStyle = colours.full;
     return ctx.fillRect(1, 7, 10, 4);
+  }
+  if (sign === "lift") {
+    ctx.strokeStyle = colours.ink;
+    ctx.setLineDash([4, 3]);
+    ctx.strokeRect(2.5, 2.5, 13, 13);
+    return ctx.setLineDash([]);
   }
   ctx.fillStyle = colours[sign];
   if (sign === "person") return figure(ctx, 9, 9, 8);

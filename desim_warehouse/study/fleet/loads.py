@@ -18,7 +18,7 @@ from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.loads import loads as foreseen
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.workers import LANES, Group, Load, groups, in_peak, peak_factor, ranked
-from desim_warehouse.outcome.loads import RobotTime, of_robots, share_names
+from desim_warehouse.outcome.loads import RobotTime, of_robots
 from desim_warehouse.run.quick import estimate as quick_estimate
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
@@ -30,13 +30,6 @@ TRIP = "cycle_time_mean"
 _PICKERS_IDLE = "station_idle"
 _BEYOND = 1.05
 """The load from which on the estimate, good to five per cent, says that robots and chargers are asked for too much."""
-
-
-def indicators_of(model: Model) -> tuple[str, ...]:
-    """List the indicators from which loads follow."""
-    stations = "server_utilisation" if model.pods is None else _PICKERS_IDLE
-    lifts = ("lift_utilisation",) if model.layout.lifts else ()
-    return *share_names(model), "charger_utilisation", stations, "worker_utilisation", *lifts
 
 
 def loads_at(study: StudyEngine, point: Point) -> dict[Load, Estimate]:
@@ -86,6 +79,8 @@ def _values(
             values[group] = [row.value("lift_utilisation") * _part_of_lift(quick, group) for row in rows]
         elif group.kind == "people":
             values[group] = [row.value("worker_utilisation") * parts.get(group, math.nan) for row in rows]
+        elif group.kind == "pickers" and not group.zone:
+            values[group] = [row.value("picker_utilisation") + row.value("picker_walking") for row in rows]
         elif group.kind == "pickers":
             values[group] = [(1 - row.value(_PICKERS_IDLE)) * parts.get(group, math.nan) for row in rows]
         else:

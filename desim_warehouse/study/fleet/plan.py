@@ -29,7 +29,7 @@ from desim_warehouse.study.fleet.designs import Designs, OneKey, more_demand
 from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.fleet.given import counts_of, demands_of, goals_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
-from desim_warehouse.study.fleet.loads import TRIP, indicators_of, loads_at
+from desim_warehouse.study.fleet.loads import TRIP, loads_at
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.procedures import judge_of, measured, scouted
@@ -223,7 +223,7 @@ class Planner:
         best = None if cheapest.design is None else shown[cheapest.design]
         below = tuple(shown[number] for number in too_small)
         base = study.plan.base
-        used, trip, shown_by = self._used(study, cheapest, counts) if shown else ({}, None, ())
+        used, trip = self._used(study, cheapest, counts) if shown else ({}, None)
         left = tuple(counts[number] for number in cheapest.open)
         worse = tuple(
             (
@@ -248,7 +248,6 @@ class Planner:
             below,
             used,
             base.layout.has_hours or base.fleet.has_hours,
-            shown_by,
             changes,
             left,
             worse,
@@ -267,14 +266,13 @@ class Planner:
 
     def _used(
         self, study: StudyEngine, cheapest: Cheapest, counts: list[Counts]
-    ) -> tuple[dict[Load, Estimate], Estimate | None, tuple[str, ...]]:
-        """The loads at the chosen design, or the largest; the trip time if nobody is busy; the indicators of both."""
+    ) -> tuple[dict[Load, Estimate], Estimate | None]:
+        """The loads at the chosen design, or the largest, and the trip time where nobody is busy."""
         busiest = cheapest.design if cheapest.design is not None else max(cheapest.below, key=lambda n: counts[n])
-        used, by = loads_at(study, study.points[busiest]), indicators_of(study.plan.base)
+        used = loads_at(study, study.points[busiest])
         if cheapest.design is not None or scarce(used):
-            return used, None, by
-        trip = study.results.estimate(study.results.by_point[busiest], TRIP)
-        return used, trip, (*by, *(() if trip is None else (TRIP,)))
+            return used, None
+        return used, study.results.estimate(study.results.by_point[busiest], TRIP)
 
     def _with_its_days(self, search: Procedure[Cheapest], judge: Judge) -> Procedure[Cheapest]:
         """Search, and where orders come by the clock, run the design found on more days, to show orders by hour."""

@@ -79,7 +79,7 @@ class Sized:
     `name`: of its study. `best` is None if no design was shown to meet the target, and `below` are then the largest
     that failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at
     the largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts.
-    They follow from the indicators `shown_by`; there are none where no design was judged.
+    There are none where no design was judged.
     `open`: designs without a result, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs that do worse than a smaller one: both, the difference (None: robots ran flat), and the target.
     `capped`: the gain of a cap on robots under way at the largest design, where none is enough as robots wait.
@@ -99,7 +99,6 @@ class Sized:
     below: tuple[Shown, ...]
     loads: Mapping[Load, Estimate]
     in_hours: bool
-    shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
     open: tuple[Counts, ...] = ()
     worse: tuple[tuple[Counts, Counts, Estimate | None, Target], ...] = ()

@@ -55,7 +55,6 @@ class Differences:
     """
 
     against: Mapping[Any, Any]
-    method: Method
     confidence: float
     differences: tuple[Difference, ...]
     statement: str
@@ -171,7 +170,7 @@ def compare_pairs(
     )
     statement = STATEMENTS[method] if m > 1 else "1 difference, its interval holds with {c:g} %"
     statement = statement.format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
-    return Differences(dict(against), method, confidence, differences, statement)
+    return Differences(dict(against), confidence, differences, statement)
 
 
 def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -40,7 +40,7 @@ RARE = 5
 """The fewest missed tasks assumed in the upper limit of the effective sample size, however many days there are."""
 
 
-def t_quantile(df: int, probability: float) -> float:
+def t_quantile(df: float, probability: float) -> float:
     """The `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
     from scipy.special import stdtrit
 
@@ -53,8 +53,8 @@ class Estimate:
 
     `interval` is None where none can be given: one replication of a random model, or a `deterministic` one, whose
     mean is exact. `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without
-    `deterministic` means that the replications agree so far. `of_all`: of shares of tasks, the share of all tasks of
-    all replications; in `mean` each replication counts alike, however many tasks it has.
+    `deterministic` means that the replications agree so far. In the `mean` of shares of tasks each replication counts
+    alike, however many tasks it has.
     """
 
     n: int
@@ -65,7 +65,6 @@ class Estimate:
     quantiles: dict[float, float]
     deterministic: bool
     confidence: float
-    of_all: float | None = None
 
     @property
     def half_width(self) -> float | None:
@@ -78,14 +77,6 @@ class Estimate:
         if self.half_width is None:
             return None
         return self.half_width / abs(self.mean) if self.mean else math.inf
-
-    def __str__(self) -> str:
-        if self.deterministic:
-            return f"{self.mean:.6g} (deterministic: the same in every replication, n={self.n})"
-        if self.half_width is None:
-            return f"{self.mean:.6g} (one replication: no interval)"
-        agree = "" if self.sd else ", all agree so far"
-        return f"{self.mean:.6g} ± {self.half_width:.3g} ({100 * self.confidence:g} %, n={self.n}{agree})"
 
 
 def estimate(
@@ -112,15 +103,14 @@ def estimate(
     9.4.1. Quantiles: linear interpolation, type 7 of Hyndman & Fan (1996).
     Assumes: as `bounds`; n chosen in advance.
     """
-    array, tasks = finite(values), tasks_of(values)
+    array = finite(values)
     check_confidence(confidence)
     if deterministic:
         check_same(array)
     interval = None
     if not deterministic and array.size > 1:
         interval = bounds_of(values, 0.5 + confidence / 2, within)
-    of_all = None if tasks is None else float((array * tasks).sum() / tasks.sum())
-    return replace(described(array, interval, deterministic, confidence), of_all=of_all)
+    return described(array, interval, deterministic, confidence)
 
 
 def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
@@ -258,12 +248,6 @@ class QuantileEstimate:
     high: float | None
     confidence: float
     deterministic: bool = False
-
-    def __str__(self) -> str:
-        if self.deterministic:
-            return f"{self.value:.6g} (deterministic: the same in every replication, n={self.n})"
-        low, high = ("unknown" if end is None else f"{end:.6g}" for end in (self.low, self.high))
-        return f"{self.value:.6g}, from {low} to {high} ({100 * self.confidence:g} %, n={self.n})"
 
 
 def quantile(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -11,7 +10,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import Estimate, estimate
+from desim_warehouse.study.statistics.intervals import estimate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,17 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PrecisionRule:
-    """Replicate until the half-width is at most `relative` of |mean|: from `minimum` to `cap` times.
-
-    `relative` is a share (0.05 for 5 %). With `of_true_mean` the share is of the unknown true mean: the
-    half-width must then be below relative / (1 + relative) of the estimated one (Law 2015, section 9.4.1).
-    """
+    """Replicate until the half-width is at most `relative` (a share) of |mean|: from `minimum` to `cap` times."""
 
     relative: float
     confidence: float = 0.95
     minimum: int = 30
     cap: int = 1000
-    of_true_mean: bool = False
 
     def __post_init__(self) -> None:
         check_confidence(self.confidence)
@@ -37,21 +31,6 @@ class PrecisionRule:
             raise StudyError(f"relative half-width {self.relative!r}: expected a share between 0 and 1")
         if not 2 <= self.minimum <= self.cap:  # noqa: PLR2004
             raise StudyError(f"replications from {self.minimum} to {self.cap}: expected 2 <= minimum <= cap")
-
-    @property
-    def share(self) -> float:
-        """The largest half-width allowed, as a share of the estimated mean."""
-        return self.relative / (1.0 + self.relative) if self.of_true_mean else self.relative
-
-
-@dataclass(frozen=True)
-class Precision:
-    """The precision of a design: `more` replications to run next (0: done), and whether the rule is `reached`."""
-
-    reached: bool
-    more: int
-    estimate: Estimate
-    note: str
 
 
 def replications_needed(
@@ -80,10 +59,10 @@ def replications_needed(
     return int(i[enough[0]]) if enough.size else None
 
 
-def check_precision(
+def replications_to_run(
     values: Sequence[float] | NDArray[np.float64], rule: PrecisionRule, *, deterministic: bool = False
-) -> Precision:
-    """Whether the replications so far are precise enough, and how many to run next.
+) -> int:
+    """Return how many replications to run next; 0 where those so far are precise enough, or as many as the cap.
 
     The next batch is the predicted shortfall, but never more than doubles the replications, so a lucky or
     unlucky start costs little. It depends on `values` only: any number of workers runs the same replications.
@@ -97,23 +76,11 @@ def check_precision(
     and lognormal (sigma 0.5) output and 5 to 20 % precision; with a minimum of 10 in 92 % at worst.
     """
     n = len(values)
-    if n == 0:
-        return Precision(False, rule.minimum, _nothing_yet(rule), "no replication yet")
-    now = estimate(values, rule.confidence, deterministic=deterministic)
     if n < rule.minimum:
-        return Precision(False, rule.minimum - n, now, f"{n} of at least {rule.minimum} replications")
-    if now.deterministic:
-        return Precision(True, 0, now, f"deterministic: the same in all {n} replications")
-    got = now.relative_half_width
-    if got is not None and got <= rule.share:
-        return Precision(True, 0, now, f"half-width {100 * got:.2g} % of the mean after {n} replications")
-    text = "mean is zero: no share of it can be reached" if now.mean == 0 else f"half-width {100 * (got or 0):.2g} %"
-    if n >= rule.cap:
-        return Precision(False, 0, now, f"cap of {rule.cap} replications: {text}, wanted {100 * rule.share:.2g} %")
-    needed = replications_needed(values, rule.share, rule.confidence, rule.cap) or rule.cap
-    more = min(max(needed - n, 1), n, rule.cap - n)
-    return Precision(False, more, now, f"{text} after {n} replications, wanted {100 * rule.share:.2g} %")
-
-
-def _nothing_yet(rule: PrecisionRule) -> Estimate:
-    return Estimate(0, math.nan, None, None, math.nan, {}, False, rule.confidence)
+        return rule.minimum - n
+    now = estimate(values, rule.confidence, deterministic=deterministic)
+    half_width = now.relative_half_width
+    if now.deterministic or n >= rule.cap or (half_width is not None and half_width <= rule.relative):
+        return 0
+    needed = replications_needed(values, rule.relative, rule.confidence, rule.cap) or rule.cap
+    return min(max(needed - n, 1), n, rule.cap - n)

@@ -40,7 +40,6 @@ class Selection:
     deterministic: bool
     delta: float
     confidence: float
-    note: str
     equal: tuple[int, ...] = ()
 
 
@@ -112,7 +111,6 @@ def kn_steps(
         yield from race.run(1, ahead=min(ahead, cap - race.r))
         slack = race.shortened(h2 * variances / delta**2)
         race.screen(slack, delta)
-    guaranteed = race.over(slack)
     return Selection(
         best=race.leader(),
         within=race.within(delta, None if deterministic else each),
@@ -120,11 +118,10 @@ def kn_steps(
         eliminated_at=tuple(race.eliminated_at),
         means=tuple(race.means().tolist()),
         samples=tuple(len(row) for row in race.data),
-        guaranteed=guaranteed,
+        guaranteed=race.over(slack),
         deterministic=deterministic,
         delta=delta,
         confidence=confidence,
-        note=_note(guaranteed, deterministic, race, delta, confidence),
         equal=tuple(i for i in range(k) if i != race.leader() and race.equal(i, race.leader())),
     )
 
@@ -214,12 +211,3 @@ class _Race:
         """The survivor with the best mean, of equals the one with the lowest number."""
         means = self.sign * self.means()
         return max(self.alive, key=lambda i: (means[i], -i))
-
-
-def _note(guaranteed: bool, deterministic: bool, race: _Race, delta: float, confidence: float) -> str:
-    """The guarantee of the choice, in one sentence."""
-    if not guaranteed:
-        return f"cap of {race.r} replications, {len(race.alive)} designs left: best mean, no guarantee"
-    if deterministic:
-        return "deterministic: compared as exact numbers"
-    return f"best with {100 * confidence:g} % if it leads by at least {delta:g} (KN, Kim & Nelson 2001)"

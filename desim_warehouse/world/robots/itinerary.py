@@ -164,6 +164,11 @@ class Itinerary:
         if self.guard is not None:
             self.guard.declare(self.body, [*rest, *(lane for leg, _ in self.legs for lane in leg)])
 
+    def stand_aside(self) -> None:
+        """Declare anew what is left of its route, from the lane beside which it stands now."""
+        if self.guard is not None:
+            self.guard.stands_aside(self.body, [lane for leg, _ in self.legs for lane in leg])
+
     def leg(self, node: str, goal: str) -> list[Lane]:
         """Return the next leg, from `node` to `goal`."""
         if self.guard is None:

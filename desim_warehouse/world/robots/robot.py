@@ -39,7 +39,6 @@ from desim_warehouse.world.robots.dwelling import Dwelling
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.surroundings import Surroundings
-from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
@@ -129,7 +128,7 @@ class Robot:
         self.job: Task | None = None
         cut_off = reach.openings.cut_off
         self.closings = Closings(env, self, cut_off, dispatcher.take_back) if cut_off.closures else None
-        self.tour = Tour(
+        self.tour = around.tours(
             self,
             env,
             dispatcher=dispatcher,
@@ -138,6 +137,7 @@ class Robot:
             departures=around.departures,
             closings=self.closings,
             pods=around.pods,
+            pickers=around.pickers,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.dwelling = Dwelling(
@@ -491,6 +491,8 @@ class Robot:
         """Lay down its task or tour, which is done or given back."""
         self.job = self.itinerary.place = None
         self.tour.stops, self.tour.slots = [], []
+        if self.tour.pickers is not None:
+            self.tour.pickers.forget(self.number)
         self.body.work_on(-1)
 
     def record_delivery(self, stop: Stop) -> None:
@@ -677,6 +679,10 @@ class Robot:
         waited = self.body.waited_by(now) - self.waited_before
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
+
+    def stood_aside(self) -> None:
+        """Declare, where lanes are two-way, how it goes on from beside its lane."""
+        self.itinerary.stand_aside()
 
     def give_way(self) -> None:
         """Go on to a bay, if it rests, as others wait for it."""

@@ -11,6 +11,7 @@ from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.robots.tour import Tour
     from desim_warehouse.world.traffic.events import Clock
     from desim_warehouse.world.traffic.routes import Routes
     from desim_warehouse.world.traffic.traffic import Traffic
@@ -99,3 +101,7 @@ class Surroundings:
     """None where routes do not change for closures."""
     pods: Carried | None
     """None: robots bring single loads."""
+    tours: type[Tour]
+    """How robots do their work: where aisles are wide, they stand beside lanes."""
+    pickers: Pickers | None
+    """None: robots load by themselves."""

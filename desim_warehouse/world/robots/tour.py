@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.pickers import Pickers
 from desim_warehouse.world.places.service import Service
 from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stations import Stations
@@ -47,6 +48,7 @@ class Tour:
         departures: Departures,
         closings: Closings | None,
         pods: Carried | None,
+        pickers: Pickers | None,
     ) -> None:
         self.robot = robot
         self.env = env
@@ -56,6 +58,7 @@ class Tour:
         self.departures = departures
         self.closings = closings
         self.pods = pods
+        self.pickers = pickers
         self.stops: list[Stop] = []
         self.slots: list[Station] = []
 
@@ -64,6 +67,9 @@ class Tour:
     def begin(self) -> Generator[Event, object, bool]:
         """Drive to the first stop and load there. Returns False if the battery sent the robot home before."""
         robot = self.robot
+        if self.pickers is not None:
+            yield from self.pickers.set_out(robot, self.stops)
+            robot.enter("empty")
         if robot.docked is None or robot.docked is not self.stops[0].station:
             if self.closings is not None and not robot.body.is_on_lanes and self.closings.is_cut_off:
                 self.closings.turn_back()
@@ -97,6 +103,8 @@ class Tour:
         robot = self.robot
         while self.stops:
             stop = self.stops[0]
+            if self.pickers is not None:
+                self.pickers.expect(robot, stop)
             if robot.docked is None or robot.docked is not stop.station:
                 route, place = robot.itinerary.onward(robot.node, self.stops, self._bay_after_it())
                 yield from robot.drive(route, place)
@@ -107,9 +115,22 @@ class Tour:
         if stop.station is not None:
             yield from self._be_served(stop.station)
             return
-        self.robot.enter(_state(stop))
-        yield Timeout(self.env, self.handling.time(stop))
+        if self.pickers is not None and self.pickers.serve_at(stop):
+            yield from self._be_picked(stop, self.pickers)
+        else:
+            self.robot.enter(_state(stop))
+            yield Timeout(self.env, self.handling.time(stop))
         self._go_on_after(stop)
+
+    def _be_picked(self, stop: Stop, pickers: Pickers) -> Steps:
+        """Load or unload at a storage place, by a picker who comes there."""
+        robot = self.robot
+        yield from pickers.come(robot, stop)
+        robot.enter(_state(stop))
+        time = self.handling.time(stop)
+        pickers.begin(robot, stop, time)
+        yield Timeout(self.env, time)
+        pickers.end(robot, self.stops[1:])
 
     def _be_served(self, station: Station) -> Steps:
         """Handle all its loads in a station, one after the other: the server keeps it until they are handled."""

@@ -203,6 +203,14 @@ class Avoidance:
             self.test.left(robot)
             self._moved(robot)
 
+    def stands_aside(self, robot: Body, route: Sequence[Lane]) -> None:
+        """Note that a robot stands beside its lane, as in a slot, with the way back onto it as its first step."""
+        self.left(robot)
+        lane: Lane = robot.lane
+        if lane.zone_direction is not None:
+            lane.zone_direction.robots.pop(robot, None)
+        self.declared.add(robot, DeclaredRoute(trail_of(lane.start, [lane, *route])[1:]))
+
     # Steps
 
     def admit(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:

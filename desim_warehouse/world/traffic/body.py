@@ -7,11 +7,10 @@ from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.states import IN_LIFT
-from desim_warehouse.world.traffic.braking import LookAhead
 from desim_warehouse.world.traffic.drive import Drive
-from desim_warehouse.world.traffic.driver import Driver, NoDriver
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
-from desim_warehouse.world.traffic.motion import Motion, NodeDelays, Stretch
+from desim_warehouse.world.traffic.motion import LookAhead, Motion, NodeDelays, Stretch
+from desim_warehouse.world.traffic.rulebook import Driver, NoDriver
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
@@ -278,6 +277,27 @@ class Body:
         self.pos = self.target = self.goal = 0.0
         self.entered_at = self.line_at = since
         self.moves += 1
+
+    def leave_queue(self) -> None:
+        """Leave its lane's queue where it stands, beside the lane; it counts as on the lane still."""
+        if self.ahead is not None:
+            self.ahead.behind = self.behind
+        if self.behind is not None:
+            self.behind.ahead = self.ahead
+        self.ahead = self.behind = None
+
+    def queue_between(self, ahead: Body | None, behind: Body | None) -> None:
+        """Stand in its lane's queue again, between two others."""
+        self.ahead, self.behind = ahead, behind
+        if ahead is not None:
+            ahead.behind = self
+        if behind is not None:
+            behind.ahead = self
+
+    def be_on_lane_again(self, now: float) -> None:
+        """Stand on its lane where it left that, and want to go no farther yet."""
+        self.goal = self.target = self.pos
+        self.since = self.until = now
 
     def into_bay(self, node: Intersection) -> None:
         """Go from the intersection that it held into the bay or station beside it."""
@@ -550,6 +570,10 @@ class Body:
         """Wait for an intersection and room beyond it, until it holds them."""
         self.claim = claim
         self.waiting_since = now
+
+    def resume(self) -> None:
+        """Wait no longer for room beside a lane, or on it."""
+        self.claim = None
 
     def waits_anew(self, now: float) -> None:
         """Wait on, for something else: `waiting_since` is the start of the present episode."""

@@ -3,7 +3,8 @@
 A robot claims the lift with room to stand beyond it on the other floor, in one step, as any intersection. Then only the
 cabin is called, and the robot waits for its doors at the stop line. So it is known beforehand for how long: waiting for
 the cabin and riding depend on no other robot, and who waits for whom is as with other intersections. Nothing is
-scheduled for the cabin. Where it stands is worked out when it is called.
+scheduled for the cabin. Where it stands is worked out when it is called, and so are the rides of people who called it
+before, and repairs.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from desim_warehouse.layout.layout import Lift
 from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -32,10 +34,10 @@ class LiftCrossing(Intersection):
 
     Floors are ranks in the nodes of its `shaft`. It is free once the robot that left is D beyond it and the doors have
     closed. A ring turns as one, so before it does the cabin comes to its robot that waits for the lift. It stands open
-    there, `ready_for` it, until anybody calls it.
+    there, `ready_for` it, until anybody calls it. Its `users` are others than robots.
     """
 
-    __slots__ = ("floor", "free_at", "ready_for", "shaft")
+    __slots__ = ("floor", "free_at", "ready_for", "shaft", "users")
 
     is_lift = True
 
@@ -45,6 +47,7 @@ class LiftCrossing(Intersection):
         self.floor = 0 if shaft.rests is None else shaft.nodes.index(shaft.rests)
         self.free_at = -math.inf
         self.ready_for: Body | None = None
+        self.users: LiftUsers | None = None
 
     def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002 - to all or to none
         """Whether a robot may have it now."""
@@ -98,10 +101,31 @@ class LiftCrossing(Intersection):
         if self._stands_open(robot, node, now):
             opens = now
         else:
+            if self.users is not None:
+                self._let_others_use_it(self.users, now)
             begin = max(now, self.free_at)
             opens = begin + self._takes_to(node, begin) + self.shaft.doors
         self.floor, self.ready_for = self.shaft.nodes.index(node), None
         return opens
+
+    def _let_others_use_it(self, users: LiftUsers, now: float) -> None:
+        """Let people who have called it before `now` ride in it first, and repair it where it has failed."""
+        shaft, log = self.shaft, self.rules.log
+        while (due := users.due) <= now:
+            begin = max(due, self.free_at)
+            if due == users.fails_at:
+                if shaft.rests is not None:  # where it would go meanwhile
+                    self.floor = shaft.nodes.index(shaft.rests)
+                self.free_at = users.repaired(begin)
+                log.lift_fails(begin, shaft.nodes[self.floor], self.free_at)
+            else:
+                ride = users.ride()
+                way = shaft.nodes[ride.begin], shaft.nodes[ride.end]
+                until = begin + self._takes_to(way[0], begin) + shaft.doors + ride.getting_in
+                self.free_at = until + shaft.carrying(*way) + ride.getting_out + shaft.doors
+                self.floor = ride.end
+                log.person_rides(begin, way, begin - due, self.free_at)
+            self.ready_for = None
 
     def _takes_to(self, node: str, now: float) -> float:
         """Return how long the cabin takes to a node from where it stands, open or closed, or is on its way to rest."""

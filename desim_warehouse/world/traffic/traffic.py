@@ -25,8 +25,10 @@ from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
 from desim_warehouse.world.traffic.lift import LiftCrossing, Ride
+from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import exact_length
+from desim_warehouse.world.traffic.wide import WideLane, WideRestrictedLane
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
 
 if TYPE_CHECKING:
@@ -40,7 +42,8 @@ class Traffic:
     `rule` says what becomes of rings of waiting robots (see `gridlock`). By `avoid` robots declare their routes to
     `rules.guard`, which decides on every step and has `patience`. For `zones` see there. `node_times` are nodes at
     which another time than `node_time` is spent. `free` are nodes at which no robot waits. `restrictions`: lanes that
-    are closed or slow at times.
+    are closed or slow at times. `wide`: beside these robots stand while they load or unload; `looks`
+    as in `wide.WideLane`.
     """
 
     def __init__(
@@ -60,6 +63,8 @@ class Traffic:
         node_times: Mapping[str, float] | None = None,
         free: Collection[str] = (),
         restrictions: Restrictions | None = None,
+        wide: Collection[Edge] = (),
+        looks: bool = True,
     ) -> None:
         restrictions = Restrictions() if restrictions is None else restrictions
         mixed = mixed or bool(free) or bool(restrictions.slow)
@@ -67,15 +72,38 @@ class Traffic:
         of_zones = directions(zones)
         guard = Avoidance(env, patience, has_zones=bool(of_zones)) if rule == "avoid" else None
         self.rules = Rules(
-            env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
+            env,
+            log,
+            self.gridlock,
+            contact,
+            theta,
+            node_time,
+            mixed,
+            mixed or log.everything or bool(wide),
+            guard,
+            turn_time,
         )
+        self.wide = frozenset(wide)
         lengths = {edge: exact_length(length, contact) for edge, length, _, _ in layout.edges}
         self.nodes = _intersections(layout, self.rules, lengths, zones, frozenset(free))
         self.lanes = _lanes(
-            layout, self.rules, self.nodes, lengths, closed(zones), of_zones, node_times or {}, restrictions
+            layout,
+            self.rules,
+            self.nodes,
+            lengths,
+            closed(zones),
+            of_zones,
+            node_times or {},
+            _kinds(layout, restrictions, self.wide, yields=rule == "rotate", looks=looks),
         )
         if guard is not None:
             guard.rely_on(self.lanes.values())
+
+    def share_lifts(self, users: Mapping[str, LiftUsers]) -> None:
+        """Let others than robots use lifts, by the name of the lift."""
+        for node in self.nodes.values():
+            if isinstance(node, LiftCrossing):
+                node.users = users.get(node.shaft.name)
 
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
@@ -156,6 +184,19 @@ def _intersections(
     return found
 
 
+def _kinds(
+    layout: Layout, restrictions: Restrictions, wide: frozenset[Edge], *, yields: bool, looks: bool
+) -> dict[Edge, Callable[..., Lane]]:
+    """Return what makes a lane, by edge, where it is no ordinary one."""
+    kinds: dict[Edge, Callable[..., Lane]] = dict.fromkeys(wide, partial(WideLane, yields=yields, looks=looks))
+    for edge in restrictions.edges:
+        restricted = partial(WideRestrictedLane, yields=yields, looks=looks) if edge in wide else RestrictedLane
+        kinds[edge] = partial(
+            restricted, closures=restrictions.closures.get(edge, ()), slow=restrictions.slow.get(edge, ())
+        )
+    return kinds | dict.fromkeys(layout.rides, Ride)
+
+
 def _lanes(
     layout: Layout,
     rules: Rules,
@@ -164,18 +205,11 @@ def _lanes(
     inside: Container[Edge],
     of_zones: Mapping[Edge, ZoneDirection],
     node_times: Mapping[str, float],
-    restrictions: Restrictions,
+    kinds: Mapping[Edge, Callable[..., Lane]],
 ) -> dict[Edge, Lane]:
     """Make the lanes, by edge."""
     lanes: dict[Edge, Lane] = {}
     points, headings = layout.points, layout.headings
-    kinds: dict[Edge, Callable[..., Lane]] = {
-        edge: partial(
-            RestrictedLane, closures=restrictions.closures.get(edge, ()), slow=restrictions.slow.get(edge, ())
-        )
-        for edge in restrictions.edges
-    }
-    kinds |= dict.fromkeys(layout.rides, Ride)
     for edge, _, limit, two_way in layout.edges:
         source, target = edge
         lane = kinds.get(edge, Lane)(

@@ -20,6 +20,7 @@ LENGTHS = {
     "sorting": 300.0,
     "e-commerce": 1200.0,
     "hospital": 2400.0,
+    "mezzanine": 2400.0,
     "milk-run": 2400.0,
     "pallets": 2400.0,
 }
@@ -31,7 +32,7 @@ HOUR = 3600.0
 @cache
 def short(name):
     length = LENGTHS[name]
-    changes = {"run.length": length, "run.warm_up": length / 3, "log": "all"}
+    changes = {"run.length": length, "run.warm_up": length / 3, "log": "all", "fleet.start_energy": 0.9}
     return dw.simulate(dw.load(gallery()[name], changes), seed=4)
 
 

@@ -21,6 +21,7 @@ from desim_warehouse.replay.stops import better
 from desim_warehouse.replay.tiles import tiles
 from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run, people_run
 from tests.report.replay.unpacked import unpack
+from tests.world.test_lifts import TWO
 
 
 def read(run, start, end):
@@ -222,6 +223,29 @@ def test_goods_of_a_list_are_known_and_there_until_they_are_loaded():
     assert [tasks[number].good for number in range(10)] == [11, 8, 39, 28, 53, 1, 69, 42, 79, 6]
     loaded = {row[3]: row[0] for row in run.record.rows if row[1] == "loaded"}
     assert {number: task.loaded for number, task in tasks.items()} == loaded
+
+
+def test_the_page_knows_lifts_and_the_floor_of_each_node():
+    run = dw.simulate(dw.load(TWO, {"layout.lifts.main.cabins": 2}))
+    header, columns = read(run, 0, run.T)
+    node = {name: number for number, (name, _, _) in enumerate(header["nodes"])}
+    assert header["lifts"] == [
+        ["main", [node["lift0"], node["lift1"]]],
+        ["main 2", [node["lift0 2"], node["lift1 2"]]],
+    ]
+    assert {name: header["floors"][number] for name, number in node.items()} == {
+        **dict.fromkeys(("home", "hall", "lift0", "lift0 2"), 0),
+        **dict.fromkeys(("lift1", "lift1 2", "ward", "far"), 1),
+    }
+    # a wait for the cabin is before its node, on the lane to it; a ride before the node that it leads to
+    waits = [(columns["wait_node"][i], columns["wait_edge"][i]) for i in range(len(columns["wait_node"]))]
+    edges = list(run.layout.graph.edges)
+    lift = {lift.name: lift for lift in run.layout.lifts}[
+        "main" if header["nodes"][waits[0][0]][0] == "lift0" else "main 2"
+    ]
+    low, high = lift.nodes
+    named = [(header["nodes"][node][0], edges[edge]) for node, edge in waits]
+    assert named == [(low, ("hall", low)), (high, (low, high)), (high, ("ward", high)), (low, (high, low))]
 
 
 @pytest.mark.parametrize(("start", "end"), [(5.0, 5.0), (7.0, 3.0), (-1.0, 5.0), (1e9, None), (0.0, float("nan"))])

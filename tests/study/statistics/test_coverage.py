@@ -5,7 +5,7 @@ import pytest
 
 from desim_warehouse.study.statistics.comparison import compare, paired
 from desim_warehouse.study.statistics.intervals import estimate
-from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision
+from desim_warehouse.study.statistics.precision import PrecisionRule, replications_to_run
 from tests.daily import some
 from tests.study.statistics.coverage import CASES
 from tests.study.statistics.searches import kn, smallest
@@ -87,14 +87,14 @@ def test_replicating_until_precise_enough_still_covers():
     covered, lengths = 0, []
     for values in rng.normal(50.0, 12.0, (STUDIES, 400)):
         n = 0
-        while more := (now := check_precision(values[:n], rule)).more:
+        while more := replications_to_run(values[:n], rule):
             n += more
-        covered += covers(now.estimate, 50.0)
+        covered += covers(estimate(values[:n]), 50.0)
         lengths.append(n)
-        assert now.reached
     assert covered / STUDIES >= 0.92
     # t * 12 / sqrt(n) = 2.5 at n = 91: near that, not at the cap
     assert 80 <= np.mean(lengths) <= 105
+    assert max(lengths) < rule.cap
 
 
 @pytest.mark.parametrize("name", some(["shifted", "lognormal", "collisions"], 3))
@@ -105,9 +105,10 @@ def test_replicating_skewed_output_until_precise_enough_still_covers(name):
     covered = 0
     for values in draw(np.random.default_rng(109), (STUDIES, 1500)):
         n = 0
-        while more := (now := check_precision(values[:n], rule)).more:
+        while more := replications_to_run(values[:n], rule):
             n += more
-        covered += abs(now.estimate.mean - truth) <= now.estimate.half_width
+        now = estimate(values[:n])
+        covered += abs(now.mean - truth) <= now.half_width
     assert covered / STUDIES >= 0.935
 
 

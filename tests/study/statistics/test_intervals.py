@@ -71,7 +71,6 @@ def test_equal_values_of_a_deterministic_model_have_no_interval():
     assert result.half_width is None
     assert result.interval is None
     assert result.sd == 0.0
-    assert "deterministic" in str(result)
 
 
 def test_equal_values_so_far_are_neither_exact_nor_infinitely_precise():
@@ -79,7 +78,6 @@ def test_equal_values_so_far_are_neither_exact_nor_infinitely_precise():
     result = estimate([5.0] * 10)
     assert (result.deterministic, result.sd) == (False, 0.0)
     assert result.interval == pytest.approx((5 - 1.5425, 5 + 1.5425), abs=1e-4)
-    assert "all agree so far" in str(result)
 
 
 def test_a_small_spread_that_is_more_than_rounding_is_a_spread():
@@ -91,7 +89,6 @@ def test_a_small_spread_that_is_more_than_rounding_is_a_spread():
 def test_one_replication_has_no_interval_and_is_not_called_deterministic():
     result = estimate([7.0])
     assert (result.mean, result.half_width, result.sd, result.deterministic) == (7.0, None, None, False)
-    assert "one replication: no interval" in str(result)
 
 
 def test_one_replication_of_a_model_known_to_be_deterministic_is_exact():
@@ -108,8 +105,8 @@ def test_a_mean_of_zero_has_no_relative_precision():
     assert estimate([-1.0, 1.0]).relative_half_width == math.inf
 
 
-def test_an_estimate_reads_as_a_sentence():
-    assert str(estimate([8, 10, 12])) == "10 ± 4.97 (95 %, n=3)"
+def test_three_values_by_student():
+    assert estimate([8, 10, 12]).half_width == pytest.approx(4.97, abs=0.005)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.intervals import estimate
-from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision, replications_needed
+from desim_warehouse.study.statistics.precision import PrecisionRule, replications_needed, replications_to_run
 
 
 def test_replications_needed_worked_by_hand():
@@ -33,43 +33,33 @@ def test_values_that_agree_tell_nothing_about_the_number_needed():
 
 def test_the_first_batch_is_the_minimum():
     rule = PrecisionRule(0.10, minimum=4, cap=20)
-    assert check_precision([], rule).more == 4
-    assert check_precision([9.0], rule).more == 3
+    assert replications_to_run([], rule) == 4
+    assert replications_to_run([9.0], rule) == 3
 
 
 def test_the_next_batch_is_the_shortfall_but_at_most_doubles():
     # 18 are predicted (above): 15 more, but 3 replications are at most doubled
     rule = PrecisionRule(0.10, minimum=3, cap=100)
-    now = check_precision([8, 10, 12], rule)
-    assert (now.reached, now.more) == (False, 3)
+    assert replications_to_run([8, 10, 12], rule) == 3
     # nine values, sd sqrt(24/8) = 1.732: t(13) * 1.732 / sqrt(14) = 1.0001, t(14) * 1.732 / sqrt(15) = 0.959
-    assert check_precision([8, 10, 12] * 3, rule).more == 15 - 9
+    assert replications_to_run([8, 10, 12] * 3, rule) == 15 - 9
 
 
-def test_the_cap_ends_it_unreached_and_says_so():
-    now = check_precision([8, 10, 12], PrecisionRule(0.10, minimum=2, cap=3))
-    assert (now.reached, now.more) == (False, 0)
-    assert "cap of 3" in now.note
-    assert "mean is zero" in check_precision([-1, 1], PrecisionRule(0.1, minimum=2, cap=2)).note
+def test_the_cap_ends_it_unreached():
+    assert replications_to_run([8, 10, 12], PrecisionRule(0.10, minimum=2, cap=3)) == 0
+    assert replications_to_run([-1, 1], PrecisionRule(0.1, minimum=2, cap=2)) == 0
 
 
 def test_a_deterministic_model_is_done_at_the_minimum():
-    now = check_precision([5.0, 5.0], PrecisionRule(0.01, minimum=2), deterministic=True)
-    assert (now.reached, now.more) == (True, 0)
-    assert "deterministic" in now.note
+    assert replications_to_run([5.0, 5.0], PrecisionRule(0.01, minimum=2), deterministic=True) == 0
 
 
 def test_values_that_agree_are_precise_to_5_per_cent_after_72():
     # 1 - 0.025^(1/72) = 0.0499: so many runs may differ, by as much as the mean
     rule = PrecisionRule(0.05, minimum=2)
-    assert check_precision([5.0, 5.0], rule).more == 2
-    assert not check_precision([5.0] * 71, rule).reached
-    assert check_precision([5.0] * 72, rule).reached
-
-
-def test_a_share_of_the_true_mean_asks_for_a_little_more():
-    # Law: 0.25 of the unknown mean is sure from 0.25 / 1.25 = 0.2 of the estimated one
-    assert PrecisionRule(0.25, of_true_mean=True).share == pytest.approx(0.2)
+    assert replications_to_run([5.0, 5.0], rule) == 2
+    assert replications_to_run([5.0] * 71, rule) > 0
+    assert replications_to_run([5.0] * 72, rule) == 0
 
 
 @pytest.mark.parametrize(
@@ -91,9 +81,7 @@ def test_following_the_rule_ends_within_the_cap_and_keeps_its_promise(seed, rela
     values = np.random.default_rng(seed).normal(10.0, 2.0, 150)
     rule = PrecisionRule(relative, minimum=minimum, cap=150)
     n = 0
-    while more := (now := check_precision(values[:n], rule)).more:
+    while more := replications_to_run(values[:n], rule):
         n += more
     assert minimum <= n <= 150
-    half_width = estimate(values[:n]).half_width
-    assert now.reached == (half_width <= relative * abs(values[:n].mean()))
-    assert now.reached or n == 150
+    assert estimate(values[:n]).half_width <= relative * abs(values[:n].mean()) or n == 150

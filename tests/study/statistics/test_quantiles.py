@@ -26,14 +26,13 @@ def test_a_high_quantile_needs_many_replications():
     assert replications_for_quantile(0.95) == 72
     assert quantile(range(71), 0.95).high is None
     assert quantile(range(72), 0.95).high == 71
-    assert str(quantile(range(71), 0.95)) == "66.5, from 62 to unknown (95 %, n=71)"
+    assert (quantile(range(71), 0.95).value, quantile(range(71), 0.95).low) == (66.5, 62)
     assert replications_for_quantile(0.5) == 6
 
 
 def test_a_deterministic_model_needs_one_replication():
     found = quantile([7.0], 0.95, deterministic=True)
     assert (found.value, found.low, found.high, found.deterministic) == (7.0, None, None, True)
-    assert "deterministic" in str(found)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95])

@@ -66,7 +66,6 @@ def test_the_smallest_mean_can_be_the_best():
 def test_the_cap_ends_the_race_without_a_guarantee():
     result = race([-1, 0, 1, 0.4], cap=4)
     assert (result.best, result.survivors, result.guaranteed) == (0, (0, 1), False)
-    assert "no guarantee" in result.note
 
 
 def test_deterministic_designs_are_compared_as_numbers_and_equals_by_number():
@@ -75,7 +74,6 @@ def test_deterministic_designs_are_compared_as_numbers_and_equals_by_number():
     assert result.within == (2,)
     assert result.deterministic
     assert result.guaranteed
-    assert "exact" in result.note
 
 
 def test_differences_that_agree_so_far_get_the_variance_of_a_share_that_may_differ():

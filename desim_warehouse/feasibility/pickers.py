@@ -1,0 +1,76 @@
+"""The work of pickers by the quick estimate: how often a task needs one, what that takes, and how far they walk."""
+
+from __future__ import annotations
+
+import math
+import random
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.parts import PickerLoad
+from desim_warehouse.layout.walking import walking_on, zones_of
+from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.values.distributions import mean_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.model import Model
+
+WALKS = 400
+"""Walks that are looked at: they give a mean to about 3 %."""
+MOST = 30
+"""Pickers among whom the nearest is looked for, at most."""
+
+
+@lru_cache(maxsize=64)
+def picker_load(model: Model) -> PickerLoad | None:
+    """Return what a task takes of pickers on average; None without pickers."""
+    pickers = model.pickers
+    if pickers is None:
+        return None
+    stops = list(_stops(model))
+    share = sum(part for part, _ in stops)
+    pick = sum(part * time for part, time in stops) / share if share else 0.0
+    each = max(round(pickers.count / pickers.zones), 1)
+    open_share = model.hours(pickers.hours).share(0.0, model.run.end)
+    walks = tuple(length / pickers.speed for length in _mean_walks(model, min(each, MOST)))
+    return PickerLoad(pickers.count, open_share, share, pick, walks)
+
+
+def _stops(model: Model) -> Iterator[tuple[float, float]]:
+    """Iterate over the kinds of stops that need a picker: how many of them a task has on average, and their time."""
+    tasks, pickers = model.tasks, model.pickers
+    if not tasks.flows:
+        yield 1.0, tasks.mean_load
+        return
+    rates = flow_rates(model)
+    whole = sum(rates.values()) or 1.0
+    for name, flow in tasks.flows.items():
+        if pickers is None or not pickers.serves(name):
+            continue
+        loading = mean_of(tasks.load_time if flow.load_time is None else flow.load_time)
+        unloading = mean_of(tasks.unload_time if flow.unload_time is None else flow.unload_time)
+        for route in flow.routes:
+            for end, time in ((route.source, loading), (route.target, unloading)):
+                if isinstance(end, StorageEnd):
+                    yield rates[name] / whole * route.share, time
+
+
+def _mean_walks(model: Model, most: int) -> list[float]:
+    """Return how far it is on average from the nearest of 1, 2, ... `most` places to another place of the zone.
+
+    All places are equally likely, with the same draws for any model.
+    """
+    assert model.pickers is not None
+    walking, zones = walking_on(model.floor), zones_of(model.floor, model.pickers.zones)
+    draw = random.Random(1)  # noqa: S311 - a sample
+    sums = [0.0] * most
+    for rank in range(WALKS):
+        spots = zones[rank % len(zones)]
+        goal, nearest = draw.choice(spots), math.inf
+        for number in range(most):
+            nearest = min(nearest, walking.distance(draw.choice(spots), goal))
+            sums[number] += nearest
+    return [total / WALKS for total in sums]

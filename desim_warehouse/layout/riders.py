@@ -1,0 +1,30 @@
+"""People who ride in a lift of a model, beside robots."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from desim_warehouse.values.calendars import CalendarName
+from desim_warehouse.values.distributions import Varying
+from desim_warehouse.values.fields import Part, Rate, Usual
+
+
+class RidersSpec(Part):
+    """People who ride in a lift at random, each from one of its floors to another, all as likely.
+
+    Those who have called the cabin by the time at which a robot does ride first, in the order of their calls.
+    """
+
+    per_hour: Annotated[Rate, Usual(0, 400)] = Field(
+        title="rides of people", description="rides an hour, on average, at random"
+    )
+    transfer: Annotated[Varying, Usual("1 s", "2 min")] = Field(
+        title="transfer time", description="how long the doors stand open for them to get in, and again to get out"
+    )
+    hours: CalendarName | None = Field(None, description="they ride only then; default: always")
+
+    def is_random(self, model: Any) -> bool:  # noqa: ARG002 - when they come always is
+        """Whether it is left to chance when they ride, from where to where, or for how long."""
+        return True

@@ -1,0 +1,85 @@
+"""How far people walk: along the lanes, in either direction, past robots and past each other."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+    from desim_warehouse.layout.layout import Edge, Layout
+
+    Spot = tuple[Edge, float]
+    """A position: so far beyond the start of an edge; on a node, which is both ends of the edge then, 0."""
+
+
+class Walking:
+    """Distances on foot between spots of a layout, by the shortest way. Each row of nodes is searched once."""
+
+    def __init__(self, layout: Layout) -> None:
+        import networkx as nx
+
+        self._length = layout.length
+        self._lanes: nx.Graph[str] = nx.Graph()
+        self._lanes.add_nodes_from(layout.graph)
+        for a, b, length in layout.graph.edges(data="length"):
+            if not self._lanes.has_edge(a, b) or length < self._lanes.edges[a, b]["length"]:
+                self._lanes.add_edge(a, b, length=length)
+        self._ends = {end for place in layout.storage for end in place.edge}
+        self._rows: dict[str, dict[str, float]] = {}
+
+    def distance(self, start: Spot, goal: Spot) -> float:
+        """Return the length of the shortest way between two spots of storage places; inf where there is none."""
+        (edge, offset), (other, beyond) = start, goal
+        if other == edge[::-1] and math.isclose(self._length(other), self._length(edge)):
+            other, beyond = edge, self._length(other) - beyond  # the lane back is beside this one, or the same
+        if edge == other:
+            return abs(beyond - offset)
+        return min(
+            near + self._between(node, end) + far
+            for node, near in self._ways_out(edge, offset)
+            for end, far in self._ways_out(other, beyond)
+        )
+
+    def _ways_out(self, edge: Edge, offset: float) -> tuple[tuple[str, float], ...]:
+        """Return both ends of an edge and how far they are; one of a spot on a node."""
+        start, end = edge
+        return ((start, 0.0),) if start == end else ((start, offset), (end, self._length(edge) - offset))
+
+    def _between(self, node: str, other: str) -> float:
+        import networkx as nx
+
+        if node not in self._rows:
+            row = nx.single_source_dijkstra_path_length(self._lanes, node, weight="length")
+            self._rows[node] = {end: row[end] for end in self._ends if end in row}
+        return self._rows[node].get(other, math.inf)
+
+
+@lru_cache(maxsize=4)
+def walking_on(layout: Layout) -> Walking:
+    """Return the distances on foot of a layout; runs of a study share them."""
+    return Walking(layout)
+
+
+@lru_cache(maxsize=16)
+def zones_of(layout: Layout, zones: int) -> tuple[tuple[Spot, ...], ...]:
+    """Divide the spots of storage places into zones, in the order of their lanes, with as many in each, give or take 1.
+
+    The spots beside both lanes of an aisle stand together, in the order along it. There are fewer zones where there are
+    fewer spots.
+    """
+    aisles: dict[tuple[str, ...], set[Spot]] = {}
+    for place in layout.storage:
+        aisles.setdefault(tuple(sorted(place.edge)), set()).add((place.edge, place.offset))
+
+    def along(spot: Spot) -> tuple[float, Edge]:
+        edge, offset = spot
+        return offset if edge[0] <= edge[1] else layout.length(edge) - offset, edge
+
+    spots = [spot for aisle in aisles.values() for spot in sorted(aisle, key=along)]
+    parts = min(zones, len(spots))
+    bounds = [rank * len(spots) // parts for rank in range(parts + 1)]
+    return tuple(tuple(spots[begin:end]) for begin, end in pairwise(bounds))

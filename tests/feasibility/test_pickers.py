@@ -1,0 +1,57 @@
+"""What pickers can do by the quick estimate, worked out by hand."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.feasibility.loads import loads
+from desim_warehouse.feasibility.parts import PickerLoad
+from desim_warehouse.feasibility.pickers import picker_load
+from desim_warehouse.questions.check.words import sentences
+from desim_warehouse.run.quick import estimate
+from tests.world.test_pickers import RING
+
+STORED = {"from": "storage", "to": "packing", "arrivals": {"poisson": 60}}
+PUT = {"from": "packing", "to": "storage", "arrivals": {"poisson": 20}, "unload_time": 3}
+FLOWS = {"tasks": {"flows": {"out": STORED, "in": PUT}, "load_time": 7, "unload_time": 4}, "run.length": "1 h"}
+
+
+def test_walk_between_two_places_is_the_mean_of_all_pairs():
+    """Places at 5, 10 and 15: of nine pairs four are 5 apart and two 10, at a speed of 0.5."""
+    load = picker_load(dw.load(RING))
+    assert (load.count, load.open, load.share, load.pick) == (1, 1.0, 1.0, 7.0)
+    assert load.walks == pytest.approx([40 / 9 / 0.5], rel=0.1)
+    assert load.most == 1 / 7
+    assert load.least == 1 / (7 + load.walks[0])
+
+
+def test_nearest_of_two_is_nearer():
+    """Of two places the nearer is 25/9 away from either end of the lane, and 20/9 from its middle."""
+    one, two = picker_load(dw.load(RING, {"pickers.count": 2})).walks
+    assert one == pytest.approx(40 / 9 / 0.5, rel=0.1)
+    assert two == pytest.approx(70 / 27 / 0.5, rel=0.1)
+
+
+def test_stops_of_a_task_are_those_of_the_flows_that_need_a_picker():
+    """Of 80 tasks 60 are picked for 7 and 20 put away for 3; or 60 of 80 with pickers for what goes out."""
+    both, out = picker_load(dw.load(RING, FLOWS)), picker_load(dw.load(RING, {**FLOWS, "pickers.flows": ["out"]}))
+    assert (both.share, both.pick) == (pytest.approx(1), pytest.approx((60 * 7 + 20 * 3) / 80))
+    assert (out.share, out.pick) == (pytest.approx(0.75), pytest.approx(7))
+
+
+@pytest.mark.parametrize(("rate", "busy"), [(0.01, 0.10), (0.04, 0.8), (0.15, 1.0), (0.3, 1.5)])
+def test_fewer_free_pickers_walk_farther(rate, busy):
+    """Two pickers, 10 to pick, 10 to walk where both are free and 30 where one is; they do 0.2 without a step."""
+    assert PickerLoad(2, 1.0, 1.0, 10.0, (30.0, 10.0)).busy(rate) == pytest.approx(busy)
+
+
+def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
+    model = dw.load(RING, {"tasks.goods": {"saturated": 8}, "fleet.size": 3, "run.length": "1 h", "pickers.speed": 0.1})
+    quick = estimate(model)
+    text = " ".join(sentences(model, quick))
+    assert "1 picker, 3 storage places" in text
+    assert "Pickers: 1 can pick" in text
+    assert "to 514 lines an hour; the more robots wait for them, the less they walk." in text
+    assert quick.limits["the pickers"] == 1 / 7
+    assert quick.knee[1] == "the pickers"
+    assert "the pickers are the limit" in text
+    assert max(loads(model, quick), key=lambda load: load.mean).group.name == "pickers"

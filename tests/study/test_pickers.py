@@ -1,0 +1,56 @@
+"""Pickers among what may hold a warehouse up, and among those who are busiest."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.answer.busiest import of_run
+from desim_warehouse.outcome.loads import loads
+from desim_warehouse.study.fleet.loads import loads_at
+from desim_warehouse.study.study import StudyEngine
+from desim_warehouse.study.suspects import suspects
+from tests.world.test_pickers import RING
+
+OPEN = {"tasks.goods": {"saturated": 8}, "fleet.size": 3, "run.length": 2000}
+
+
+def simulated(**pickers):
+    return dw.simulate(dw.load(RING, {**OPEN, "pickers": {"count": 1, "speed": 0.1, **pickers}}))
+
+
+@pytest.mark.parametrize(
+    ("pickers", "reliefs"),
+    [
+        ({}, ["one picker more", "pickers sent ahead"]),
+        ({"call": "ahead"}, ["one picker more"]),
+        ({"stay": "order"}, ["one picker more", "a picker free after each pick"]),
+        ({"count": 2, "zones": 2}, ["one picker more", "pickers in all zones", "pickers sent ahead"]),
+    ],
+)
+def test_pickers_and_how_they_share_the_work_are_looked_into(pickers, reliefs):
+    run = simulated(**pickers)
+    found = {suspect.relief: suspect for suspect in suspects(run)}
+    assert [relief for relief in found if "picker" in relief] == reliefs
+    assert found["one picker more"].overrides == {"pickers.count": run.model.pickers.count + 1}
+    assert found["one picker more"].waited == run.kpis["share_awaiting_picker"]
+    assert found["one picker more"].dose == 1 / run.model.pickers.count
+
+
+def test_hours_of_pickers_are_looked_into():
+    model = dw.load({**RING, "calendars": {"half": {"every": 200, "lasts": 100}}}, {**OPEN, "pickers.hours": "half"})
+    found = {suspect.relief: suspect.dose for suspect in suspects(dw.simulate(model))}
+    assert found["pickers always at work"] == pytest.approx(1)
+
+
+def test_pickers_are_the_busiest_where_robots_wait_for_them():
+    """Walking and picking are their work."""
+    run = simulated()
+    load = next(load for load in loads(run.history, run.kpis) if load.group.name == "pickers")
+    assert load.mean == run.kpis["picker_utilisation"] + run.kpis["picker_walking"] > 0.8
+    assert of_run(run.history, run.kpis).startswith("The pickers were the busiest, at work 8")
+
+
+def test_load_of_pickers_is_known_of_the_runs_of_a_study():
+    study = StudyEngine(dw.load(RING, OPEN), {}, replications=2, seed=1)
+    study.run()
+    names = {load.group.name for load in loads_at(study, study.points[0])}
+    assert "pickers" in names
