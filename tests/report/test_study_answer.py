@@ -108,7 +108,12 @@ def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_
     ]  # fmt: skip
     assert answer.answer[1] == "Of 3 options 2 meet the target and 1 misses it."
     assert answer.about.model["fleet"]["size"] == 3
-    assert [one.what for one in answer.tiles] == ["done on time", "throughput", "cycle time, 95 % quantile", "cost a year"]
+    assert [one.what for one in answer.tiles] == [
+        "done on time",
+        "throughput",
+        "cycle time, 95 % quantile",
+        "cost a year",
+    ]
     path = report(tmp_path / "study", tmp_path / "boss.html", replay=True)
     source = path.read_text(encoding="utf-8")
     assert 'href="boss-replay.html"' in source
