@@ -91,7 +91,7 @@ ready: $(READY)
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP) --editable ".[$(EXTRAS)]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile $(PIP) --editable ".[$(EXTRAS)]"  # Python compiles what is imported
 	touch $(READY)
 
 clean:

@@ -29,7 +29,7 @@ from desim_warehouse.outcome.log import Log
 from desim_warehouse.plants import import_layout
 from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.driver import NoDriver
+from desim_warehouse.world.traffic.rulebook import NoDriver
 from desim_warehouse.world.traffic.traffic import Traffic
 from tests.laws.test_brute_force import refused
 from tests.laws.two_way import KINDS

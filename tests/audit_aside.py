@@ -9,7 +9,7 @@ from collections import defaultdict
 from itertools import pairwise
 
 TOL = 1e-6
-HANDLES = {"loading", "unloading"}
+HANDLES = {"loading", "unloading", "awaiting_picker"}
 
 
 class Asides:
@@ -63,7 +63,7 @@ class Asides:
         ]
 
     def check_handles(self, visit, begin):
-        """It has left the lane to load or unload, and there is a storage place."""
+        """It has left the lane to load or unload, perhaps when a picker comes."""
         rows = self.rows_by_robot[visit.robot]
         begins = {*HANDLES, "awaiting_picker"}
         if not any(kind in begins and abs(time - begin) <= TOL for time, kind in rows):

@@ -7,7 +7,9 @@ repairs have it in between, as the log says: one after the other, and never whil
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
+from desim_warehouse.states import BROKEN, STATES
 from tests.audit_nodes import Stay
 
 
@@ -53,11 +55,17 @@ class Lifts:
                 held_up = [row[0] for row in waits if row[2] == robot and early <= row[0] <= late]
                 line = self.length(visit) - self.contact - self.slack
                 there_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), there)
-                at_line = max([there_since, *held_up])
+                repaired = [time for time in self.repairs(robot) if early <= time <= late]
+                at_line = max([there_since, *held_up, *repaired])
                 called = next((time for time in began if early <= time <= late), min(at_line, there))
                 begin, until = ride.times[1:3] if len(ride.times) > 1 else (math.inf, math.inf)
                 out = visits[rank + 2] if rank + 2 < len(visits) else None
                 yield Passage(robot, visit.edge[1], called, there, ride.edge, begin, until, out)
+
+    def repairs(self, robot):
+        """When a robot went on after each of its breakdowns: its states by the log, one after the other."""
+        states = [(row[0], row[1]) for row in self.run.record.rows if row[2] == robot and row[1] in STATES]
+        return [then for (_, state), (then, _) in pairwise(states) if state in BROKEN]
 
     def check_ride(self, name, lift, one):
         """It takes as long as doors and cabin do, and ends on the floor that it leads to."""

@@ -92,13 +92,14 @@ class Costs:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_fixture_setup(self, fixturedef):
+        if fixturedef.scope == "function":
+            return (yield)
         begin, before = spent(), self.shared
         result = yield
-        if fixturedef.scope != "function":
-            cost = spent() - begin
-            self.shared = before + cost  # fixtures that it asked for itself are part of it
-            cost /= self.slowness
-            self.item.user_properties.append(("fixture", (f"{fixturedef.baseid}::{fixturedef.argname}", cost)))
+        cost = spent() - begin
+        self.shared = before + cost  # fixtures that it asked for itself are part of it
+        cost /= self.slowness
+        self.item.user_properties.append(("fixture", (f"{fixturedef.baseid}::{fixturedef.argname}", cost)))
         return result
 
     @pytest.hookimpl(tryfirst=True)

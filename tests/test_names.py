@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 
 import desim_warehouse
+from tests.trees import tree_of
 
 PACKAGE = Path(desim_warehouse.__file__).parent
 COUNTS = Path(__file__).parent / "golden" / "vague.json"
@@ -42,7 +43,7 @@ def counts():
     """For each file of the package with any: its vague names and its leaning docstrings."""
     counted = {}
     for path in sorted(PACKAGE.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        tree = tree_of(path)
         pair = [len(vague_names(tree)), len(leaning(tree))]
         if any(pair):
             counted[path.relative_to(PACKAGE).as_posix()] = pair
@@ -75,8 +76,8 @@ def test_no_file_has_more_vague_names_or_leaning_docstrings_than_before():
 def test_no_comprehension_hides_a_function_or_a_module():
     """Python 3.12.1 inlines comprehensions, and loses a global that one of them hides (`UnboundLocalError`)."""
     assert hidden(ast.parse("from a import one\n\ndef f(ones):\n    return [one for one in ones]")) == ["one"]
-    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
-    assert {path.name: names for path, tree in trees.items() if (names := hidden(tree))} == {}
+    names = {path: hidden(tree_of(path)) for path in sorted(PACKAGE.rglob("*.py"))}
+    assert {path: hides for path, hides in names.items() if hides} == {}
 
 
 if __name__ == "__main__":

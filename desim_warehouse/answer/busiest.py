@@ -58,7 +58,7 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
     who = spoken([load.group.name for load in most])
     named = [f"{load.group.name} " if len(most) > 1 and load.group.kind != "lanes" else "" for load in most]
     times = [time, *[""] * (len(most) - 1)]
-    shares = ", ".join(name + _share(load, of) for name, load, of in zip(named, most, times, strict=True))
+    shares = ", ".join(name + _share(load, base) for name, load, base in zip(named, most, times, strict=True))
     idle = "" if scarce(listed) else "nothing is scarce, and "
     is_one = len(most) == 1 and most[0].group.is_lift
     line = f"{where} {idle}the {who} {'is' if is_one else 'are'} busiest: {shares}"

@@ -255,7 +255,7 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
     """Find lifts of which more rides are asked than they can do."""
-    keys = {lift.name: lift.of for lift in model.floor.lifts}
+    keys = {lift.name: lift.model_name for lift in model.floor.lifts}
     for lift in estimate.lifts:
         rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
         if rides > most:

@@ -83,7 +83,7 @@ class Lift:
     """A lift for one robot at a time: its node on each floor, from the lowest up, where its cabin rests, and times.
 
     `ride` is from one floor to the next. The doors take `doors` to open and as long to close. `people` ride in it, too.
-    `of`: its name in the model, where the lift may have several cabins, each of which is a lift here.
+    `model_name`: its name in the model, where the lift may have several cabins, each of which is a lift here.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Lift:
     rests: str | None = None
     people: RidersSpec | None = None
     outages: OutageSpec | None = None
-    of: str = ""
+    model_name: str = ""
 
     def way(self, one: str, other: str) -> float:
         """Time in which the cabin comes from one of its nodes to another."""
@@ -243,18 +243,18 @@ class Layout:
         rank: dict[int, int] = {}
         together = nx.condensation(above)  # floors that lifts put above each other, and below
         for number in nx.lexicographical_topological_sort(
-            together, key=lambda one: min(together.nodes[one]["members"])
+            together, key=lambda number: min(together.nodes[number]["members"])
         ):
             rank.update({part: len(rank) + more for more, part in enumerate(sorted(together.nodes[number]["members"]))})
         return {node: rank[part] for node, part in part_of.items()}
 
     @cached_property
     def cabins_beside(self) -> dict[str, list[str]]:
-        """By node of a lift those of its other cabins on the floor."""
+        """The nodes of other cabins on the floor, by the node of a lift."""
         first, beside = {lift.name: lift for lift in self.lifts}, defaultdict[str, list[str]](list)
         for lift in self.lifts:
-            if lift.of != lift.name:
-                for node, another in zip(first[lift.of].nodes, lift.nodes, strict=True):
+            if lift.model_name != lift.name:
+                for node, another in zip(first[lift.model_name].nodes, lift.nodes, strict=True):
                     beside[node].append(another)
         return dict(beside)
 

@@ -24,7 +24,7 @@ class LiftUse(Protocol):
 
     @property
     def at(self) -> dict[str, str]:
-        """What robots do at nodes."""
+        """The work of robots at nodes."""
 
     @property
     def zones(self) -> Mapping[str, ZoneSpec]:
@@ -57,7 +57,7 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
     at |= {node: f"station {station.zone}" for node, station in layout.stations.items()}
     at |= {node: f"bay {bay.zone}" for node, bay in layout.bays.items()}
     for lift in layout.lifts:
-        place = f"layout.lifts.{lift.of}"
+        place = f"layout.lifts.{lift.model_name}"
         for node in lift.nodes:
             lanes = [edge for edge in _edges_at(layout, node) if edge not in layout.rides]
             beside = {other for edge in lanes for other in edge if other != node}
@@ -83,7 +83,7 @@ def _shared(lift: Lift, use: LiftUse) -> Iterator[Finding]:
         yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
     if (share := use.people.get(lift.name, 0.0)) >= 1:
         text = f"people would have it for {100 * share:.3g} % of the time, so robots would wait for ever longer"
-        yield Finding("LIFT", f"layout.lifts.{lift.of}.people", text, "fewer rides, or a faster lift")
+        yield Finding("LIFT", f"layout.lifts.{lift.model_name}.people", text, "fewer rides, or a faster lift")
 
 
 def _edges_at(layout: Layout, node: str) -> list[Edge]:

@@ -44,15 +44,16 @@ def _beside(graph: nx.DiGraph, lift: str, node: str, another: str) -> str:
     """Add the node of another cabin, with the lanes of a node, turned about its neighbour to where most room is."""
     if another in graph:
         raise LayoutError([f"layout.lifts.{lift}.cabins: node {another!r} is there already; rename it"])
-    at = {name: complex(data["x"], data["y"]) for name, data in graph.nodes(data=True)}
+    points = {name: complex(data["x"], data["y"]) for name, data in graph.nodes(data=True)}
     lanes = [*graph.in_edges(node, data=True), *graph.out_edges(node, data=True)]
     front = next((end for a, b, _ in lanes for end in (a, b) if end != node), node)
     spots = [
-        at[front] + (at[node] - at[front]) * cmath.rect(1, 2 * math.pi * part / DIRECTIONS)
+        points[front] + (points[node] - points[front]) * cmath.rect(1, 2 * math.pi * part / DIRECTIONS)
         for part in range(1, DIRECTIONS)
     ]
-    others = [spot for name, spot in at.items() if name != front] + [
-        at[front] + (at[name] - at[front]) / abs(at[name] - at[front]) * abs(at[node] - at[front])
+    others = [spot for name, spot in points.items() if name != front] + [
+        points[front]
+        + (points[name] - points[front]) / abs(points[name] - points[front]) * abs(points[node] - points[front])
         for name in (*graph.successors(front), *graph.predecessors(front))
     ]
     place = max(spots, key=lambda spot: round(min(abs(spot - other) for other in others), 6))
@@ -64,9 +65,9 @@ def _beside(graph: nx.DiGraph, lift: str, node: str, another: str) -> str:
 
 def _add_rides(graph: nx.DiGraph, lift: Lift) -> None:
     """Join the nodes of a lift by an edge for each ride, with the mean time that the ride takes, call included."""
-    for one, other in permutations(lift.nodes, 2):
-        if graph.has_edge(one, other):
-            text = f"the edge {one}>{other} leads from floor to floor, as its rides do; leave it out of layout.edges"
+    for start, end in permutations(lift.nodes, 2):
+        if graph.has_edge(start, end):
+            text = f"the edge {start}>{end} leads from floor to floor, as its rides do; leave it out of layout.edges"
             raise LayoutError([f"layout.lifts.{lift.name}: {text}"])
-        takes = lift.mean_call(one) + lift.carrying(one, other)
-        graph.add_edge(one, other, length=0.0, speed=math.inf, two_way=False, takes=takes)
+        takes = lift.mean_call(start) + lift.carrying(start, end)
+        graph.add_edge(start, end, length=0.0, speed=math.inf, two_way=False, takes=takes)

@@ -454,7 +454,7 @@ class LiftSpec(Part):
     )
     cabins: Annotated[Count, Usual(1, 8)] = Field(
         1,
-        title="cabins of a lift",
+        title="cabins",
         description="how many such lifts stand side by side, each with doors and a lane of its own from the same "
         "nodes; only routes by `congestion-aware` take all of them",
     )

@@ -39,7 +39,7 @@ class Spot:
 
 @dataclass
 class Sheet:
-    """What is drawn already, as boxes.
+    """Boxes of all that is drawn already.
 
     Attributes:
         marks: nodes, slots and names, which no name covers.
@@ -50,7 +50,7 @@ class Sheet:
     lines: list[Box] = field(default_factory=list)
 
     def put(
-        self, sizes: Sequence[tuple[float, float]], around: Box, gap: float, side: Side, *, known: bool = False
+        self, sizes: Sequence[tuple[float, float]], around: Box, gap: float, side: Side, *, again: bool = False
     ) -> tuple[Spot, int] | None:
         """Find a free spot for a name beside a box, and keep it free of later names.
 
@@ -60,7 +60,7 @@ class Sheet:
             around: the box of what is named.
             gap: the least room between the two.
             side: where it stands if it can; else on the sides next to that one, and farther out.
-            known: the name stands elsewhere already, so that it is worth no line.
+            again: whether the name stands elsewhere already, so that it is worth no line.
 
         Returns:
             The spot and which of the sizes it has; None where each would cover a mark.
@@ -68,7 +68,7 @@ class Sheet:
         spots = [list(_spots(size, around, gap, side)) for size in sizes]
         best = [(some[:1], number) for number, some in enumerate(spots)]
         others = [(some[1:], number) for number, some in enumerate(spots)]
-        for drawn in (self.marks + self.lines, *([] if known else [self.marks])):
+        for drawn in (self.marks + self.lines, *([] if again else [self.marks])):
             for some, number in best + others:
                 if chosen := _first_free(some, drawn):
                     self.marks.append(chosen.box)
@@ -102,8 +102,8 @@ def _spots(size: tuple[float, float], around: Box, gap: float, side: Side) -> It
             yield Spot((x - wide / 2, y - high / 2, x + wide / 2, y + high / 2), across)
 
 
-def _angle(one: Side, other: Side) -> float:
-    return abs(math.remainder(math.atan2(one[1], one[0]) - math.atan2(other[1], other[0]), math.tau))
+def _angle(side: Side, other: Side) -> float:
+    return abs(math.remainder(math.atan2(side[1], side[0]) - math.atan2(other[1], other[0]), math.tau))
 
 
 def _first_free(spots: Iterable[Spot], drawn: list[Box]) -> Spot | None:

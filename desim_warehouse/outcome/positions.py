@@ -37,7 +37,7 @@ EPS = 1e-6
 
 @dataclass(frozen=True)
 class Edges:
-    """All edges as straight lines: those of the layout, then one for each slot of a zone and place beside a lane."""
+    """All edges as straight lines: edges of the layout, then one for each slot of a zone and place beside a lane."""
 
     source: list[str]
     """Where each begins: its node, or the node whose zone the slot belongs to."""

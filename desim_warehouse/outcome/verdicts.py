@@ -353,8 +353,8 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
         return f"to give what they draw {amount_of(charging)} robots would have to charge, at {chargers_in_words}"
     used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
     return (
-        f"settled, by estimate, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are "
-        f"at work, with chargers used {used} % of the time (here {now} %)"
+        f"once settled, chargers are in use {used} % of the time by estimate (here {now} %), and "
+        f"{amount_of(charging)} of {number_of(model.fleet.size, 'robot')} charge"
     )
 
 

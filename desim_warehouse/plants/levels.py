@@ -70,7 +70,7 @@ def make_room_for_cabins(plant: Plant, contact: float) -> None:
 
 
 def _is_in_front(plant: Plant, point: str, links: list[Link], used: Container[str | None], contact: float) -> bool:
-    """Whether a point may be that of a cabin: one lane leads there and back, and nothing else is there."""
+    """Whether a cabin may be at a point: one lane leads there and back, and nothing else is there."""
     if point in used or any(link.name in used for link in links):
         return False
     beside = {link.source if link.target == point else link.target for link in links}
@@ -82,16 +82,16 @@ def _is_in_front(plant: Plant, point: str, links: list[Link], used: Container[st
 
 def _beside(plant: Plant, name: str, reach: float) -> str:
     """Add a point at a distance from another, with a two-way lane to it, where most room is; returns its name."""
-    at = plant.points[name]
+    origin = plant.points[name]
     turns = (2 * math.pi * part / _DIRECTIONS for part in range(_DIRECTIONS))
-    spots = [(at.x + reach * math.cos(turn), at.y + reach * math.sin(turn)) for turn in turns]
+    spots = [(origin.x + reach * math.cos(turn), origin.y + reach * math.sin(turn)) for turn in turns]
 
     def room(spot: tuple[float, float]) -> float:
         return min(math.dist(spot, (point.x, point.y)) for point in plant.points.values())
 
     x, y = max(spots, key=lambda spot: round(room(spot), 6))
     cabin = unique(f"{name} cabin", plant.points)
-    plant.points[cabin] = Waypoint(cabin, x, y, position=at.position)
+    plant.points[cabin] = Waypoint(cabin, x, y, position=origin.position)
     plant.level_of[cabin] = plant.level_of.get(name, "")
     plant.links.append(Link(f"{name} - {cabin}", name, cabin, reach, math.inf, math.inf))
     return cabin

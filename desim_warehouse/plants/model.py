@@ -194,7 +194,7 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
 
 
 def _contact(plant: Plant, robot: Mapping[str, Any]) -> float:
-    """Return the distance that robots keep on a plant: their size as drawn, or that of a file about a robot."""
+    """Return the distance that robots keep on a plant: their size as drawn, or as a file about a robot has it."""
     if "robot" in robot:
         any_floor = {"nodes": {"A": [0, 0], "B": [_ROOM, 0]}, "edges": [["A", "B"]], "storage": [{"node": "A"}]}
         any_work = {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 0}

@@ -125,10 +125,10 @@ class _Map:
 
     def plant_of(self, asked: str | None, graph: int | None) -> Plant:
         levels = self.lanes(asked, graph)
-        of = f"level{'s' * (len(levels) > 1)} {', '.join(levels)}"
+        read = f"level{'s' * (len(levels) > 1)} {', '.join(levels)}"
         for name, lanes in levels.items():
             kind = self.level(name, lanes, several=len(levels) > 1)
-            self.plant.source = self.plant.source or f"{self.path.name} (Open-RMF {kind}, {of})"
+            self.plant.source = self.plant.source or f"{self.path.name} (Open-RMF {kind}, {read})"
         self.plant.areas = list(self.groups.values())
         self.lifts()
         draw_apart(self.plant)

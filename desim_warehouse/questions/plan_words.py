@@ -235,9 +235,8 @@ class _Planned:
         """Say how long a trip takes, beside the time allowed, where no resource is scarce."""
         due = due_within(self.model)
         scale = words.scale(TRIP, self.model, (trip.mean,))
-        limit = "" if due is None else f" where {scale.value(due)} are allowed"
-        time = f"{scale.value(trip.mean)}{limit}"
-        return f"Nothing is scarce: a trip takes {time}, waits included; more robots do not help."
+        limit = "" if due is None else f", and {scale.value(due)} are allowed"
+        return f"Robots are not the limit: a trip takes {scale.value(trip.mean)}, waits included{limit}."
 
     def _worse(self, sized: Sized) -> str:
         """Name larger designs that do worse than a smaller design."""
@@ -300,7 +299,7 @@ class _Planned:
         most = [sized.most.up_to for sized in self.demands if sized.most is not None]
         up_to = f", up to {min(most)} robots" if most else ""
         is_ordered = all(sized.ordered for sized in self.demands)
-        alike = f" This takes it that more never does worse{up_to}." if is_ordered else ""
+        alike = f" Assumed: a larger {self.noun} never does worse{up_to}." if is_ordered else ""
         alike = f"{self._covers()}{alike}"
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
@@ -362,7 +361,7 @@ class _Planned:
             packers = best.packers * self.packers.nodes
             tiles.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
         tiles += self._reached(sized, best)
-        return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+        return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="cost a year")])
 
     def _tile(self, sized: Sized, best: Shown) -> BigNumber:
         """Return the tile of the fleet for one of several demands, with its indicator and cost."""

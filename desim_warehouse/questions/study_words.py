@@ -310,7 +310,7 @@ class _Studied:
     def _tiles(self, design: str) -> tuple[BigNumber, ...]:
         shown = [value for name in self.shown[:_TILES] if (value := self.number(design, name)) is not None]
         tiles = [judged.tile(value.text, words.in_sentence(value.of)) for value in shown]
-        year = [judged.tile(self._year(design), "a year")] if self.options[design].cost is not None else []
+        year = [judged.tile(self._year(design), "cost a year")] if self.options[design].cost is not None else []
         return (*tiles, *year) if not self.options[design].said else ()
 
     def _about(self, design: str) -> Subject | None:

@@ -16,6 +16,7 @@ from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
@@ -44,6 +45,10 @@ LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
 """Part of a task's time, or of its empty drive, that is worth a word."""
+LEAST_LOADING = 0.05
+"""Part of the time of a task that loading takes, from which it may hold up others."""
+LEAST_WIDER = 0.05
+"""Part of a fleet's tasks that wide aisles must bring to be worth a word: what is measured varies by half of it."""
 WIDEST = 1.28
 """Times the least that the most is: charging takes no random times, as it is taken to, so that queues are shorter."""
 PARTS = {
@@ -258,7 +263,7 @@ def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Map
     robots, loads = sum(count.values()), []
     spread = model.policies.routing.name == "congestion-aware"
     for lift in layout.lifts:
-        alike = [other for other in layout.lifts if other.of == lift.of] if spread else [lift]
+        alike = [other for other in layout.lifts if other.model_name == lift.model_name] if spread else [lift]
         rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
         for other in alike:
             for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):
@@ -339,3 +344,24 @@ def with_nearer(model: Model) -> Nearer | None:
         return None
     now, then = map(time_of_task, (model, moved))
     return Nearer(now - then, now, tuple(changes)) if now - then >= LEAST_LESS * now else None
+
+
+def in_wide_aisles(model: Model, now: QuickEstimate) -> float | None:
+    """Measure the part of its tasks that a fleet would do more if robots that load did not hold up others.
+
+    It works together as it is, and in wide aisles. None where aisles are wide, or next to nothing is to be gained.
+
+    Args:
+        model: a model without errors.
+        now: its estimate.
+    """
+    contact = model.fleet.contact
+    if model.pods is not None or model.fleet.size == 1 or now.cycle.load < LEAST_LOADING * now.cycle.time:
+        return None
+    wide = model.replace({"layout.aisles": "wide"})
+    if wide_edges(wide.floor, contact) <= wide_edges(model.floor, contact):
+        return None
+    paces = [together(each, _known(model)) for each in (model, wide)]
+    rates = [pace.many.rate for pace in paces if pace is not None]
+    more = rates[1] / rates[0] - 1 if len(rates) == len(paces) else 0.0
+    return more if more >= LEAST_WIDER else None

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.pods import stations_of
+from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
@@ -26,6 +27,7 @@ from desim_warehouse.model.facts.workers import Kind, groups
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
+from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run import RunData
 from desim_warehouse.run.quick import nearer
@@ -59,6 +61,8 @@ MOST_NODES = 5
 """Number of intersections to look at: the ones with the most waiting before them."""
 LEAST_WAITING = 0.002
 """Part of the fleet's time that must be waited before an intersection for it to be looked at."""
+LEAST_HELD_UP = 0.01
+"""Part of the fleet's time that must be waited behind robots that load for wide aisles to be looked at."""
 MOST_LANES = 3
 """Number of two-way lanes to look at one by one: the lanes on which robots spend most time."""
 ROUNDING = 1e-9
@@ -133,6 +137,7 @@ def _all(run: RunData) -> list[Suspect]:
         *_under_way(run),
         *_on_the_way(run),
         *_lanes(run),
+        *_aisles(run),
         *_failures(run),
         *decisions(run),
         *of_pods(model),
@@ -169,7 +174,7 @@ def _lifts(run: RunData) -> Iterator[Suspect]:
     nodes = run.account(by="node")
     whole, routing = run.history.counted * run.model.fleet.size or 1.0, run.model.policies.routing
     for name, lift in run.model.layout.lifts.items():
-        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.of == name for node in cabin.nodes]]
+        rows = nodes.loc[[node for cabin in run.layout.lifts if cabin.model_name == name for node in cabin.nodes]]
         spent = float((rows["before_intersection"] + rows[IN_LIFT]).sum()) / whole
         if spent < LEAST_WAITING or "." in name:
             continue
@@ -340,6 +345,21 @@ def _lanes(run: RunData) -> Iterator[Suspect]:
         every = {f"layout.edges.{rank}": edge for rank, edge in beside.items()}
         relief = f"two lanes for each of {len(every)} two-way lanes"
         yield Suspect("two-way lanes", relief, every, dose=DOSE * len(busiest))
+
+
+def _aisles(run: RunData) -> Iterator[Suspect]:
+    """Yield wide aisles, where robots that load in their lanes hold up others for much of their time."""
+    model = run.model
+    if model.pods is not None:
+        return
+    wide = model.replace({"layout.aisles": "wide"})
+    contact = model.fleet.contact
+    more = wide_edges(wide.floor, contact) - wide_edges(model.floor, contact)
+    loading = {Root("loading", ">".join(edge)) for edge in more}
+    waited = sum(time for root, (time, _) in lost_to(run.history).items() if root in loading)
+    share = waited / (run.history.counted * model.fleet.size or 1.0)
+    if share >= LEAST_HELD_UP:
+        yield Suspect("narrow aisles", "wide aisles, with robots beside the lanes", {"layout.aisles": "wide"}, share)
 
 
 def _failures(run: RunData) -> Iterator[Suspect]:

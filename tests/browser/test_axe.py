@@ -180,13 +180,23 @@ LONG = (
 )
 
 
-@pytest.mark.parametrize("make", [*DAILY, *(pytest.param(make, marks=pytest.mark.long) for make in LONG)])
-def test_axe_finds_nothing(browser, tmp_path, make):
+SCREENS = [("light", (390, 844)), ("dark", (1400, 900)), ("light", (1400, 900))]
+"""The first two every day: both grounds and both sizes."""
+
+
+@pytest.mark.parametrize(
+    ("make", "screens"),
+    [
+        *((make, SCREENS[:2]) for make in DAILY),
+        *(pytest.param(make, SCREENS, marks=pytest.mark.long) for make in (*DAILY, *LONG)),
+    ],
+)
+def test_axe_finds_nothing(browser, tmp_path, make, screens):
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
     browser.execute_script(UNFOLD)
     found = []
-    for scheme, (width, height) in (("light", (1400, 900)), ("dark", (1400, 900)), ("light", (390, 844))):
+    for scheme, (width, height) in screens:
         browser.execute_cdp_cmd(
             "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
         )

@@ -56,7 +56,7 @@ def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tm
     assert page.requests() == []
 
 
-@pytest.mark.parametrize("name", some(RUNS, 2))
+@pytest.mark.parametrize("name", some(RUNS, 4))
 def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser, tmp_path, name):
     run = RUNS[name]()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
@@ -216,7 +216,7 @@ SAID_ALIKE = {"count", "share", "lost", "chargers", "time"}
 """Forms of tiles whose text is that of the run's own table, in the same unit and digits."""
 
 
-@pytest.mark.parametrize("name", some([*RUNS, "due"], 3))
+@pytest.mark.parametrize("name", some([*RUNS, "due"], 4))
 def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)

@@ -35,14 +35,16 @@ def program(tmp_path_factory):
         (["wh"], ["what-if", "why"]),
         pytest.param(["run", "--un"], ["--unset"], marks=pytest.mark.long),
         (["run", "mod"], ["(default)"]),  # bash completes files
-        (["run", MODEL, "--set", "fleet.si"], ["(nospace)", "fleet.size="]),
+        pytest.param(["run", MODEL, "--set", "fleet.si"], ["(nospace)", "fleet.size="], marks=pytest.mark.long),
         pytest.param(["run", MODEL, "--set", "fl"], ["(nospace)", "fleet."], marks=pytest.mark.long),
         pytest.param(
             ["run", MODEL, "--unset", "tasks.load"], ["(nospace)", "tasks.load_time."], marks=pytest.mark.long
         ),
         (["run", MODEL, "--set", "layout.bays."], ["(nospace)", "layout.bays.parking."]),  # as its file names it
         pytest.param(["run", "no.yaml", "--set", "layout.bays."], [], marks=pytest.mark.long),
-        (["plan", MODEL, "--vary", "battery.thr"], ["(nospace)", "battery.threshold="]),
+        pytest.param(
+            ["plan", MODEL, "--vary", "battery.thr"], ["(nospace)", "battery.threshold="], marks=pytest.mark.long
+        ),
         (["what-if", MODEL, "--indicator", "cycle_time_m"], ["cycle_time_mean", "cycle_time_median"]),
         (["report", MODEL, "--accept", "BAT"], ["BATTERY_TOO_SMALL"]),
     ],

@@ -141,15 +141,18 @@ def test_a_model_from_another_folder_finds_its_own_files(tmp_path):
     assert json.loads(done.stdout)["tasks"] == 2
 
 
+CLOSED = [">&-", ">&- 2>&-", ">&- <&-"]
+
+
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "closed"),
     [
-        "check models/tutorial.yaml",
-        pytest.param("run models/tutorial.yaml", marks=pytest.mark.long),
-        "check models/none.yaml",
+        ("check models/tutorial.yaml", CLOSED[0]),
+        *(("check models/none.yaml", closed) for closed in CLOSED),
+        *(pytest.param("check models/tutorial.yaml", closed, marks=pytest.mark.long) for closed in CLOSED[1:]),
+        *(pytest.param("run models/tutorial.yaml", closed, marks=pytest.mark.long) for closed in CLOSED),
     ],
 )
-@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", ">&- <&-"])
 def test_a_closed_output_is_no_fault(arguments, closed):
     done = subprocess.run(
         ["sh", "-c", f"{shlex.join(DESIM)} {arguments} {closed}"], capture_output=True, text=True, check=False

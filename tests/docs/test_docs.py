@@ -33,8 +33,10 @@ TAKE_LONG = {
     f"docs/{name}.md"
     for name in (
         "how-to/a-working-day",
+        "how-to/best-design",
         "how-to/calibrate",
         "how-to/closures-and-people",
+        "how-to/compare-strategies",
         "how-to/find-the-bottleneck",
         "how-to/fleet-size",
         "how-to/from-lif-to-a-fleet-size",
@@ -54,10 +56,13 @@ TAKE_LONG = {
         "how-to/tables-and-drawings",
         "how-to/ten-questions",
         "paper",
+        "reference/serve",
+        "reference/study",
         "tutorial-pods",
     )
 }
-"""Pages of over 1.4 s of processor: commands and names are read every day, and carried out in the long run."""
+"""Pages of over 1.2 s of processor, but for the first ones that users read: commands and names are read every day, and
+carried out in the long run."""
 EACH = [
     pytest.param(page, id=_name(page), marks=[pytest.mark.long] if _name(page) in TAKE_LONG else [])
     for page in PAGES

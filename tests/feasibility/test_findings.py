@@ -44,8 +44,7 @@ def test_every_code_that_may_be_accepted_is_an_error():
 def test_every_code_is_given_somewhere_and_none_that_is_not_listed():
     package = Path(dw.__file__).parent
     sources = [
-        package / "layout" / "checks.py",
-        package / "layout" / "zones.py",
+        *(package / "layout").rglob("*.py"),
         *(package / "feasibility").rglob("*.py"),
         package / "run" / "night.py",
     ]

@@ -24,6 +24,7 @@ GALLERY = {
     "e-commerce": "10 min",
     "goods-to-person": "5 min",
     "hospital": "1 h",
+    "mezzanine": "20 min",
     "milk-run": "20 min",
     "pallets": "20 min",
     "pick-assist": "10 min",
@@ -66,7 +67,7 @@ def disagreements(run):
     return found
 
 
-LARGE = {"goods-to-person", "sorting", "hospital", "milk-run"}
+LARGE = {"goods-to-person", "sorting", "hospital", "mezzanine", "milk-run"}
 
 
 @pytest.mark.parametrize(

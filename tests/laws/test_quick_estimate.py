@@ -218,7 +218,7 @@ def named(model, of):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some([*MOVED, *sorted(PLACES)], 4))
+@pytest.mark.parametrize("name", some([*MOVED, *sorted(PLACES)], 6))
 def test_what_moves_a_run_moves_the_estimate(name):
     of, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
     model = of().replace(changes)

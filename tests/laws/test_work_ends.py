@@ -53,9 +53,11 @@ GROUPS = (
     f"{EVERYTHING} pickers",
     EVERYTHING,
     "aisles",
+    "zones aisles",
     "tours breakdowns aisles",
     "closures moving aisles",
     "dwelling aisles",
+    "pickers aisles",
     f"{EVERYTHING} lifts aisles",
 )
 """Features that warehouses have together."""
@@ -68,6 +70,7 @@ WENT_WRONG = {
     "wider moving": (1213,),  # a run ended while a ring gathered speed: how far its robots had come was wrong
     "closures moving": (2234,),
     "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
+    "zones aisles": (24,),  # a robot beside a lane in a zone of one direction counted as in that zone
     EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
 }
 LONG, CHUNK = 1300, 10

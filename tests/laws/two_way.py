@@ -17,7 +17,7 @@ from desim_warehouse.model.sections.fleet import RobotSpec
 from desim_warehouse.model.sections.traffic import TrafficSpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.driver import NoDriver
+from desim_warehouse.world.traffic.rulebook import NoDriver
 from desim_warehouse.world.traffic.traffic import Traffic
 from tests.auditor import Audit
 

@@ -109,8 +109,13 @@ def test_an_edge_beside_a_ride_is_refused():
 def test_another_cabin_has_lanes_of_its_own_from_the_same_nodes():
     layout = dw.load(TWO, {"layout.lifts.main.cabins": 2, "layout.lifts.main.rests": "lift1"}).floor
     first, second = layout.lifts
-    assert (first.name, first.nodes, first.of) == ("main", ("lift0", "lift1"), "main")
-    assert (second.name, second.nodes, second.rests, second.of) == ("main 2", ("lift0 2", "lift1 2"), "lift1 2", "main")
+    assert (first.name, first.nodes, first.model_name) == ("main", ("lift0", "lift1"), "main")
+    assert (second.name, second.nodes, second.rests, second.model_name) == (
+        "main 2",
+        ("lift0 2", "lift1 2"),
+        "lift1 2",
+        "main",
+    )
     assert layout.length(("hall", "lift0 2")) == layout.length(("lift0 2", "hall")) == 10
     assert layout.graph.edges["hall", "lift0 2"]["two_way"]
     # on the side of the hall where most room is: the other lanes of the hall lead east and west

@@ -47,7 +47,7 @@ def test_as_many_tasks_are_open_as_there_are_robots(tmp_path):
 def test_another_fleet_needs_no_other_import(name, tmp_path):
     model = import_layout(DRAWN[name](tmp_path)).model
     for robots in FLEETS:
-        run = dw.simulate(model.replace({"fleet.size": robots, "run.length": 1800}))
+        run = dw.simulate(model.replace({"fleet.size": robots, "run.length": 1800, "fleet.start_energy": 0.9}))
         assert run.kpis["tasks"] > 0
         assert audit(run) == []
         slots = Counter(model.replace({"fleet.size": robots}).fleet.homes(model.floor.bays))

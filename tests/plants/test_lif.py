@@ -40,7 +40,7 @@ def test_opposite_edges_are_a_two_way_lane_and_actions_say_what_is_done(drawn):
     assert [place.node for place in model.layout.storage] == ["rack"]
     assert dict(model.layout.stations)["belts"].at == ("belt",)
     assert model.layout.bays["chargers"].at == ("plug",)
-    run = dw.simulate(model.replace({"run.length": 3600}))
+    run = dw.simulate(model.replace({"run.length": 3600, "fleet.start_energy": 0.9}))
     assert run.kpis["tasks"] > 10
     assert audit(run) == []
 

@@ -128,7 +128,7 @@ def test_the_model_is_written_as_a_readable_file(tmp_path):
 
 
 def test_the_plant_can_be_driven_on():
-    run = dw.simulate(dw.read_layout(YARD).replace({"run.length": 3600}))
+    run = dw.simulate(dw.read_layout(YARD).replace({"run.length": 3600, "fleet.start_energy": 0.9}))
     assert run.kpis["tasks"] > 20
     assert audit(run) == []
 

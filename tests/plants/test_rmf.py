@@ -62,7 +62,9 @@ def test_what_robots_do_where():
 
 def test_the_clinic_can_be_driven_in():
     for robots in (None, 20):
-        run = dw.simulate(dw.read_layout(CLINIC, robots=robots).replace({"run.length": 3600}))
+        run = dw.simulate(
+            dw.read_layout(CLINIC, robots=robots).replace({"run.length": 3600, "fleet.start_energy": 0.9})
+        )
         assert run.kpis["tasks"] > 10
         assert audit(run) == []
 

@@ -29,7 +29,7 @@ def test_a_run_can_be_repeated():
 
 
 def test_log_and_indicators_do_not_depend_on_the_hash_seed():
-    drawn = [warehouse(number, "policies") for number in range(12)]
+    drawn = [warehouse(number, "policies") for number in range(6)]
     logs = {
         subprocess.run(
             [sys.executable, "-c", ONE_RUN],

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.docs import pages
+
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"```(\w+)(?: file=(\S+))?\n(.*?)```", re.DOTALL)
@@ -31,10 +33,13 @@ def test_the_page_can_be_followed(tmp_path, monkeypatch):
             assert said == text
         elif kind == "console":
             command = text.removeprefix("$ ").split()
-            module = {"desim": "desim_warehouse.cli", "pytest": "pytest"}[command[0]]
-            start = ["-c", f"import sys; from {module} import main; sys.exit(main())"]
-            done = subprocess.run([sys.executable, *start, *command[1:]], capture_output=True, text=True, check=False)
-            assert done.returncode == 0, done.stdout + done.stderr
+            if command[0] == "desim":
+                status, *printed = pages.run_desim(text.removeprefix("$ "))
+            else:
+                assert command[0] == "pytest"
+                done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=False)
+                status, *printed = done.returncode, done.stdout, done.stderr
+            assert status == 0, printed
             commands += 1
         else:
             changed = Path("multibots.yaml").read_text().replace("  allocation: in-order", text.split("\n")[1])

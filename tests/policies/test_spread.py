@@ -105,6 +105,7 @@ def test_no_such_spread(name, spread, said):
         dw.load(GRID, {"policies.routing": {"name": name, "spread": spread}})
 
 
+@pytest.mark.slow
 def test_check_says_where_routes_are_not_shared():
     changes = {"traffic.turn_time": 1, "policies.routing": {"name": "fastest", "spread": 4}}
     assert "SPREAD_WITH_TURNS" in {finding.code for finding in check(dw.load(GRID, changes)).findings}

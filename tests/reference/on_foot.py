@@ -1,7 +1,7 @@
 """Pick-assist once more, without lanes: robots pass through each other, so nothing but pickers holds them up.
 
 It shares no code with the simulator. Robots always have an order of one to four lines. They drive to the first place,
-then always to the nearest of the others, wait at each for the nearest picker who is free, and bring it all to the
+and then always to the nearest of the others, wait at each for the nearest picker who is free, and bring all to the
 nearest station.
 """
 

@@ -392,7 +392,7 @@ def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_
         texts = {one.of: one.text for one in option.numbers}
         for tile in answer.tiles:
             whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
-            assert whole in texts.values() or tile.what == "a year"
+            assert whole in texts.values() or tile.what == "cost a year"
         said = " ".join(answer.answer)
         assert option.name in said or capital(option.name) in said or len(answer.options) == 1
     first = text_of(page(answer)).partition("Everything tried")[0]

@@ -17,7 +17,7 @@ plot = dw.plot
 
 @pytest.fixture(scope="module")
 def model():
-    return example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all"})
+    return example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all", "fleet.start_energy": 0.9})
 
 
 @pytest.fixture(scope="module")

@@ -75,15 +75,15 @@ def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monke
 
 
 def test_more_runs_leave_no_answer_of_fewer(tmp_path):
-    study = dw.Study(example(), {"fleet.size": [1, 2]}, replications=2).run(out=tmp_path)
+    study = dw.Study(example().replace(LASTING), {"fleet.size": [1, 2]}, replications=2).run(out=tmp_path)
     study.results.answer.save(tmp_path)
-    dw.Study(example(), {"fleet.size": [1, 2]}, replications=3).run(out=tmp_path)
+    dw.Study(example().replace(LASTING), {"fleet.size": [1, 2]}, replications=3).run(out=tmp_path)
     assert not (tmp_path / "answer.json").exists()
 
 
 def test_what_python_finds_is_kept_in_its_folder(tmp_path):
     found = dw.best(
-        dw.Study(example(), {"fleet.size": [1, 3]}),
+        dw.Study(example().replace(LASTING), {"fleet.size": [1, 3]}),
         "throughput_per_hour",
         search=dw.Search(first=2, cap=2, out=tmp_path),
     )

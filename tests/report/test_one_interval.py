@@ -12,6 +12,7 @@ from desim_warehouse.questions import sentences
 from desim_warehouse.questions.study import Study
 from desim_warehouse.report.example import example
 from desim_warehouse.study.statistics.judge import DesignVerdict
+from tests.lasting import LASTING
 
 ONE = r"([<>]?[\d.,−]+)"
 ENDS = re.compile(rf"{ONE}[^(]*\({ONE} to {ONE}\)")
@@ -60,7 +61,11 @@ def test_only_what_would_look_like_the_target_has_more_digits(found, target, sai
 
 
 def test_what_a_table_and_a_sentence_show_is_the_interval_of_the_verdict():
-    study = Study(example(), {"fleet.size": [1, 3, 4]}, replications=4, target="on_time >= 60 %").run().results
+    study = (
+        Study(example().replace(LASTING), {"fleet.size": [1, 3, 4]}, replications=4, target="on_time >= 60 %")
+        .run()
+        .results
+    )
     for design, one in study.judged.items():
         shown = study.shown(design, "on_time")
         assert shown.interval == (one.low, one.high)

@@ -36,7 +36,7 @@ def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
         "charger_utilisation": 8 * share / 2,
     }
     assert verdicts.expected(kpis, warehouse) == (
-        "settled, by estimate, 1.6 robots charge and 6.4 are at work, with chargers used 80 % of the time (here 60 %)"
+        "once settled, chargers are in use 80 % of the time by estimate (here 60 %), and 1.6 of 8 robots charge"
     )
     lone = warehouse.replace({"layout.bays.charging.total_chargers": 1})
     assert verdicts.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 charger"
@@ -63,7 +63,7 @@ def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     study.run()
     [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
     assert found.text.startswith("not settled: batteries fall by ")
-    assert "settled, by estimate, 1.6 robots charge" in found.text
+    assert "once settled, chargers are in use 80 % of the time by estimate" in found.text
     assert study.results.judged["fleet.size=8"].verdict == "fails"
 
 

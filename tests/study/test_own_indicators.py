@@ -3,6 +3,7 @@
 import concurrent.futures
 import io
 import multiprocessing
+import pickle
 from pathlib import Path
 
 import pandas as pd
@@ -89,7 +90,12 @@ def test_a_function_that_is_none_is_refused():
         dw.Study(MODEL, indicators={"mine": "per_task"})
 
 
-@pytest.mark.slow
+def test_an_indicator_goes_to_workers_as_it_is():
+    """What a study sends them."""
+    assert pickle.loads(pickle.dumps(per_task)) is per_task  # noqa: S301 - our own
+
+
+@pytest.mark.long
 def test_worker_processes_give_the_same_table(table):
     pd.testing.assert_frame_equal(plain(study().run(workers=2).table), table)
 

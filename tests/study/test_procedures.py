@@ -35,6 +35,7 @@ def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
     assert dw.Study.open(tmp_path).table.equals(made.table)
 
 
+@pytest.mark.long  # every day `test_best_of_many` and `test_kept_fleets` have searches with two workers
 def test_the_choice_is_the_same_for_any_number_of_workers():
     one = race(study({"fleet.size": [1, 2, 4]}), "T", 50)
     two = race(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(workers=2, cache=False))

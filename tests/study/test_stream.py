@@ -18,7 +18,7 @@ def known(rows):
 
 
 @pytest.mark.usefixtures("two_processors")
-@pytest.mark.parametrize("workers", [1, 2, "auto"])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long), "auto"])
 def test_every_row_comes_once_and_is_that_of_the_study(workers):
     made = study(replications=5)
     rows = list(made.stream(workers=workers))

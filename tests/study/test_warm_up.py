@@ -83,6 +83,7 @@ def test_a_study_folder_keeps_the_warm_ups(tmp_path, monkeypatch):
         dw.Study(loop(fleet__size=2), levels, warm_up="auto").run(out=tmp_path)
 
 
+@pytest.mark.long  # pilot runs are runs of a study, which `test_study` has with two workers every day
 def test_the_number_of_workers_does_not_matter():
     levels = {"fleet.size": [1, 2]}
     model = loop(tasks__goods={"poisson": 60})

@@ -38,6 +38,13 @@ def test_a_case_agrees_with_theory_and_stands_on_the_page(case):
         assert make_validation.row(found) in make_validation.PAGE.read_text(encoding="utf-8")
 
 
+def test_a_robot_that_breaks_down_is_available_for_its_share_of_the_time():
+    """Of 100 s of operation and 25 s of repair, at random: 320 of them, of which the mean is known to 1.3 %."""
+    model = dw.load(models.crews_that_break_down(1, 100.0, 25.0, 10_000))
+    available = [dw.simulate(model, seed).kpis["availability"] for seed in range(4)]
+    assert sum(available) / 4 == pytest.approx(0.8, abs=0.026)
+
+
 # Formulas
 
 

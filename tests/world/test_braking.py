@@ -81,6 +81,7 @@ def test_without_a_deceleration_there_is_no_braking_distance():
         dw.load("models/multibots.yaml").replace({"fleet.robot.keeps": "braking"})
 
 
+@pytest.mark.slow
 def test_a_kind_keeps_what_its_robot_keeps_or_its_own():
     mapping = {"deceleration": 0.4, "keeps": "braking"}
     changes = {f"fleet.robot.{key}": value for key, value in mapping.items()}

@@ -32,6 +32,7 @@ def halls(robots):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robots", "least", "length"),
     [

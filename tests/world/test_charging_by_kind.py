@@ -269,6 +269,7 @@ def test_plan_adds_chargers_for_robots_of_no_kind():
     assert Designs(model.replace({"layout.bays.large.kinds": []})).zone == "large"  # which has most
 
 
+@pytest.mark.slow
 def test_the_replay_shows_shares_of_each_battery():
     history = dw.simulate(load(RING, {**TWO, "log": "all"}), 0).history
     levels = [level / 400 for level in history.energy_curves[0][1]]

@@ -259,6 +259,7 @@ FORK = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("routing", ["highways", "shortest", "fastest", "congestion-aware"])
 def test_a_slow_zone_that_always_holds_is_a_speed_limit_to_routes_and_estimates_too(routing):
     """B>C takes 200 at 0.1, so whoever chooses by time goes round; the hand calculation and batteries know it."""

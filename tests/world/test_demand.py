@@ -76,6 +76,7 @@ def test_saturated_demand_always_has_a_task_waiting():
     assert run.kpis["share_idle"] < 0.01
 
 
+@pytest.mark.slow
 def test_poisson_arrivals_come_at_the_rate_of_the_model_file():
     run = play(tasks__goods={"poisson": 720}, run__length=20000)
     times = [time for time, _ in released(run)]
@@ -193,6 +194,7 @@ def test_work_that_is_done_before_the_length_ends_the_run():
     assert play(tasks__goods=[0, 1, 2], run__length=whole.T + 500).T == whole.T
 
 
+@pytest.mark.slow
 def test_indicators_count_from_the_warm_up_on():
     settings = {"tasks__goods": {"poisson": 900}, "run__length": 4000, "log": "all"}
     whole, part = play(3, **settings), play(3, **settings, run__warm_up=1000)

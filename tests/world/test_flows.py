@@ -581,6 +581,7 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
         assert found.expected(found.when(tasks)) == pytest.approx(tasks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rates", "length", "said"),
     [

@@ -62,6 +62,7 @@ def test_a_list_of_goods_is_not_deterministic_then():
     assert simulated({**listed, "tasks.load_time": 8}).deterministic
 
 
+@pytest.mark.slow
 def test_check_says_what_varies_and_measures_its_mean():
     report = check(dw.load(FLOOR))
     assert "loading varies: lognormal, mean 8 s, cv 0.4" in report.facts

@@ -259,6 +259,7 @@ def test_robots_take_all_cabins_of_a_lift_where_routes_see_the_queue():
     assert "which can do 120 rides an hour, and none takes lift lift0" in str(unused[0])
 
 
+@pytest.mark.slow
 def test_check_says_what_a_lift_can_do_and_that_another_stands_unused():
     report = dw.check(building(2, "fastest"))
     high, unused = (str(one) for one in report.findings if one.code in {"DEMAND_ABOVE_LIFT", "LIFT_UNUSED"})

@@ -35,6 +35,7 @@ def test_an_order_of_two_lines_is_done_as_two_tasks():
     assert run.kpis["tasks"] == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "mean"), [(3, 3), ([1, 4], 2.5), ([2, 2], 2), (ONE_TO_FIVE, 1.7), ({"discrete": {"values": [1, 3]}}, 2)]
 )
@@ -94,6 +95,7 @@ def test_rates_count_orders_and_hand_figures_their_lines():
     assert peak_rate(model([1, 4], profile, run__length=7200)) == pytest.approx(100)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hours", "near"), [(40, 0.1), pytest.param(400, 0.03, marks=pytest.mark.long)])
 def test_a_rate_of_orders_brings_as_many_lines_as_the_hand_figures_say(hours, near):
     """Three standard errors: an hour brings 75 lines, and their variance is 225."""

@@ -33,6 +33,7 @@ def test_no_more_robots_are_under_way_and_all_work_is_done(most):
     assert audit(run) == []
 
 
+@pytest.mark.slow
 def test_without_a_cap_that_is_reached_nothing_changes():
     logs = [dw.simulate(dw.load(crowded(12), {"traffic.most_out": most})).record.rows for most in (None, 12, 40)]
     assert logs[0] == logs[1] == logs[2]
@@ -90,6 +91,7 @@ def test_robots_whose_batteries_want_a_charger_do_not_wait_for_the_cap(charging,
     assert audit(run) == []
 
 
+@pytest.mark.slow
 def test_the_hand_calculation_knows_the_cap(tmp_path):
     path = tmp_path / "floor.json"
     path.write_text(json.dumps(crowded(60)))

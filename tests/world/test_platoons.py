@@ -40,6 +40,7 @@ def cut(edges, length):
     return {name: (radius * math.cos(a), radius * math.sin(a)) for name, a in zip(ring, at, strict=True)}, ring
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robots", [28, 33, 36, 40, 44])
 def test_a_ring_carries_k_v_over_l_up_to_the_law_of_its_corners(robots):
     measured, _ = flow(robots)

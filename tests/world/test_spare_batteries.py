@@ -49,6 +49,7 @@ def test_the_swap_takes_its_time_after_the_wait():
         assert left == pytest.approx(max(came, before + CHARGE) + 30)
 
 
+@pytest.mark.slow
 def test_spare_batteries_are_shared_out_among_the_bays_so_each_needs_one():
     layout = fleet(1, 2).content()["layout"]
     bays = {

@@ -87,6 +87,7 @@ def few_chargers(changes):
     return dw.load(plain, {**SETTLED, "fleet.start": ["B"], "tasks.goods": {"poisson": 60}, **changes})
 
 
+@pytest.mark.slow
 def test_runs_that_begin_settled_draw_one_look_at_the_fleet_for_all_robots():
     """Who charges stands at a charger at once, even if its home has none, and all others are free."""
     model = few_chargers({})

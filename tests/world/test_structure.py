@@ -1,12 +1,12 @@
 """Parts of the world do not know their whole: what a part needs it is given."""
 
 import ast
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 import desim_warehouse
+from tests.trees import tree_of
 
 PACKAGE = Path(desim_warehouse.__file__).parent
 MAY_KNOW_THE_WORLD = {"world", "__init__"}
@@ -14,11 +14,6 @@ ROBOTS = {"robot", "body", "driver", "other", "member", "ahead", "behind", "fron
 """What robots, and bodies, are called where others deal with them."""
 MOST_FIELDS_SET = 12
 """Five for slots in bays, and seven in the hot path, where a verb costs too much. In 0.2.0 there were 108."""
-
-
-@cache
-def tree_of(path):
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def classes(folder):

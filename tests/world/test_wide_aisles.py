@@ -174,6 +174,35 @@ def test_a_robot_that_breaks_down_beside_the_lane_is_in_nobody_s_way():
     assert audit(run) == []
 
 
+def test_a_robot_that_breaks_down_between_two_loads_stays_beside_the_lane():
+    mapping = ring()
+    mapping["fleet"] = {"size": 1, "robot": {**mapping["fleet"]["robot"], "capacity": 2}}
+    mapping["fleet"]["robot"]["breakdowns"] = {"every": 17, "repair": 100, "clear": 10}
+    mapping["policies"] = {"batching": {"name": "fixed-size", "size": 2}}
+    run = dw.simulate(dw.load(mapping))
+    # due at 17, while it loads, and again after 34 in operation, 9 after it has driven on with both
+    assert rows(run, "aside", "broken", "back", "cleared")[:3] == [
+        (15, "aside", 0),
+        (20, "broken", 0),
+        (125, "back", 0),
+    ]
+    assert audit(run) == []
+
+
+def test_a_load_that_is_put_down_where_it_was_picked_goes_round():
+    mapping = ring()
+    place = {"edge": ["B", "C"], "offset": 5}
+    mapping["layout"]["storage"] = [place]
+    mapping["tasks"] = {"load_time": 5, "unload_time": 3, "flows": {"moves": {"from": "storage", "to": "storage"}}}
+    mapping["tasks"]["flows"]["moves"]["arrivals"] = {"saturated": 1}
+    mapping["run"] = {"length": 100}
+    mapping["fleet"]["size"] = 1
+    run = dw.simulate(dw.load(mapping))
+    # 15 to the place, 5 to load, and 40 round to it again
+    assert rows(run, "aside", "back")[:4] == [(15, "aside", 0), (20, "back", 0), (60, "aside", 0), (63, "back", 0)]
+    assert audit(run) == []
+
+
 def test_a_robot_that_loads_is_drawn_beside_the_lane():
     positions = Positions(dw.simulate(dw.load(ring())).history)
     # B > C leads from (10, 0) down to (10, 10); its right is towards x = 0, D = 1 away

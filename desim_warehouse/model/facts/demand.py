@@ -72,8 +72,8 @@ def flow_rates(model: Model) -> dict[str, float]:
 def always_open(model: Model) -> bool:
     """Whether some tasks are always open, so that robots never rest."""
     tasks = model.tasks
-    demands = [tasks.goods, *(flow.when for flow in tasks.flows.values())]
-    return any(isinstance(demand, SaturatedGoods | SaturatedArrivals) for demand in demands)
+    arrivals = (tasks.goods, *(flow.when for flow in tasks.flows.values()))
+    return any(isinstance(when, SaturatedGoods | SaturatedArrivals) for when in arrivals)
 
 
 def order_files(model: Model) -> list[Summary]:

@@ -58,7 +58,7 @@ class Group:
 
     @property
     def is_lift(self) -> bool:
-        """Whether it is one lift, of which people speak in the singular."""
+        """Whether it is a single lift, named in the singular."""
         return self.kind == "lifts"
 
 

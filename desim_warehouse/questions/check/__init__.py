@@ -98,18 +98,19 @@ def check(model: Source) -> Check:
     from desim_warehouse.questions.check import details
     from desim_warehouse.questions.check.words import sentences
     from desim_warehouse.run.examined import examined
-    from desim_warehouse.run.quick import choice, with_nearer
+    from desim_warehouse.run.quick import choice, in_wide_aisles, with_nearer
 
     model = as_model(model)
     facts = details.of_model(model)
     findings, estimate = examined(model)
-    lines, nearest, chosen = [], None, None
+    lines, nearest, chosen, wider = [], None, None, None
     if estimate is not None:
         lines = details.of_estimate(estimate, model.units)
         if not any(item.level == "error" and item.code not in model.accept for item in findings):
             nearest, chosen = with_nearer(model), choice(model, estimate)
+            wider = in_wide_aisles(model, estimate)
             facts += details.of_savings(model, nearest, chosen, estimate)
-    checked = Check(facts, findings, estimate, model.accept, lines, sentences(model, estimate, nearest, chosen))
+    checked = Check(facts, findings, estimate, model.accept, lines, sentences(model, estimate, nearest, chosen, wider))
     logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
     return checked
 

@@ -31,9 +31,16 @@ _ALMOST = 1e-9
 
 
 def sentences(
-    model: Model, estimate: QuickEstimate | None, nearer: Nearer | None = None, choice: Choice | None = None
+    model: Model,
+    estimate: QuickEstimate | None,
+    nearer: Nearer | None = None,
+    choice: Choice | None = None,
+    wider: float | None = None,
 ) -> list[str]:
-    """Return the answer of a check in sentences; without an estimate only the warehouse and what is asked for."""
+    """Return the answer of a check in sentences; without an estimate only the warehouse and what is asked for.
+
+    `wider`: the part of its tasks that the fleet would do more in wide aisles.
+    """
     asked = [sentence(line) for line in (*orders_a_day(model), *orders_asked_for(model))]
     if estimate is None:
         return [_warehouse(model), *asked]
@@ -47,6 +54,7 @@ def sentences(
         *_limit(estimate),
         *_busiest(model, estimate),
         *_savings(model, estimate, nearer, choice),
+        *_aisles(wider),
         *(sentence(line) for line in left_out(model, model.floor)),
     ]
 
@@ -183,6 +191,13 @@ def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     line = busiest.are(loads(model, estimate), "of the time" if estimate.on_duty == 1 else "of their hours")
     if line:
         yield sentence(line)
+
+
+def _aisles(wider: float | None) -> Iterator[str]:
+    """Say what it costs that robots load in their lanes."""
+    if wider is not None:
+        more = f"about {numbers.number(100 * wider, 0)} % more"
+        yield f"Robots that load hold up others: beside their lanes they would do {more} (layout.aisles: wide)."
 
 
 def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:

@@ -203,8 +203,8 @@ def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tupl
         dx, dy = (around[0] + around[2]) / 2 - x, (around[1] + around[3]) / 2 - y
         side = (1 if dx > 0 else -1, 0) if abs(dx) > abs(dy) else (0, 1 if dy > 0 else -1)
         sizes = [(LETTER * part * room * len(zone.name), part * room) for _, part in _SIZES]
-        known = any(name == zone.name for _, name, _ in names)
-        if put := sheet.put(sizes, around, room / 4, side, known=known):
+        again = any(name == zone.name for _, name, _ in names)
+        if put := sheet.put(sizes, around, room / 4, side, again=again):
             spot, size = put
             names.append((f"{zone.kind} {_SIZES[size][0]}".strip(), zone.name, spot))
     return names

@@ -61,7 +61,7 @@ def numbers_of(run: RunData) -> list[BigNumber]:
             (words.value("cycle_time_p95", kpis["cycle_time_p95"], model), f"95 % of {words.loads(model)} done within")
         )
     if "annual_cost" in kpis:
-        pairs.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year"))
+        pairs.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "cost a year"))
     else:
         pairs.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic"))
     return [BigNumber(value=value, what=what) for value, what in pairs]

@@ -32,15 +32,18 @@ class TourAside(Tour):
             self.aside = lane if is_aside else None
         yield from super()._handle(stop)
         lane = self.aside
-        if lane is not None and not self._stays(stop):
+        if lane is not None:
             yield from self._break_down()
-            yield from lane.come_back(robot.body)
-            self.aside = None
+            if not self._stays(stop):
+                yield from lane.come_back(robot.body)
+                self.aside = None
 
     def _stays(self, stop: Stop) -> bool:
-        """Whether the next stop is at the same place."""
+        """Whether the next stop is at the same place, and the robot comes to it without leaving its lane."""
         following = self.stops[0] if self.stops else None
-        return following is not None and (following.edge, following.offset) == (stop.edge, stop.offset)
+        if following is None or not following.joins:
+            return False
+        return (following.edge, following.offset) == (stop.edge, stop.offset)
 
     def _break_down(self) -> Steps:
         """Be repaired beside the lane, where it is in nobody's way, if a breakdown is due."""

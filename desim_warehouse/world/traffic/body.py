@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.states import IN_LIFT
 from desim_warehouse.world.traffic.drive import Drive
-from desim_warehouse.world.traffic.driver import Driver, NoDriver
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.motion import LookAhead, Motion, NodeDelays, Stretch
+from desim_warehouse.world.traffic.rulebook import Driver, NoDriver
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:

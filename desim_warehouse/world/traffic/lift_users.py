@@ -1,4 +1,4 @@
-"""Who has the cabin of a lift beside robots: people who ride at random, and repairs after outages.
+"""People who ride at random in lifts, and repairs after outages: both have the cabin beside robots.
 
 They call it whatever robots do, and are drawn only as far as robots call it. So they keep no run going, and come alike
 in all designs. One who calls while a robot has the lift waits; a lift that fails then does so after the ride.

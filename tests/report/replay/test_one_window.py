@@ -20,6 +20,7 @@ LENGTHS = {
     "sorting": 300.0,
     "e-commerce": 1200.0,
     "hospital": 2400.0,
+    "mezzanine": 2400.0,
     "milk-run": 2400.0,
     "pallets": 2400.0,
 }

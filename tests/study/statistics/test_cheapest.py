@@ -1,5 +1,7 @@
 """The cheapest of designs with two counts, and three: cases worked out by hand, then laws on random surfaces."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.targets import parse_target
-from desim_warehouse.study.statistics.cheapest import Earlier, cheapest_meeting_steps, scout_steps
+from desim_warehouse.study.statistics.cheapest import Earlier, _Proof, cheapest_meeting_steps, scout_steps
 from desim_warehouse.study.statistics.judge import Budget, Judge, verdict_steps
 from desim_warehouse.study.statistics.procedure import follow
 from tests.study.statistics.searches import up_to
@@ -297,3 +299,12 @@ def test_where_runs_do_not_tell_of_a_fleet_that_leans_to_meeting_a_packer_more_i
     judged = [CUBE[n] for n in found.verdicts]
     assert judged[judged.index((3, 1, 1)) + 1] == then
     assert found.verdicts[number[3, 1, 1]].verdict == "undecided"
+
+
+@pytest.mark.parametrize(("drop", "worse"), [(1.0, False), (3.0, True)])
+def test_more_robots_do_worse_only_where_that_is_clear_at_the_level_of_the_search(drop, worse):
+    """Five differences around `drop` hundredths, with a standard error of 0.7: t is 1.4 and 4.2, and it takes 3.5."""
+    proof = SimpleNamespace(judge=Judge(ENOUGH))
+    days = [(0.90, 0.90 + (rank - 2 - drop) / 100) for rank in range(5)]
+    found = _Proof._held(proof, (1, 0), ENOUGH, 0.0, days, 1.0)
+    assert (found.difference.mean, found.worse) == (pytest.approx(-drop / 100), worse)

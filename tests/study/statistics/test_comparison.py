@@ -161,3 +161,9 @@ def test_the_difference_seen_from_the_other_side_is_its_negative(pairs):
     there, back = paired(ours, base), paired(base, ours)
     assert there.mean == pytest.approx(-back.mean)
     assert there.half_width == back.half_width
+
+
+@pytest.mark.parametrize("confidence", [0.0, 1.0, 95.0])
+def test_a_confidence_that_is_none_is_refused(confidence):
+    with pytest.raises(StudyError, match="confidence"):
+        compare({"now": [1.0, 2.0, 4.0], "more": [2.0, 3.0, 3.0]}, "now", confidence=confidence)

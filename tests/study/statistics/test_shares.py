@@ -156,6 +156,9 @@ def test_a_run_that_alone_leaves_a_verdict_open_is_named():
     found = judged("", [*calm[:4], 260.0, *calm[4:]], target, 0.975, False, (0, np.inf))
     assert (found.verdict, found.outlier) == ("undecided", 4)
     assert judged("", [90.0, 110.0] * 4, target, 0.975, False, (0, np.inf)).outlier is None
+    four = [101.0, 101.1, 101.2, 101.1]
+    # of five one may be named, of four none
+    assert [judged("", [*four[:n], 260.0], target, 0.975, False, (0, np.inf)).outlier for n in (4, 3)] == [4, None]
 
 
 @pytest.mark.parametrize("tasks", [50, pytest.param(1000, marks=pytest.mark.long)])

@@ -1,0 +1,24 @@
+"""A mutant is tried as it stands in memory, and nowhere else."""
+
+import os
+
+import pytest
+
+from desim_warehouse.study.statistics.limits import days_for
+from tests.mutants import forked, mutate, sites
+
+MODULE = "study/statistics/limits.py"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are tried in forks")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # from 3.12 on, of forks where threads run
+def test_what_is_changed_is_what_runs_though_it_was_imported_before():
+    """Searches for garbage leave out what `conftest` keeps, and so did mutants once: all of them survived."""
+    begins, days = days_for.__code__.co_firstlineno, days_for(0.1)
+    (rank,) = [rank for rank, (function, *_) in enumerate(sites(MODULE)[1]) if function == begins]
+
+    def mutant():
+        mutate(MODULE, rank)  # log(0.05) * log(0.9) for their ratio
+        return days_for(0.1)
+
+    assert forked(mutant, 5) == 1 < days == days_for(0.1)
