@@ -34,7 +34,7 @@ class Walking:
     def distance(self, start: Spot, goal: Spot) -> float:
         """Return the length of the shortest way between two spots of storage places; inf where there is none."""
         (edge, offset), (other, beyond) = start, goal
-        if other == edge[::-1] and math.isclose(self._length(other), self._length(edge)):
+        if other == edge[::-1] and math.isclose(self._length(other), self._length(edge), rel_tol=1e-6):
             other, beyond = edge, self._length(other) - beyond  # the lane back is beside this one, or the same
         if edge == other:
             return abs(beyond - offset)
