@@ -473,8 +473,9 @@ def _run(day: WorkingDay) -> str:
 run:                          # a working day, all of it counted
   start: "{clock(day.begin)}"
   length: {day.length / 60:g} h"""
-    start, hours = ("", 4.5) if day.peak is None else ('  start: "23:30"\n', DAY / 60 + 0.5)
+    hours = 6 if day.peak is None else DAY // 60 + 2
+    start = "" if day.peak is None else '  start: "22:00"\n'
     return f"""\
-run:                          # the first half hour is not counted: queues come to their usual state
-{start}  length: {hours:g} h
-  warm_up: 30 min"""
+run:                          # the first two hours are not counted: chargers and queues come to their usual state
+{start}  length: {hours} h
+  warm_up: 2 h"""

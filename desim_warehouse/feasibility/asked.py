@@ -57,7 +57,8 @@ def orders_a_day(model: Model) -> Iterator[str]:
     if asked:
         whole = math.fsum(asked.values()) * tasks.demand
         each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items())
-        yield f"asked for: {each if len(asked) > 1 else f'{amount(whole / 24)} an hour'} = {whole:,.0f} orders a day"
+        parts = f"{amount(whole / 24)} an hour = " if "" in asked else f"{each} = " if len(asked) > 1 else ""
+        yield f"asked for: {parts}{whole:,.0f} orders a day"
 
 
 def most_loads(model: Model) -> int:
