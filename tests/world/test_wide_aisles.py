@@ -214,3 +214,18 @@ def test_a_robot_that_loads_is_drawn_beside_the_lane():
     ]
     assert positions.points(20.1)[1].tolist() == near([9, 5])
     assert positions.points(25.1)[1].tolist() == near([10, 5.1])
+
+
+def without(*rows_to_drop):
+    """The faults that the auditor finds in the log of two robots at one place, without some rows."""
+    run = dw.simulate(dw.load(ring()))
+    run.record.rows[:] = [row for row in run.record.rows if (row[1], row[2]) not in rows_to_drop]
+    return " ".join(audit(run))
+
+
+def test_the_auditor_knows_who_is_on_the_lane():
+    assert without() == ""
+    assert "robots 0 and 1 are 0 apart" in without(("aside", 0), ("back", 0))  # it stands in the lane
+    assert "robots 0 and 1 stand beside ('B', 'C') at 5.0, where one has room" in without(("back", 0))
+    assert "comes back onto ('B', 'C'), beside which it does not stand" in without(("aside", 1))
+    assert "robot 1 leaves ('B', 'C') and does not load there" in without(("loading", 1))
