@@ -35,6 +35,8 @@ BUSY = 0.75
 """Share of their time that stations and robots may be busy by the quick estimate, where their number is not given."""
 MOST_ROBOTS = 1000
 _A_DAY = re.compile(r"/\s*d\s*$")
+KEPT = 1.0
+"""Metres that the robots of a draft keep apart: their width and margin."""
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""
 
@@ -299,6 +301,12 @@ def _spread(names: tuple[str, ...], count: int) -> list[str]:
     return [names[math.floor((rank + 0.5) * step)] for rank in range(count)]
 
 
+def _passing(floor: _Floor) -> str:
+    """Say whether robots may drive past one that loads, by the width of the aisles."""
+    need = f"{2 * KEPT:g} m"
+    return f"to pass they would need {need}" if floor.aisle < 2 * KEPT else f"(!) wide: they pass, in {need}"
+
+
 # In one piece, long as it is: it looks like the file that it makes.
 def _text(words: Draft) -> str:
     """Write the model file of a complete draft."""
@@ -331,6 +339,7 @@ layout:                       # metres; every key: docs/reference/model.md
     aisle_width: {floor.aisle:.4g}         # what {floor.aisles} aisles leave of {words.size[0]:g} m
     cross_aisle_width: {floor.cross_aisle:.4g}
     directions: ring          # the outer aisles clockwise, the inner ones alternate
+  aisles: narrow              # robots load in their lane, and others wait; {_passing(floor)}
   bays:                       # beside the north ends of the aisles; `desim draw` shows the names of the nodes
     charging: {{at: [{", ".join(charging)}], total_chargers: {words.chargers}}}   # a slot for each charger
     parking: {{at: [{", ".join(parking)}], chargers: 0}}
@@ -464,8 +473,9 @@ def _run(day: WorkingDay) -> str:
 run:                          # a working day, all of it counted
   start: "{clock(day.begin)}"
   length: {day.length / 60:g} h"""
-    start, hours = ("", 4.5) if day.peak is None else ('  start: "23:30"\n', DAY / 60 + 0.5)
+    hours = 6 if day.peak is None else DAY // 60 + 2
+    start = "" if day.peak is None else '  start: "22:00"\n'
     return f"""\
-run:                          # the first half hour is not counted: queues come to their usual state
-{start}  length: {hours:g} h
-  warm_up: 30 min"""
+run:                          # the first two hours are not counted: chargers and queues come to their usual state
+{start}  length: {hours} h
+  warm_up: 2 h"""

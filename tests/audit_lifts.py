@@ -41,7 +41,8 @@ class Lifts:
     def passages_of(self, name, lift):
         """Every robot that set out for the cabin and got into it, as its visits and the rows of waiting say."""
         calls = [row for row in self.run.record.rows if row[1] == "in_lift" and row[5][1] in lift.nodes]
-        waits = [row for row in self.run.record.rows if row[1] == "collision" and row[4] in lift.nodes]
+        causes = {"collision", "waiting_closed", "waiting_person"}
+        waits = [row for row in self.run.record.rows if row[1] in causes and row[4] in lift.nodes]
         for robot, visits in self.visits.items():
             for rank, visit in enumerate(visits[:-1]):
                 if visit.edge[1] not in lift.nodes or visit.edge[0] in lift.nodes or visit.cleared:

@@ -33,26 +33,10 @@ def pytest_configure(config):
 
 
 def pytest_collection_finish():
-    """What was imported and collected stays: leave it out of every search for garbage, of which few are enough."""
-    gc.set_threshold(100_000, 20, 20)
-    _keep()
-
-
-_KEPT = [0]
-"""How many modules were imported when what there is was last left out of searches for garbage."""
-
-
-def _keep():
-    _KEPT[0] = len(sys.modules)
+    """What was imported and collected stays: search for garbage without it, until a probe does else, and rarely."""
     gc.collect()
     gc.freeze()
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _keep_what_is_imported_late():
-    """So is what commands import when they are first called: pandas, matplotlib. Each probe searches for garbage."""
-    if len(sys.modules) > _KEPT[0] + 100:
-        _keep()
+    gc.set_threshold(100_000, 20, 20)
 
 
 @pytest.fixture(autouse=True)

@@ -74,11 +74,8 @@ class Judged(Protocol):
         """Whether no run will tell."""
 
 
-def standing(judged: Judged, wrong: Iterable[Verdict] = ()) -> Standing:
-    """Return the standing of a design beside a target; lasting verdicts in `wrong` take precedence."""
-    lasting = lasts_not(wrong)
-    if lasting is not None:
-        return lasting
+def standing(judged: Judged) -> Standing:
+    """Return the standing of a design beside a target, unless the time to come is worse (`lasts_not`)."""
     return "edge" if judged.within_zone else BY_VERDICT[judged.verdict]
 
 

@@ -34,6 +34,9 @@ def examine(layout: Layout, contact: float) -> Iterator[Finding]:
     """Find aisles that are not wide enough after all, or too short for robots to leave the lane."""
     widths, need = layout.widths, needed_width(contact)
     beside = sorted(_with_places(layout)) if widths else []
+    if widths and not beside and layout.storage:
+        text = "no storage place lies beside a lane: robots load standing on nodes, and those behind wait"
+        yield Finding("CHANGES_NOTHING", "layout.aisles", text, "give storage places an edge and offset")
     tight = [edge for edge in beside if 0 < widths.get(edge, 0.0) < need - EPS]
     if tight:
         width = max(widths[edge] for edge in tight)

@@ -102,7 +102,7 @@ def test_what_is_not_given_suffices_by_hand(orders):
         (
             "--orders 20000/h --peak 10-11x20 --shifts 06-22",
             (
-                "desim new:36:20: tasks.goods.poisson: too large (got 400000), expected at most 100,000 (tasks "
+                "desim new:37:20: tasks.goods.poisson: too large (got 400000), expected at most 100,000 (tasks "
                 "arriving per hour (poisson))"
             ),
         ),

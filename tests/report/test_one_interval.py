@@ -82,7 +82,7 @@ def test_near_the_target_and_not_known_yet_are_two_things():
     assert standing.WORDS[standing.standing(judged(False))] == "needs more runs"
     assert standing.WORDS[standing.standing(judged(True))] == "on the edge"
     falls = Verdict("BATTERIES_FALL", "batteries fall by 2 % an hour: not sustainable", 0.02)
-    assert standing.WORDS[standing.standing(judged(False), [falls])] == "cannot last"
+    assert standing.WORDS[standing.lasts_not([falls])] == "cannot last"
 
 
 def test_what_cannot_keep_up_is_said_as_what_it_delivers():

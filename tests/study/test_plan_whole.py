@@ -242,7 +242,7 @@ def named_of(counts, said, runs):
 
     best = len(counts) - 1
     below = ruling_out(counts, set(range(best)), {n for n, what in enumerate(said) if what == "fails"})
-    found = Cheapest(best, tuple(below), verdicts, {}, 8, 0.95, 0.01)
+    found = Cheapest(best, tuple(below), verdicts, {}, 8)
     planner = SimpleNamespace(designs=SimpleNamespace(key=lambda design: design))
     study = SimpleNamespace(results=SimpleNamespace(by_point=dict(enumerate(map(rows, runs)))))
     return Planner._as_cheap(planner, study, found, counts, NOTHING)

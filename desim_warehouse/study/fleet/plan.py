@@ -356,7 +356,7 @@ class Planner:
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
-            return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
+            return Cheapest(None, (), {}, {}, 0, tuple(order)), set()
         if self.more_helps and not scan:  # else there was no scout
             self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         cheapest: Cheapest = self.follow(

@@ -3,7 +3,7 @@
 | question                                        | function                                                     |
 |-------------------------------------------------|--------------------------------------------------------------|
 | what is the mean, how sure?                     | `intervals.estimate`                                         |
-| how many replications?                          | `precision.replications_needed`, `precision.replications_to_run` |
+| how many replications?                          | `precision.replications_to_run`, `.replications_needed`      |
 | does a design differ from today's?              | `comparison.paired`, `comparison.compare`                    |
 | which design is best?                           | `selection.kn_steps`                                         |
 | does a design meet a target?                    | `judge.Judge`, `judge.judged`                                |

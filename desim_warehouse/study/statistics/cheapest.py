@@ -87,8 +87,6 @@ class Cheapest:
     verdicts: Mapping[int, DesignVerdict[int]]
     vetoed: Mapping[int, str]
     runs: int
-    confidence: float
-    zone: float
     open: tuple[int, ...] = ()
     larger: tuple[Larger, ...] = ()
     against: bool = False
@@ -198,8 +196,6 @@ def cheapest_meeting_steps(
         judge.verdicts,
         judge.vetoed,
         judge.budget.spent - before,
-        judge.confidence,
-        judge.zone,
         tuple(proof.open),
         proof.larger,
         proof.against,
