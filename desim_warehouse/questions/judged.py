@@ -10,7 +10,6 @@ from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import PERCENT, Scale, capital
 from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, ShownDay, Subject
 from desim_warehouse.answer.standing import Standing, standing
-from desim_warehouse.errors import spoken
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.plan import run_seed
@@ -123,9 +122,10 @@ def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list
     if not names:
         return []
     aim = words.amount(goal.indicator, goal.value, goal.unit)
-    are = "is" if len(names) == 1 else "are"
-    why = f"the mean misses {aim}, and the interval, though it holds that, leaves out what is better by {zone}"
-    return [f"{capital(spoken(names))} {are} not met: {why} (--zone)."]
+    why = f"the mean misses {aim}, and the interval, though it holds that, leaves out what is better by {zone} (--zone)"
+    if len(names) == 1:
+        return [f"{capital(names[0])} is not met: {why}."]
+    return [f"Not met are these: {'; '.join(names)}. Of each {why}."]
 
 
 def _holds(value: SaidNumber, aim: float) -> bool:
