@@ -44,7 +44,7 @@ def test_a_name_covers_a_lane_rather_than_nothing_and_a_mark_never():
 
 
 def test_a_name_that_stands_elsewhere_is_worth_no_line():
-    assert put(Sheet([NODE], [(-50, -50, 50, 50)]), (0, -1), known=True) is None
+    assert put(Sheet([NODE], [(-50, -50, 50, 50)]), (0, -1), again=True) is None
 
 
 def test_a_small_name_on_its_side_is_preferred_to_a_large_one_elsewhere():
