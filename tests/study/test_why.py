@@ -34,7 +34,7 @@ def test_suspects_come_from_the_account_of_time_worst_first(run):
     assert at.waited == pytest.approx(nodes.max() / (run.history.counted * 12))
     # all bay places are taken, so there is no room for a robot more; nine places at stations for twelve robots
     rest = {"packers", "chargers", "handling", "demand", "places at the stations", "the way out of bays"}
-    rest |= {"where items lie"}  # its classes are by number
+    rest |= {"where items lie", "narrow aisles"}  # its classes are by number; robots load in the lanes
     assert {suspect.name for suspect in found if not suspect.name.startswith("intersection")} == rest
     for suspect in found:
         run.model.replace(suspect.overrides)  # every relief is a model
