@@ -41,6 +41,8 @@ UNFORESEEN = {
         "waits",
     ),
     **dict.fromkeys(("fleet.hours", "layout.stations.*.hours", "layout.bays.*.outages.every"), "waits for hours"),
+    "layout.lifts.*.outages.every": "waits for repairs",
+    "layout.lifts.*.people.transfer": "waits for people",
     **dict.fromkeys(("fleet.robot.acceleration", "fleet.robot.deceleration", "traffic.turn_time"), "stops, in full"),
     **dict.fromkeys(("policies.batching", "policies.batching of flows", "tasks.flows.*.arrivals"), "other tasks"),
     "policies.allocation": "other tasks",
