@@ -83,6 +83,9 @@ FEATURES = {
         )
     ),
     "zones": Feature(("world.traffic.zones", "layout.zones")),
+    "lifts": Feature(("layout.lifts", "layout.shafts", "model.facts.lifts", "world.traffic.lift")),
+    "wide aisles": Feature(("layout.aisles", "world.robots.aside", "world.traffic.wide")),
+    "people who pick": Feature(("layout.walking", "model.sections.pickers", "world.places.pickers")),
 }
 _INTRO = """# What each feature costs
 
