@@ -262,7 +262,7 @@ def _points(searched: SearchedDesigns, goal: Target) -> Points | None:
         return None
     ends = []
     for indicator, values in (
-        (goal.indicator, [dot.x for dot in points]),
+        (goal.indicator, [goal.value, *(dot.x for dot in points)]),
         (searched.indicator, [dot.y for dot in points]),
     ):
         scale = words.scale(indicator, searched.model, values)
