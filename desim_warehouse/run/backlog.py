@@ -36,7 +36,9 @@ BLOCK = 50
 class Backlog:
     """A source of at most about `count` tasks of the goods or `flows`, with `waiting` of them known at any time.
 
-    `enough`: asked before each task, with how many were given out; none follow where it says so.
+    All lines of an order become known together, as in a run: else a batch by order would have a part of it.
+
+    `enough`: asked before each order, with how many tasks were given out; none follow where it says so.
 
     `in_turn`: stations that are chosen by other robots are gone to in turn. `rates`: of the flows, in any unit.
     `pause`: from when a task is taken until the next is known.
@@ -60,13 +62,14 @@ class Backlog:
         self._env, self._model, self._layout = env, model, layout
         self._random, self._rates = streams.stream("probe"), rates
         self._in_turn = in_turn and model.tasks.station_choice in BY_OTHERS
-        made = list(self._of_flows(streams, flows, count) if model.tasks.flows else self._of_goods(count))
-        self.total: int | None = len(made)
+        orders = list(self._of_flows(streams, flows, count) if model.tasks.flows else self._of_goods(count))
+        most = sum(map(len, orders))
+        self.total: int | None = most
         self._waiting, self._open, self._pause = waiting, 0, pause
-        self._coming, self._given, self._most, self._enough = iter(made), 0, len(made), enough
+        self._coming, self._given, self._most, self._enough = iter(orders), 0, most, enough
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release the first tasks, and later another for each that is taken."""
+        """Release the first tasks, and later as many as are taken."""
         self._release = release
         self._fill()
 
@@ -91,12 +94,13 @@ class Backlog:
             if self._enough(self._given):
                 self.total = self._most = self._given
                 return
-            task = next(self._coming)
-            self._open += 1
-            self._given += 1
-            self._release(replace(task, release=self._env.now, due=None))
+            order = next(self._coming)
+            self._open += len(order)
+            self._given += len(order)
+            for task in order:
+                self._release(replace(task, release=self._env.now, due=None))
 
-    def _of_goods(self, count: int) -> Iterator[Task]:
+    def _of_goods(self, count: int) -> Iterator[list[Task]]:
         """Iterate over goods in the mix of the demand; goods of a list come in its order, again and again."""
         model, storage, nodes = self._model, self._layout.storage, self._model.tasks.unload_at
         goods, own = listed(model), own_destinations(model, self._layout)
@@ -107,10 +111,10 @@ class Backlog:
             targets = own[number % len(own)] if own else ()
             if turns and not targets:
                 targets = (nodes[turns[number]],)
-            yield Task(number, place.number, place.edge, place.offset, to=targets)
+            yield [Task(number, place.number, place.edge, place.offset, to=targets)]
 
-    def _of_flows(self, streams: Streams, names: Sequence[str], count: int) -> Iterator[Task]:
-        """Iterate over tasks of some flows, by their rates; orders of several lines come whole."""
+    def _of_flows(self, streams: Streams, names: Sequence[str], count: int) -> Iterator[list[Task]]:
+        """Iterate over the orders of some flows, by their rates, each with the tasks of all its lines."""
         model, rates = self._model, self._rates
         made = Flows(self._env, model, self._layout, streams).flows
         drawn = self._sample([rates[name] / model.tasks.flows[name].mean_lines for name in names], count)
@@ -120,10 +124,11 @@ class Backlog:
             self._stratify(made[name], max(which.count(name), 1))
         number = 0
         for nth, name in enumerate(which):
-            for task in made[name].order(number, 0.0, next(rows[name])):
-                number += 1
-                turn = self._in_turn and len(task.to) > 1 and model.tasks.station_choice == "least-loaded"
-                yield replace(task, to=(task.to[nth % len(task.to)],)) if turn else task
+            order = made[name].order(number, 0.0, next(rows[name]))
+            number += len(order)
+            if self._in_turn and model.tasks.station_choice == "least-loaded":
+                order = [replace(task, to=(task.to[nth % len(task.to)],)) for task in order]
+            yield order
 
     def _stratify(self, flow: Any, count: int) -> None:
         """Draw the storage places of a flow as a sample of its own."""

@@ -41,6 +41,8 @@ BY_TIME = {"in-order", "earliest-due"}
 """Allocations that go by no distance."""
 BELOW, ABOVE = 0.07, 0.04
 """Parts by which a long run may do less and more than the probe of a fleet: fitted to `benchmarks.estimates`."""
+ABOVE_WITH_PICKERS = 0.08
+"""The part of more with pickers: where each picker is when robots call varies more than where robots are."""
 LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
@@ -123,7 +125,8 @@ def measured(model: Model) -> QuickEstimate:
     slow = quick.throughput_of_queues / free.throughput_of_queues
     slowest = [pace.rate * (1 - (1 - slow) * (1 - pace.free)) for pace in (paces.few, paces.many)]
     fastest = [min(pace.rate, model.fleet.size / (pace.work + charging)) for pace in (paces.few, paces.many)]
-    below, above = (BELOW, ABOVE) if model.fleet.size > 1 else (0.0, 0.0)  # nobody is in the way of one
+    more = ABOVE if model.pickers is None else ABOVE_WITH_PICKERS
+    below, above = (BELOW, more) if model.fleet.size > 1 else (0.0, 0.0)  # nobody is in the way of one
     limits = [limit for name, limit in quick.limits.items() if name != THE_ROBOTS]
     most = min([max(fastest) * quick.on_duty * (1 + above), *limits])
     least = min(max(min(slowest) * quick.on_duty * (1 - below), 0.0 if model.pods else most / WIDEST), most)

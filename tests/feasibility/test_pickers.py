@@ -1,5 +1,8 @@
 """What pickers can do by the quick estimate, worked out by hand."""
 
+from collections import Counter
+from functools import partial
+
 import pytest
 
 import desim_warehouse as dw
@@ -7,7 +10,9 @@ from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.feasibility.parts import PickerLoad
 from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.questions.check.words import sentences
-from desim_warehouse.run.quick import estimate
+from desim_warehouse.run.backlog import Backlog
+from desim_warehouse.run.probe import log_of, shares_of_flows
+from desim_warehouse.run.quick import estimate, measured
 from tests.world.test_pickers import RING
 
 STORED = {"from": "storage", "to": "packing", "arrivals": {"poisson": 60}}
@@ -55,3 +60,51 @@ def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
     assert quick.knee[1] == "the pickers"
     assert "the pickers are the limit" in text
     assert max(loads(model, quick), key=lambda load: load.mean).group.name == "pickers"
+
+
+HALL = {
+    "name": "hall",
+    "layout": {
+        "blocks": {
+            "columns": 4,
+            "rows": 2,
+            "block_width": 2,
+            "block_depth": 10,
+            "goods_size": 1,
+            "aisle_width": 2.4,
+        },
+        "aisles": "wide",
+        "bays": {"west": {"along": "west", "places": 6}},
+        "stations": {"packing": {"at": ["L", "N"], "places": 12, "servers": 2}},
+    },
+    "fleet": {"size": 6, "robot": {"radius": 0.4, "margin": 0.2, "speed": "1.5 m/s", "capacity": 6}},
+    "tasks": {
+        "load_time": "12 s",
+        "unload_time": "3 s",
+        "flows": {"picks": {"from": "storage", "to": "packing", "arrivals": {"saturated": 30}, "lines": [1, 4]}},
+    },
+    "pickers": {"count": 3, "speed": "1 m/s"},
+    "policies": {"allocation": "nearest", "batching": "by-order"},
+    "run": {"length": "70 min", "warm_up": "10 min"},
+    "log": "tasks",
+}
+
+
+def test_orders_of_a_probe_become_known_whole():
+    """A robot takes 3 lines of an order; 4 that are known would leave a tour of 1 otherwise."""
+    model = dw.load(HALL, {"tasks.flows.picks.lines": 3, "run.length": 1e9, "run.warm_up": 0})
+    source = {"flows": ("picks",), "count": 20, "waiting": 4, "in_turn": False, "pause": 0.0}
+    log = log_of(model, partial(Backlog, rates=shares_of_flows(model), **source))
+    released = Counter(row.time for row in log.of("released"))
+    assert sum(released.values()) == 60
+    assert {tasks % 3 for tasks in released.values()} == {0}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"pickers.count": 2, "pickers.stay": "order"}, {"fleet.size": 4, "layout.aisles": "narrow"}],
+)
+def test_range_of_a_check_holds_what_a_run_does(changes):
+    model = dw.load(HALL, changes)
+    least, most = measured(model).range
+    assert least <= dw.simulate(model, 1).kpis["throughput_per_hour"] / model.units.hour <= most
