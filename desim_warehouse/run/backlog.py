@@ -36,7 +36,8 @@ BLOCK = 50
 class Backlog:
     """A source of at most about `count` tasks of the goods or `flows`, with `waiting` of them known at any time.
 
-    All lines of an order become known together, as in a run: else a batch by order would have a part of it.
+    All lines of an order become known together, as in a run: else a batch by order would have a part of it. With pods,
+    where no tasks are batched, they become known one by one, so that just as many wait as are asked for.
 
     `enough`: asked before each order, with how many tasks were given out; none follow where it says so.
 
@@ -63,6 +64,8 @@ class Backlog:
         self._random, self._rates = streams.stream("probe"), rates
         self._in_turn = in_turn and model.tasks.station_choice in BY_OTHERS
         orders = list(self._of_flows(streams, flows, count) if model.tasks.flows else self._of_goods(count))
+        if model.pods is not None:
+            orders = [[task] for order in orders for task in order]
         most = sum(map(len, orders))
         self.total: int | None = most
         self._waiting, self._open, self._pause = waiting, 0, pause
