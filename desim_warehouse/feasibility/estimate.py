@@ -224,6 +224,8 @@ class QuickEstimate:
         if not limit or limits[limit] * self.round >= most * self.on_duty:
             return most, why
         robots, does = 1, self.throughput(1)
+        if limits[limit] <= 0:
+            return robots, limit
         while min(self.throughput(2 * robots), limits[limit]) >= MORE * min(does, limits[limit]):
             robots += 1
             does = self.throughput(robots)

@@ -101,6 +101,8 @@ def _used(model: Model) -> list[tuple[str, str]]:
     places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]
     places += [("tasks.goods.hours", getattr(tasks.goods, "hours", None)), ("fleet.hours", fleet.hours)]
     places += [(f"fleet.kinds.{name}.hours", kind.hours) for name, kind in fleet.kinds.items()]
+    if model.pickers is not None:
+        places.append(("pickers.hours", model.pickers.hours))
     return [(place, name) for place, name in places if name is not None]
 
 

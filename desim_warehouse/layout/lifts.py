@@ -83,7 +83,9 @@ def _shared(lift: Lift, use: LiftUse) -> Iterator[Finding]:
         yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
     if (share := use.people.get(lift.name, 0.0)) >= 1:
         text = f"people would have it for {100 * share:.3g} % of the time, so robots would wait for ever longer"
-        yield Finding("LIFT", f"layout.lifts.{lift.model_name}.people", text, "fewer rides, or a faster lift")
+        yield Finding(
+            "LIFT", f"layout.lifts.{lift.model_name}.people", text, "fewer rides, a faster lift, or one cabin more"
+        )
 
 
 def _edges_at(layout: Layout, node: str) -> list[Edge]:

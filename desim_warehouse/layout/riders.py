@@ -18,7 +18,7 @@ class RidersSpec(Part):
     """
 
     per_hour: Annotated[Rate, Usual(0, 400)] = Field(
-        title="rides of people", description="rides an hour, on average, at random"
+        title="rides of people", description="rides an hour, on average, at random; several cabins share them"
     )
     transfer: Annotated[Varying, Usual("1 s", "2 min")] = Field(
         title="transfer time", description="how long the doors stand open for them to get in, and again to get out"

@@ -33,11 +33,12 @@ def add_lifts(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> tuple[Lift, .
 
 
 def _cabins(graph: nx.DiGraph, name: str, spec: LiftSpec) -> Iterator[Lift]:
-    yield Lift(name, spec.nodes, spec.ride, spec.doors, spec.rests, spec.people, spec.outages, name)
+    people = spec.people and spec.people.model_copy(update={"per_hour": spec.people.per_hour / spec.cabins})
+    yield Lift(name, spec.nodes, spec.ride, spec.doors, spec.rests, people, spec.outages, name)
     for number in range(2, spec.cabins + 1):
         nodes = tuple(_beside(graph, name, node, f"{node} {number}") for node in spec.nodes)
         rests = None if spec.rests is None else nodes[spec.nodes.index(spec.rests)]
-        yield Lift(f"{name} {number}", nodes, spec.ride, spec.doors, rests, spec.people, spec.outages, name)
+        yield Lift(f"{name} {number}", nodes, spec.ride, spec.doors, rests, people, spec.outages, name)
 
 
 def _beside(graph: nx.DiGraph, lift: str, node: str, another: str) -> str:

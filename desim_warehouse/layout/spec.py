@@ -459,7 +459,7 @@ class LiftSpec(Part):
         "nodes; only routes by `congestion-aware` take all of them",
     )
     people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
-    outages: OutageSpec | None = Field(None, description="of the lift; none: it never fails")
+    outages: OutageSpec | None = Field(None, description="of each of its cabins; none: they never fail")
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:
@@ -487,6 +487,13 @@ def _form_of_width(value: Any) -> str | None:
     return "\0length" if isinstance(value, str | int | float) else None
 
 
+def _lines(aisles: Any) -> Any:
+    """Refuse the nodes of a single line where a list of lines is expected."""
+    if isinstance(aisles, list | tuple) and len(aisles) > 1 and all(isinstance(name, str) for name in aisles):
+        raise wrong(f"nodes of one line (got {got(aisles)}), expected a list of lines: write {got([aisles])}")
+    return aisles
+
+
 class AisleSpec(Part):
     """Aisles of one width, by the nodes along each of them. All others are narrow.
 
@@ -494,7 +501,7 @@ class AisleSpec(Part):
     unloads at a storage place stands beside its lane, where there is room for one, and others drive past.
     """
 
-    along: tuple[Aisle, ...] = Field(
+    along: Annotated[tuple[Aisle, ...], BeforeValidator(_lines)] = Field(
         title="lines of nodes",
         min_length=1,
         description="nodes along each aisle, such as [A, B] for an edge or [A, B, C] for two in a line, in both "

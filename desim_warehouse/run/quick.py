@@ -301,8 +301,8 @@ UNKNOWN = "; estimates do not know of it"
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
-    unknown = [*closures(model), *shared_lifts(model, layout)]
-    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in unknown)]
+    shared = [f"{text}; estimates count the time that is left, not the waits" for text in shared_lifts(model, layout)]
+    lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:

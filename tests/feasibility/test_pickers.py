@@ -108,3 +108,9 @@ def test_range_of_a_check_holds_what_a_run_does(changes):
     model = dw.load(HALL, changes)
     least, most = measured(model).range
     assert least <= dw.simulate(model, 1).kpis["throughput_per_hour"] / model.units.hour <= most
+
+
+def test_pickers_who_never_come_are_an_error_and_not_an_endless_search():
+    never = {"calendars.late": {"between": [["2 h", "3 h"]]}, "pickers.hours": "late"}
+    assert "NEVER_OPEN" in {finding.code for finding in dw.check(dw.load(HALL, never)).findings}
+    assert measured(dw.load(HALL, never)).knee[1] == "the pickers"

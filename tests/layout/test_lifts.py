@@ -153,3 +153,12 @@ def test_a_node_that_has_the_name_of_another_cabin_is_refused():
     nodes = {"layout.nodes": {**TWO["layout"]["nodes"], "lift0 2": [9, 9]}, "layout.lifts.main.cabins": 2}
     with pytest.raises(dw.WarehouseError, match="node 'lift0 2' is there already"):
         dw.simulate(dw.load(TWO, nodes))
+
+
+def test_cabins_share_the_rides_of_people():
+    """A cabin more brings no riders of its own: 20 rides an hour are 10 with each of two cabins."""
+    shared = {"layout.lifts.main.cabins": 2, "layout.lifts.main.people": {"per_hour": 20, "transfer": "3 s"}}
+    model = dw.load(TWO, shared)
+    rates = [lift.people.per_hour for lift in model.floor.lifts]
+    assert sum(rates) == pytest.approx(model.layout.lifts["main"].people.per_hour)
+    assert len(set(rates)) == 1

@@ -32,11 +32,16 @@ def line_of(cls):
     return first + next(number for number, line in enumerate(source) if line.rstrip().endswith("# bug"))
 
 
+def forget_policies():
+    """Have files of policies read anew, as in a program that has not run yet: classes keep what they counted."""
+    for name in [name for name in sys.modules if name.startswith("desim_policies_")]:
+        del sys.modules[name]
+
+
 def told(cls, **study):
     """What a study says of a policy."""
     kind = next(KINDS[name] for name in vars(cls) if name in KINDS)
-    for name in [name for name in sys.modules if name.startswith("desim_policies_")]:
-        del sys.modules[name]  # as in a program that has not run yet
+    forget_policies()
     try:
         changes = {f"policies.{kind}": f"{FILE}:{cls.__name__}", "tasks.goods": {"random": 7}}
         dw.Study("models/multibots.yaml", {"fleet.size": [3]}, changes=changes, **study).run()
@@ -83,5 +88,6 @@ def test_the_contract_finds_what_is_kept_in_a_class():
         def make(self):
             return planted.State()
 
+    forget_policies()
     with pytest.raises((AssertionError, dw.PolicyError)):
         Mine().test_nothing_is_kept_from_one_run_to_the_next()

@@ -229,3 +229,8 @@ def test_the_auditor_knows_who_is_on_the_lane():
     assert "robots 0 and 1 stand beside ('B', 'C') at 5.0, where one has room" in without(("back", 0))
     assert "comes back onto ('B', 'C'), beside which it does not stand" in without(("aside", 1))
     assert "robot 1 leaves ('B', 'C') and does not load there" in without(("loading", 1))
+
+
+def test_the_nodes_of_one_aisle_are_not_taken_for_a_list_of_aisles():
+    with pytest.raises(dw.ModelError, match=r"nodes of one line \(got \[A, B\]\), .* write \[\[A, B\]\]"):
+        dw.load(ring(), {"layout.aisles": {"north": {"along": ["A", "B"]}}})

@@ -170,8 +170,8 @@ def _busiest(run: RunData) -> str:
     workers = busiest.of_run(run.history, run.kpis)
     if not run.history.counted:
         return "No time was counted."
-    waited = numbers.PERCENT.value(run.kpis["share_waiting"])
-    return f"{workers} Robots waited in traffic {waited} of the time.".strip()
+    waited = f"Robots waited in traffic {numbers.PERCENT.value(run.kpis['share_waiting'])} of the time."
+    return workers if waited[1:] in workers else f"{workers} {waited}".strip()
 
 
 def _pods(run: RunData) -> list[str]:
