@@ -297,11 +297,12 @@ def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, fl
 
 
 UNKNOWN = "; estimates do not know of it"
+WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
-    shared = [f"{text}; estimates count the time that is left, not the waits" for text in shared_lifts(model, layout)]
+    shared = [f"{text}{WAITS_LEFT_OUT}" for text in shared_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
