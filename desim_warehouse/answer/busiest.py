@@ -23,8 +23,12 @@ _SHOWN = 0.005
 
 
 def of_run(history: History, kpis: Mapping[str, float]) -> str:
-    """Say who was busiest in a run, with a capital letter and a full stop; empty where no time was counted."""
-    return was(loads(history, kpis))
+    """Say who was busiest in a run, and how long robots waited in traffic."""
+    measured = loads(history, kpis)
+    line = was(measured)
+    if any(load.group.kind == "lanes" for load in busiest(measured)[:1]):  # the line says how long
+        return line
+    return f"{line} Robots waited in traffic {_percent(kpis['share_waiting'])} of the time.".strip()
 
 
 def was(measured: Iterable[Load]) -> str:

@@ -336,6 +336,11 @@ class Cost(Part):
     collisions: NotNegative = Field(1.0, title="weight of collisions", description="w_c, for each collision")
 
 
+_Wage = Annotated[
+    NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
+]
+
+
 class Prices(Part):
     """What running the warehouse costs, in any one currency: for annual_cost and cost_per_task."""
 
@@ -357,16 +362,12 @@ class Prices(Part):
         0.0, title="price of a spare battery", description="a spare battery (policies.charging.batteries), per year"
     )
     energy: NotNegative = Field(0.0, title="price of energy", description="a unit of the energy that robots draw")
-    station_hour: Annotated[
-        NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
-    ] = Field(
+    station_hour: _Wage = Field(
         0.0,
         title="price of a station hour",
         description="an hour of a worker of a station that is open, or without `work_time` of a server there",
     )
-    picker_hour: Annotated[
-        NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
-    ] = Field(
+    picker_hour: _Wage = Field(
         0.0,
         title="price of a picker's hour",
         description="an hour at work of a picker who walks to robots (`pickers`)",

@@ -48,7 +48,6 @@ if TYPE_CHECKING:
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
-_LOADING = names(lambda state: state.phase is Phase.LOADING)
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""

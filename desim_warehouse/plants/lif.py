@@ -28,7 +28,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from desim_warehouse.errors import got, nearest
+from desim_warehouse.errors import did_you_mean, got
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import lif_keys
 from desim_warehouse.plants.checks import distance
@@ -369,8 +369,7 @@ def _actions(item: Item) -> tuple[str, ...]:
 
 def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
     """Words for a name that does not exist: the names expected instead, and a hint at the nearest."""
-    near = nearest(asked, names)
-    return f"one of {', '.join(names)}" if names else "none", f"; did you mean '{near}'?" if near else ""
+    return f"one of {', '.join(names)}" if names else "none", did_you_mean(asked, names)
 
 
 def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:

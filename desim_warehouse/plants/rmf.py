@@ -23,7 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from desim_warehouse.errors import ModelError, got, nearest
+from desim_warehouse.errors import ModelError, did_you_mean, got
 from desim_warehouse.model.messages import report
 from desim_warehouse.model.parse import Document, read_yaml
 from desim_warehouse.plants import globe
@@ -195,8 +195,7 @@ class _Map:
         """
         levels = self.data["levels"]
         if asked is not None and asked not in levels:
-            near = nearest(asked, levels)
-            hint = f"; did you mean '{near}'?" if near else ""
+            hint = did_you_mean(asked, levels)
             self.refuse(("levels",), f"no level {got(asked)}, expected one of {', '.join(levels)}{hint}")
         listed = {name: self.lanes_of(name) for name in levels if asked in {None, name}}
         counts = Counter(index for lanes in listed.values() for index, _ in lanes)

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, get_args
 
-from desim_warehouse.errors import ModelError, got, nearest, spoken
+from desim_warehouse.errors import ModelError, did_you_mean, got, spoken
 from desim_warehouse.plants.plant import Plant, Role, Transport
 
 _GUESSES: tuple[tuple[Role, str], ...] = (
@@ -97,8 +97,7 @@ def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
     for name, role in operations.items():
         same = [operation for operation in names if operation.casefold() == name.casefold()]
         if not same:
-            near = nearest(name, names)
-            hint = f"; did you mean '{near}'?" if near else ""
+            hint = did_you_mean(name, names)
             expected = f"one of {spoken(map(repr, names), 'or')}" if names else "none, as the plant has no operations"
             raise ModelError([f"operation {name!r}: not an operation of {plant.source}, expected {expected}{hint}"])
         if role not in {*get_args(Role), NONE}:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
-from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason
 from desim_warehouse.values.fields import LIMITS
 
 _DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["elements"][0]
@@ -43,8 +43,7 @@ class Element:
         for name in names:
             if name in self.attributes:
                 return self.attributes[name]
-        near = nearest(names[0], self.attributes)
-        return self.refuse(f"no {names[0]}, expected one" + (f"; did you mean '{near}'?" if near else ""))
+        return self.refuse(f"no {names[0]}, expected one{did_you_mean(names[0], self.attributes)}")
 
     def number(self, *names: str, default: float | None = None) -> float:
         """Number in an attribute, under the first of its names that is present; raises ModelError where it is none."""

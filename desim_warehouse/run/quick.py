@@ -16,8 +16,8 @@ from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
-from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
@@ -359,11 +359,10 @@ def in_wide_aisles(model: Model, now: QuickEstimate) -> float | None:
         model: a model without errors.
         now: its estimate.
     """
-    contact = model.fleet.contact
     if model.pods is not None or model.fleet.size == 1 or now.cycle.load < LEAST_LOADING * now.cycle.time:
         return None
-    wide = model.replace({"layout.aisles": "wide"})
-    if wide_edges(wide.floor, contact) <= wide_edges(model.floor, contact):
+    wide, more_edges = widened(model)
+    if not more_edges:
         return None
     paces = [together(each, _known(model)) for each in (model, wide)]
     rates = [pace.many.rate for pace in paces if pace is not None]

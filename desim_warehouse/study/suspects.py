@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.pods import stations_of
-from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.facts.workers import Kind, groups
@@ -352,10 +352,8 @@ def _aisles(run: RunData) -> Iterator[Suspect]:
     model = run.model
     if model.pods is not None:
         return
-    wide = model.replace({"layout.aisles": "wide"})
-    contact = model.fleet.contact
-    more = wide_edges(wide.floor, contact) - wide_edges(model.floor, contact)
-    loading = {Root("loading", ">".join(edge)) for edge in more}
+    _, more_edges = widened(model)
+    loading = {Root("loading", ">".join(edge)) for edge in more_edges}
     waited = sum(time for root, (time, _) in lost_to(run.history).items() if root in loading)
     share = waited / (run.history.counted * model.fleet.size or 1.0)
     if share >= LEAST_HELD_UP:

@@ -66,6 +66,12 @@ class OutageSpec(Part):
     )
 
 
+def availability(spec: BreakdownSpec | OutageSpec) -> float:
+    """Return the share of the time in which what fails now and then works, in the long run: MTBF / (MTBF + MTTR)."""
+    every = mean_of(spec.every)
+    return every / (every + mean_of(spec.repair))
+
+
 class DelaySpec(Part):
     """Time that a robot loses at some of the nodes it passes: it slips, plans anew, or has to read a mark again."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.lifts import with_people
 from desim_warehouse.values.distributions import mean_of
+from desim_warehouse.values.disturbances import availability
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -49,10 +50,9 @@ def _failures(model: Model) -> Iterator[str]:
     failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
     for name, spec in failing.items():
         if spec is not None:
-            every, repair = mean_of(spec.every), mean_of(spec.repair)
             yield (
-                f"{name} fail every {amount(every)} {unit} and take {amount(repair)} {unit} to repair: "
-                f"{amount(100 * every / (every + repair))} % of their time is left"
+                f"{name} fail every {amount(mean_of(spec.every))} {unit} and take {amount(mean_of(spec.repair))} "
+                f"{unit} to repair: {amount(100 * availability(spec))} % of their time is left"
             )
 
 
@@ -60,11 +60,11 @@ def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
     """Describe which lifts fail and which people use, and how much of their time that takes."""
     for lift in layout.lifts:
         if (spec := lift.outages) is not None:
-            every, repair = mean_of(spec.every), mean_of(spec.repair)
+            unit, left = model.units.time, amount(100 * availability(spec))
             yield (
-                f"lift {lift.name} fails every {amount(every)} {model.units.time} and takes {amount(repair)} "
-                f"{model.units.time} to repair: {amount(100 * every / (every + repair))} % of its time is left, and "
-                "robots wait for that"
+                f"lift {lift.name} fails every {amount(mean_of(spec.every))} {unit} and takes "
+                f"{amount(mean_of(spec.repair))} {unit} to repair: {left} % of its time is left, "
+                "and robots wait for that"
             )
         if lift.people is not None:
             share = 100 * with_people(model, lift)

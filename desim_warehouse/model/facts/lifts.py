@@ -8,6 +8,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING
 
 from desim_warehouse.values.distributions import mean_of
+from desim_warehouse.values.disturbances import availability
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,10 +44,7 @@ def with_people(model: Model, lift: Lift) -> float:
 
 def left_for_robots(model: Model, lift: Lift) -> float:
     """Return the share of the time in which a lift works and people do not have it."""
-    works = 1.0
-    if lift.outages is not None:
-        every = mean_of(lift.outages.every)
-        works = every / (every + mean_of(lift.outages.repair))
+    works = 1.0 if lift.outages is None else availability(lift.outages)
     return works * (1 - with_people(model, lift))
 
 

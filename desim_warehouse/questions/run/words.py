@@ -167,11 +167,7 @@ def _longest(of_cause: list[Halt], run: RunData) -> str:
 
 def _busiest(run: RunData) -> str:
     """Say who was busiest, and how long robots waited in traffic."""
-    workers = busiest.of_run(run.history, run.kpis)
-    if not run.history.counted:
-        return "No time was counted."
-    waited = f"Robots waited in traffic {numbers.PERCENT.value(run.kpis['share_waiting'])} of the time."
-    return workers if waited[1:] in workers else f"{workers} {waited}".strip()
+    return busiest.of_run(run.history, run.kpis) if run.history.counted else "No time was counted."
 
 
 def _pods(run: RunData) -> list[str]:
