@@ -13,6 +13,7 @@ from desim_warehouse.questions.check.words import sentences
 from desim_warehouse.run.backlog import Backlog
 from desim_warehouse.run.probe import log_of, shares_of_flows
 from desim_warehouse.run.quick import estimate, measured
+from tests.world.pick_assist import hall
 from tests.world.test_pickers import RING
 
 STORED = {"from": "storage", "to": "packing", "arrivals": {"poisson": 60}}
@@ -62,32 +63,7 @@ def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
     assert max(loads(model, quick), key=lambda load: load.mean).group.name == "pickers"
 
 
-HALL = {
-    "name": "hall",
-    "layout": {
-        "blocks": {
-            "columns": 4,
-            "rows": 2,
-            "block_width": 2,
-            "block_depth": 10,
-            "goods_size": 1,
-            "aisle_width": 2.4,
-        },
-        "aisles": "wide",
-        "bays": {"west": {"along": "west", "places": 6}},
-        "stations": {"packing": {"at": ["L", "N"], "places": 12, "servers": 2}},
-    },
-    "fleet": {"size": 6, "robot": {"radius": 0.4, "margin": 0.2, "speed": "1.5 m/s", "capacity": 6}},
-    "tasks": {
-        "load_time": "12 s",
-        "unload_time": "3 s",
-        "flows": {"picks": {"from": "storage", "to": "packing", "arrivals": {"saturated": 30}, "lines": [1, 4]}},
-    },
-    "pickers": {"count": 3, "speed": "1 m/s"},
-    "policies": {"allocation": "nearest", "batching": "by-order"},
-    "run": {"length": "70 min", "warm_up": "10 min"},
-    "log": "tasks",
-}
+HALL = hall(4, 6, {"at": ["L", "N"], "places": 12}, 30, {"length": 4200, "warm_up": 600})
 
 
 def test_orders_of_a_probe_become_known_whole():

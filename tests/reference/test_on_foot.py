@@ -6,32 +6,9 @@ import pytest
 
 import desim_warehouse as dw
 from tests.reference.on_foot import Hall
+from tests.world.pick_assist import hall
 
-HALL = {
-    "layout": {
-        "blocks": {
-            "columns": 8,
-            "rows": 2,
-            "block_width": 2,
-            "block_depth": 10,
-            "goods_size": 1,
-            "aisle_width": 2.4,
-        },
-        "aisles": "wide",
-        "bays": {"west": {"along": "west", "places": 40}},
-        "stations": {"packing": {"at": ["r2c3", "r2c5"], "places": 20, "servers": 2}},
-    },
-    "fleet": {"size": 6, "robot": {"radius": 0.4, "margin": 0.2, "speed": 1.5, "capacity": 6}},
-    "tasks": {
-        "load_time": 12,
-        "unload_time": 3,
-        "flows": {"picks": {"from": "storage", "to": "packing", "arrivals": {"saturated": 60}, "lines": [1, 4]}},
-    },
-    "pickers": {"count": 3, "speed": 1},
-    "policies": {"allocation": "nearest", "routing": "fastest", "batching": "by-order"},
-    "run": {"length": 7200, "warm_up": 900},
-    "log": "tasks",
-}
+HALL = hall(8, 40, {"at": ["r2c3", "r2c5"], "places": 20}, 60, {"length": 7200, "warm_up": 900})
 SETTINGS = [(robots, pickers) for robots in (6, 12, 18, 24) for pickers in (3, 6, 9)]
 
 
