@@ -1,4 +1,7 @@
-"""The answer to a question: plain data that prints, shows and saves itself."""
+"""The answer to a question: plain data that prints, shows and saves itself.
+
+For what every question returns in Python, and for `--json` of its command.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,7 @@ class Answering:
         return self.answer.table
 
     def in_short(self) -> str:
-        """Say the answer in a few words, for `repr`."""
+        """Return the answer in a few words, for `repr`."""
         return self.answer.name
 
     def __str__(self) -> str:

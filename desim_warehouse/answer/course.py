@@ -1,5 +1,7 @@
 """The course of a run on a page: a lane for each curve of `outcome.day` on one clock, and its worst stretch in words.
 
+For the page and answer of a run, and for its replay.
+
 Reports and the replay show this one drawing; its words are HTML, so that they can be read on a phone.
 """
 
@@ -87,7 +89,10 @@ class Curve(NamedTuple):
 
 
 def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
-    """Say when deliveries stood still and why; `times`: halts with that cause, this one being the longest."""
+    """Return the sentence that says when deliveries stood still and why.
+
+    `times`: how many halts have this cause; `halt` is the longest of them.
+    """
     start, end = moment(model, halt.start), moment(model, halt.end)
     more = f" (the longest of {times} times)" if times > 1 else ""
     why = _HELD[halt.cause].format(number_of(chargers, "charger"))
@@ -95,7 +100,7 @@ def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
 
 
 def worst(day: Day, model: Model, chargers: int) -> str:
-    """Say what the worst stretch of a run was, or that none stands out."""
+    """Return the sentences on the worst stretch of a run, or one that says that none stands out."""
     worst = day.worst
     if worst is None:
         return "No stretch stands out."
@@ -116,7 +121,7 @@ def _as_on_axis(model: Model, time: float) -> str:
 
 
 def flag(day: Day) -> str:
-    """Say what the worst stretch was: nothing delivered, or most tasks open; empty without one."""
+    """Return the label of the worst stretch, `nothing delivered` or `most tasks open`; empty where the day has none."""
     return "" if day.worst is None else "nothing delivered" if isinstance(day.worst, Halt) else "most tasks open"
 
 
@@ -126,7 +131,10 @@ def moment(model: Model, time: float) -> str:
 
 
 def worst_hour(day: Day, model: Model) -> str:
-    """Say in which counted hour most tasks were open, or where work never ends least was delivered; empty under 2 h."""
+    """Return the sentence on the hour of the evaluation period in which most tasks were open; empty under two hours.
+
+    Where work never ends, it is the hour in which least was delivered.
+    """
     endless, hour = isinstance(model.tasks.goods, SaturatedGoods), model.units.hour
     starts, end = day.bounds[:-1], float(day.bounds[-1])
     begins = starts[(starts >= day.begin) & (starts + hour <= end)]

@@ -1,5 +1,7 @@
 """Numbers as people read them: no more digits than are known, shares in per cent, times in a unit that fits.
 
+For all sentences, tables and pages.
+
 An end of an interval that would look like the target has more digits, alone: with one digit more for all three
 numbers tables grew, and with more digits everywhere nobody reads them.
 """
@@ -145,11 +147,14 @@ class Scale:
         return least(100 * value, 1, 100) if self.is_share else measured(self.by * value)
 
     def single(self, value: float) -> str:
-        """Format a value for a table with the unit in the head; shares keep theirs in the cell."""
+        """Format a value for the cell of a table whose head has the unit; a share has `%` in the cell instead."""
         return self.value(value) if self.is_share else self.bare(value)
 
     def estimate(self, mean: Mean, target: float | None = None) -> str:
-        """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
+        """Return a mean with its unit and the ends of its confidence interval: `97.4 % (97.1 to 97.7)`.
+
+        An end that would look equal to `target` gets more digits.
+        """
         if mean.interval is None:
             return f"{self.value(mean.mean)} ({'exact' if mean.deterministic else 'one run'})"
         few = f", {number_of(mean.n, 'run')}" if not mean.sd and mean.n < _FEW else ""

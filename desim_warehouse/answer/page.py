@@ -1,5 +1,7 @@
 """The one maker of pages: an answer's sentences and figures, everything tried, and how sure it is.
 
+For `--page` of commands, and for `desim report`.
+
 Where a run is shown with the answer, whoever has the run hands in its drawings and tables: the page knows none.
 """
 

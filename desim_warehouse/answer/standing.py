@@ -1,4 +1,7 @@
-"""The standings of options: one list of words for terminal, pages, files and the live page."""
+"""The standings of options: one list of words for terminal, pages, files and the live page.
+
+For the options of `desim plan`, `best`, `size`, `what-if` and `serve`.
+"""
 
 from __future__ import annotations
 

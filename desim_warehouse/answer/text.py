@@ -1,4 +1,7 @@
-"""An answer as text: its sentences, tables that fit into the width of the terminal, and how sure it is."""
+"""An answer as text: its sentences, tables that fit into the width of the terminal, and how sure it is.
+
+For the terminal, and for `print` in Python.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`."""
+"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`.
+
+For all sentences, tables, figures and pages.
+"""
 
 from __future__ import annotations
 
@@ -158,7 +161,7 @@ def factor_label(key: str, units: Units | None) -> str:
 
 
 def averaged(factors: Sequence[str]) -> str:
-    """Name the factors averaged over, as the second line of an axis; empty without any."""
+    """Return the second line of an axis label, which names the factors averaged over; empty without factors."""
     return f"\naveraged over {', '.join(factors)}" if factors else ""
 
 
