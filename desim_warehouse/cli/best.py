@@ -133,7 +133,7 @@ def _race(
 
 
 def _say_what_is_replaced(folder: str | Path | None) -> None:
-    """Say which other answer of a folder is replaced, as a folder has one answer."""
+    """Print which other answer in a folder is about to be replaced, as a folder holds one answer."""
     from desim_warehouse.answer.answer import load
     from desim_warehouse.folders import ANSWER
 
