@@ -116,7 +116,10 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:
-    """The nodes a zone stands at: nodes by name, then every n-th along its side (west to east, north to south)."""
+    """Return the nodes at which a zone of bays or stations stands: by name, then every n-th on its side of the floor.
+
+    Sides are counted from west to east, or from north to south.
+    """
     return places.nodes({name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)})
 
 

@@ -89,7 +89,7 @@ def worst_first(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def errors(layout: Layout, use: Use) -> list[Finding]:
-    """The errors alone, for `simulate`; the cheap part of `examine`."""
+    """The errors of the layout alone, without warnings, for `simulate`: the quick part of `examine`."""
     findings = (
         *unreachable(layout, use),
         *_bays(layout, use),
@@ -141,7 +141,10 @@ def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """A bay slot for every robot: a robot that leaves its work must have somewhere to go (condition 2)."""
+    """Check that there is a bay slot for every robot: a robot that leaves its work must have somewhere to go.
+
+    It is condition 2 of a layout on which work never stops (docs/why.md, "Never stalled").
+    """
     start = use.start or tuple(layout.bays)
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")

@@ -202,7 +202,11 @@ class RouteOracle:
         return nexts[_drawn(tie, node, root) % len(nexts)] if nexts else int(row[2][node])
 
     def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
-        """By node the nodes that a route to the root may go on to, with length, time and cost of the edge to them."""
+        """For each node, its neighbours one edge closer to the root of a shortest-path search: edge length, time, cost.
+
+        Routes begin at the root with `forward`, so the neighbours are a node's predecessors; else routes end at the
+        root, and they are its successors.
+        """
         if forward not in self._steps:
             neighbours: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
@@ -224,7 +228,10 @@ class RouteOracle:
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 
     def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
-        """A row for each origin and a column for each goal, from values that are `read` for all nodes at once.
+        """Make a matrix with a row for each origin and a column for each goal, from one shortest-path search for each.
+
+        `read(root, begins)` returns the values of all nodes for the routes that begin at the root (`begins`, where the
+        root is an origin), or that end there (where the root is a goal).
 
         `read` has a root, and whether the search begins there: at the origin (True) or the goal.
         """
@@ -300,7 +307,7 @@ class RouteOracle:
 
     @cached_property
     def _columns(self) -> tuple[Any, ...]:
-        """From, to, length and time of every edge, in the order of the successors."""
+        """Return arrays of the start node, end node, length and time of every edge, sorted by start node."""
         import numpy as np
 
         edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
