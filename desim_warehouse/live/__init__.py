@@ -237,7 +237,7 @@ def _aim(goal: Target, by: float, unit: str) -> Aim:
 
 
 def _promise(model: Model) -> str:
-    """Say for the page when verdicts are given, with what risk, and after how many runs at the earliest."""
+    """Return the live page's promise: when verdicts come, with what risk of error, and after how many runs."""
     least = days_needed(model).least
     when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"

@@ -290,7 +290,7 @@ class RunsSoFar:
         return measured
 
     def busy(self) -> Busy:
-        """Say which group is busiest, with the load of each group, the largest first."""
+        """Find the busiest group of a design so far, and the load of each group, the largest first."""
         return busy(self.rows, self.model, CONFIDENCE)
 
 

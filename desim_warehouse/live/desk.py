@@ -471,7 +471,7 @@ class Desk:
         return None if comparison is None else difference(results, self.main, comparison.differences[0]).text
 
     def _write(self) -> None:
-        """Say which study the folder has, for `desim report`; its runs are in the journal."""
+        """Write the study's record into the folder, so that `desim report` can read it; its runs are in the journal."""
         self.changed, self.written = False, monotonic()
         tried = [design for design in self.designs.values() if design.n]
         if not tried:

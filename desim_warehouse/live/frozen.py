@@ -118,7 +118,7 @@ def what_if_page(study: Results, path: str | Path | None = None, *, command: str
 
 
 class _Frozen:
-    """The designs of a study as messages of the live page."""
+    """The designs of a finished study as messages of the live page, which is then frozen: it starts no more runs."""
 
     def __init__(self, study: Results, command: str) -> None:
         self.study, self.command, self.answer = study, command, study.answer
