@@ -320,7 +320,7 @@ def _instant_of(start: str) -> str | None:
 
 
 def _without_end(tasks: Tasks) -> str:
-    """Say which work goes on for ever, for a message."""
+    """Return the words that say which work goes on for ever, for a message."""
     for name, flow in tasks.flows.items():
         if flow.never_ends:
             return f"as tasks.flows.{name} goes on for ever"
