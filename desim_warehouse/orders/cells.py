@@ -1,5 +1,7 @@
 """Reading cells of an export as times and numbers, in all ways in which people and programs write them.
 
+For `desim orders`.
+
 A column has one reading of dates, points and commas, by all its rows. Row by row `2.5` beside `1,5` was 2.5 beside 1.5,
 and `1.234` beside `2.5` was 1,234. Going by the language of the headings was rejected, which are often English in
 German exports. Where only `1.234` stands it is 1,234, as SAP writes it, and that is said. Times have no zone, as the

@@ -1,4 +1,7 @@
-"""A day of orders from an ERP, made ready for a model: contents, problems, assumptions."""
+"""A day of orders from an ERP, made ready for a model: contents, problems, assumptions.
+
+For `desim orders`, and `order_day` in Python.
+"""
 
 from __future__ import annotations
 

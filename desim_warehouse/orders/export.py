@@ -1,5 +1,7 @@
 """Reading the table of orders in an export as text: CSV with any delimiter, Parquet, Excel.
 
+For `desim orders`.
+
 What the file does not say is found out and kept as words: encoding, separator, the row of the header, columns by
 common headings. A file is read in one way or refused, as a guess would be wrong in silence. Common headings are looked
 for only where there is no column `release`. The whole file is held, so that a column is read by all of its rows: at
