@@ -766,7 +766,7 @@ def kpis(history: History) -> RunIndicators:
 
 
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
-    """Return the indicators that a run of this kind is judged by, first things first, as far as it has them."""
+    """Return the indicators by which a run of this kind is judged, the most important first, as far as it has them."""
     return [name for name in _JUDGED[never_ends] if name in names]
 
 
@@ -783,12 +783,12 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def no_run_has(name: str, has: Collection[str]) -> str:
-    """Return the message for an indicator that runs lack, naming the nearest of those that they have."""
+    """Return the message for an indicator that runs lack, naming the nearest of the indicators that they have."""
     return f"indicator {name!r}: no run has it, {hint(name, has)}"
 
 
 def hint(name: str, has: Collection[str]) -> str:
-    """Say which indicator was meant: by its name, another word, its title, or a flow beside it."""
+    """Return the hint on which indicator was meant: by its name, another word, its title, or a flow beside it."""
     names = name.split(",")
     if len(names) > 1:
         return f"expected one name at a time; the option may be repeated, for {spoken(map(str.strip, names))}"
@@ -859,19 +859,19 @@ def within(name: str) -> tuple[float, float]:
 
 
 def is_measured(name: str) -> bool:
-    """Whether an indicator is measured, as times and costs are: what is made of counts may agree by chance."""
+    """Whether an indicator is a measurement, as times and costs are; counts of two designs may agree by chance."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _MEASURED
 
 
 def is_of_due(name: str) -> bool:
-    """Whether an indicator is a share of what is done or comes due."""
+    """Whether an indicator is a share of the tasks or orders that are done or come due."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _COUNTS
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """Return the indicators of a run that count the tasks or orders behind a share of ours; empty if it is no share.
+    """Return the indicators that count the tasks or orders of which an indicator is a share; empty if it is no share.
 
     Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """
