@@ -1,4 +1,7 @@
-"""Checks of a drawing: faults are noted by name and position, and corrected where no model could be made otherwise."""
+"""Checks of a drawing: faults are noted by name and position, and corrected where no model could be made otherwise.
+
+For `desim import` and `desim export`, which print the remarks.
+"""
 
 from __future__ import annotations
 

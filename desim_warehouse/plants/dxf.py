@@ -1,5 +1,7 @@
 """DXF drawings: lanes are the lines of some layers, marks are blocks and points, by the names of layers and blocks.
 
+For `desim import`.
+
 - Needs ezdxf, the extra `dxf`. The drawing is saved as DXF, not as DWG. Units are those of the drawing ($INSUNITS), y
   is upwards. Layers that are off or frozen are left out.
 - Lines, polylines, arcs, circles, ellipses and splines of the model space are read; those inside inserted blocks,

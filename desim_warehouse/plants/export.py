@@ -1,4 +1,7 @@
-"""Export of a model's layout to the formats that `read_layout` reads, with remarks on losses."""
+"""Export of a model's layout to the formats that `read_layout` reads, with remarks on losses.
+
+For `desim export`.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
 
 
 def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
-    """Write the layout of a model for other programs, in metres and seconds.
+    """Write the layout of a model as a file for other programs, in metres and seconds.
 
     Args:
         model: the model.

@@ -1,4 +1,7 @@
-"""The bytes of a file from an untrusted source: a regular file of limited size."""
+"""The bytes of a file from an untrusted source: a regular file of limited size.
+
+For `desim import`.
+"""
 
 from __future__ import annotations
 

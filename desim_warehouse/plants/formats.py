@@ -1,4 +1,7 @@
-"""The formats of other programs that can be read, and how a file is recognised as one."""
+"""The formats of other programs that can be read, and how a file is recognised as one.
+
+For `desim import`.
+"""
 
 from __future__ import annotations
 

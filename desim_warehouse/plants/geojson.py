@@ -1,5 +1,7 @@
 """GeoJSON: lanes as LineString and MultiLineString, marks as Point, with properties.
 
+For `desim import`.
+
 - A file whose lines name their ends, `startid` and `endid` as route graphs of Nav2 do, or `from` and `to`, is a graph:
   its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say `two_way`. They
   meet at nodes only, and need no coordinates.
@@ -157,7 +159,7 @@ class _Reader:
     def fill(
         self, nodes: list[tuple[str, dict[str, Any], Spot]], edges: list[tuple[str, dict[str, Any], list[Spot]]]
     ) -> None:
-        """Fill the plant with nodes and edges, each with its place in the file, properties and coordinates."""
+        """Add nodes and edges to the plant, each with its position in the file, its properties and its coordinates."""
         to_metres = self.projection([spot for *_, spot in nodes])
         unread: dict[str, None] = {}
         points, links, aside = [], [], []

@@ -1,4 +1,7 @@
-"""Degrees on the globe as metres on a plane that touches it in the middle of a plant."""
+"""Degrees on the globe as metres on a plane that touches it in the middle of a plant.
+
+For the readers of GeoJSON and Open-RMF.
+"""
 
 from __future__ import annotations
 

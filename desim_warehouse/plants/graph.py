@@ -1,5 +1,7 @@
 """Graphs as plants: graphs of networkx, and GraphML files, which are read safely.
 
+For `desim import`, and for graphs that Python code hands in.
+
 Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
 without direction is a two-way lane. Without a length `weight` is one, as networkx calls it, where every edge has one
 and none is shorter than the straight line. In JSON a graph is as `networkx.node_link_data` writes it: nodes with id,

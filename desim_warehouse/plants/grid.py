@@ -1,5 +1,7 @@
 """Grids of cells, as in multi-agent path finding: free cells are points, joined to neighbours by two-way lanes.
 
+For the readers of grids, `plants.grid_ggo`, `grid_kiva`, `grid_lorr`, `grid_movingai` and `grid_rhcr`.
+
 A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a
 plant of the `Grid` that a reader fills in.
 
@@ -64,7 +66,7 @@ class Grid:
 
 
 def point(cell: Cell) -> str:
-    """The name of a cell's point."""
+    """Return the name of the point of a grid cell, `r3c7` for row 3 and column 7."""
     return f"r{cell[0]}c{cell[1]}"
 
 

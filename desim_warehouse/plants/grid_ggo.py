@@ -1,5 +1,7 @@
 """Warehouses of guidance graph optimisation (GGO, PIBT benchmarks): JSON with the rows of a grid, perhaps with weights.
 
+For `desim import`.
+
 `layout` holds the rows: `@` shelf, `T` blocked, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods
 are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` counts where
 `weight` is true. It begins with the weights of waiting: one, or one a cell. Then follow those of driving east, north,

@@ -1,4 +1,7 @@
-"""Lanes from the links of a drawing: links there and back join to one lane, of parallel links the shortest stays."""
+"""Lanes from the links of a drawing: links there and back join to one lane, of parallel links the shortest stays.
+
+For `desim import` (`plants.model`), and for export to openTCS.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """The keys of LIF files: version 1.0 as in the guideline's JSON schema, and version 2.0 translated to it.
 
+For the reader of LIF, `plants.lif`.
+
 Sources: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024, and version 2.0.0, 2026. Keys not listed here are
 allowed there, too. What is new in 2.0 and has no key in version 1 stays as it is, and is named as left out, as is what
 models do not hold.

@@ -1,5 +1,7 @@
 """Lanes drawn as lines in maps and drawings without a graph: lines become links, and points where they meet.
 
+For the readers of DXF and GeoJSON.
+
 A floor is flat, so lines that cross or end on another are joined there. Corners are points; curves become chords that
 are at most `CURVE` off, and keep their length. Marks beside a lane belong to its nearest point.
 """

@@ -1,5 +1,7 @@
 """Making a model of a plant: the layout as drawn, and marked assumptions for everything that drawings lack.
 
+For `desim import`.
+
 - The length that is drawn counts, not the straight distance. Two points on one spot are drawn 1 cm apart.
 - Two edges that join the same points there and back are a two-way lane, unless their lengths differ by more than 5 %:
   then they are two lanes side by side. Each direction has its own speed (`speed_back`).

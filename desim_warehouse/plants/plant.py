@@ -1,4 +1,7 @@
-"""A plant as drawn, in metres and seconds, y downwards; every reader of a format fills one in."""
+"""A plant as drawn, in metres and seconds, y downwards; every reader of a format fills one in.
+
+For `desim import` and `desim export`.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """Maps of Open-RMF: building maps of the traffic editor, and the navigation graphs made of them; YAML.
 
+For `desim import`.
+
 - Building maps are in pixels, y downwards, or in metres, y upwards, as are navigation graphs, or in degrees. Pixels are
   metres by the mean of the measured distances; one that differs by more than 5 % is doubted.
 - Lanes of several fleets lie in one map, told apart by graph_idx. Those of most lanes are read, likewise the level with

@@ -1,5 +1,7 @@
 """Operations of a plant's locations, sorted into loading, unloading, charging and parking.
 
+For `desim import`; its `--operation` hands in the mapping.
+
 Every plant has words of its own for its operations, so what they look like is only a guess: the mapping given comes
 first. Points out of reach are named.
 """

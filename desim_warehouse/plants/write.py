@@ -1,5 +1,7 @@
 """Model files as people write them: sections as blocks, small parts in one line, comments beside keys.
 
+For the files that `desim import` writes.
+
 The files of an imported model: a large layout or a long list of tasks gets a file of its own.
 """
 

@@ -1,5 +1,7 @@
 """XML from strangers: elements with their lines, and nothing that a parser could be led astray by.
 
+For the readers of GraphML and openTCS.
+
 Document types are refused, and with them all entities but XML's own five. So nothing is expanded, and no other file is
 opened. Size, depth and the number of elements are limited.
 """
@@ -84,7 +86,7 @@ def read_xml(path: Path, content: bytes, expected: str) -> Element:
 
 
 class _Reader:
-    """Builds the elements of one file as the parser finds them."""
+    """Builds the elements of one XML file as the parser meets them."""
 
     def __init__(self, file: str, expected: str) -> None:
         self.file = file
