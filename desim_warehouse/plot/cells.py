@@ -1,5 +1,7 @@
 """A floor of cells drawn as a map: aisles are light, shelves are dark, and colours say what cells are for.
 
+For `plot.layout` and `plot.congestion`, and so for `desim draw`.
+
 On such a floor nodes are as close as robots can stand, so that names, arrows and slots beside them would lie over one
 another.
 """

@@ -1,4 +1,7 @@
-"""The course of a run by the clock: the lanes of its page, for notebooks and papers."""
+"""The course of a run by the clock: the lanes of its page, for notebooks and papers.
+
+For `plot.day`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Real days beside simulated ones, and measured times beside the distributions that were fitted to them."""
+"""Real days beside simulated ones, and measured times beside the distributions that were fitted to them.
+
+For `plot.real_day`, `passages`, `residuals` and `fitted`, and so for the page of `desim validate` and for `desim fit`.
+"""
 
 from __future__ import annotations
 

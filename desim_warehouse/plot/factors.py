@@ -1,4 +1,7 @@
-"""An indicator by the levels of a factor: the paper's Figs. 6-8, and the throughput curve with its knee."""
+"""An indicator by the levels of a factor: the paper's Figs. 6-8, and the throughput curve with its knee.
+
+For `plot.by_factor`, `facets` and `throughput`, in notebooks.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The work of robots: shares of time, one row of states for each robot, and batteries over time."""
+"""The work of robots: shares of time, one row of states for each robot, and batteries over time.
+
+For `plot.utilisation`, `gantt` and `battery`, in notebooks.
+"""
 
 from __future__ import annotations
 

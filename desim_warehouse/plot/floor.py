@@ -1,4 +1,7 @@
-"""The warehouse drawn: nodes, lanes, goods, bays and stations."""
+"""The warehouse drawn: nodes, lanes, goods, bays and stations.
+
+For `plot.layout`, `desim draw` and `desim export`, and the page of a run.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The waiting of robots: a map of the floor, coloured by waiting on each edge and before each intersection."""
+"""The waiting of robots: a map of the floor, coloured by waiting on each edge and before each intersection.
+
+For `plot.congestion`, and for the page of a run.
+"""
 
 from __future__ import annotations
 

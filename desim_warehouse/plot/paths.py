@@ -1,4 +1,7 @@
-"""Many shapes as a few paths: tens of thousands of shapes by themselves take most of the time of a drawing."""
+"""Many shapes as a few paths: tens of thousands of shapes by themselves take most of the time of a drawing.
+
+For `plot.layout`.
+"""
 
 from __future__ import annotations
 

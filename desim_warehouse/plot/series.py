@@ -1,4 +1,7 @@
-"""The end of the warm-up (MSER-5, Welch's plot)."""
+"""The end of the warm-up, by MSER-5 and in Welch's plot: `plot.warm_up` and `plot.welch`.
+
+For `desim warm-up`, and for the page of a run.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The look of figures: two styles, colours that colour-blind readers tell apart, and axes made without pyplot."""
+"""The look of figures: two styles, colours that colour-blind readers tell apart, and axes made without pyplot.
+
+For all functions of `plot`, and for the figures of `desim fit`, `warm-up` and `paper`.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +84,7 @@ def _settings(style: Style) -> dict[str, Any]:
 
 @cache
 def _axes_class() -> type[Axes]:
-    """Axes that Jupyter shows as a picture, although pyplot does not know them."""
+    """Return the class of axes that Jupyter shows as a picture, although pyplot does not know them."""
     from matplotlib.axes import Axes as Plain
 
     class Picture(Plain):
