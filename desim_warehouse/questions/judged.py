@@ -63,7 +63,7 @@ def rarest(days: int) -> str:
 
 
 def covers(least: int, models: Iterable[Model]) -> str:
-    """Say how rare the days are that so many days cover, and which events of these models come more rarely."""
+    """Return the sentence on how rare the days are that so many days cover, and which events of models are rarer."""
     text = f"That covers days that come at least {rarest(least)}."
     more: dict[str, int] = {}
     for model in models:
@@ -85,7 +85,7 @@ def standing_of(verdict: DesignVerdict[Any], goal: Target) -> Standing:
 
 
 def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
-    """Say which share n days without a miss prove for a design, as no number of days proves 100 %."""
+    """Return the words for the share that n days without a miss prove, as no number of days proves 100 %."""
     least = PERCENT.value(verdict.low or 0.0)
     return (
         f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {verdict.n} days, which shows at least "

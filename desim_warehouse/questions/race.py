@@ -39,7 +39,7 @@ class Best(Answered, Raced):
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """The changes that make the model into the best design."""
+        """The overrides of keys that make the base model into the best design."""
         return dict(self.point.overrides)
 
     @property

@@ -73,7 +73,7 @@ def _levels(study: ResultsData, design: str) -> dict[str, Any]:
 
 
 def knee_of_throughput(study: ResultsData) -> list[str]:
-    """Say where more robots stop paying off, if throughput rises significantly up to that knee."""
+    """Return the sentence on where more robots stop paying off, if throughput rises significantly up to that knee."""
     from desim_warehouse.study.statistics.comparison import paired
     from desim_warehouse.study.statistics.knee import knee
 
@@ -112,7 +112,7 @@ def knee_of_throughput(study: ResultsData) -> list[str]:
 
 
 def capped(tried: Capped, model: Model | None) -> str:
-    """Say what a cap on the robots under way gives."""
+    """Return the sentence on what a cap on the robots under way gains."""
     scale = words.scale(tried.indicator, model, (tried.mean,))
     gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"

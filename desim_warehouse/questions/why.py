@@ -126,7 +126,7 @@ def answer(costs: HeldUp) -> Answer:
 
 
 def fails(failure: Failure) -> str:
-    """Say how often runs could not go on."""
+    """Return the words for how often runs could not go on."""
     verb = next((word for kind, word in _FAILS.items() if failure.text.startswith(kind)), "fails")
     return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
 
@@ -240,7 +240,10 @@ class _Held:
         return f"{shown} {self.scale.unit}".rstrip()
 
     def _lost(self) -> str:
-        """Say how much of their time robots waited in one run, and the main roots of waiting; empty if none waited."""
+        """Return the sentence on the share of time that robots waited in one run, with the main roots of waiting.
+
+        It is empty if no robot waited.
+        """
         lost = self.costs.lost
         if not lost:
             return ""
@@ -249,7 +252,7 @@ class _Held:
         return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
 
     def _batched(self) -> str:
-        """Say which share of their time tasks waited for a batch to fill; empty where none did."""
+        """Return the sentence on the share of time that tasks waited for a batch to fill; empty where no task did."""
         if not self.costs.batched:
             return ""
         share = numbers.PERCENT.value(self.costs.batched)
