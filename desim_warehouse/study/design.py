@@ -1,4 +1,7 @@
-"""The design of a study: which models are simulated. Points come from factors by a rule."""
+"""The design of a study: which models are simulated. Points come from factors by a rule.
+
+For every study: the factors of a study file, of `desim what-if` and of the searches that vary keys.
+"""
 
 from __future__ import annotations
 

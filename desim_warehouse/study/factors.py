@@ -1,4 +1,7 @@
-"""Factors: the keys that a study varies, and their values, as users write them and as tables show them."""
+"""Factors: the keys that a study varies, and their values, as users write them and as tables show them.
+
+For `--vary` of `desim what-if`, `best`, `plan` and `serve`, and for study files.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """The keys of a study file and of the arguments of `Study`, as `study.reading` checks them, and their JSON Schema.
 
+For `desim study` and `Study`; `desim schema` prints the JSON Schema.
+
 An example, of which only `model` must be there:
 
     name: Fleet size                       # for tables and figures

@@ -1,4 +1,6 @@
-"""Which distribution do measured times follow? Maximum likelihood, Akaike's criterion, Cramér and von Mises' test.
+"""Which distribution measured times follow, for `desim fit` and `desim calibrate`.
+
+Families are fitted by maximum likelihood, compared by Akaike's criterion, and tested by Cramér and von Mises' test.
 
 Families have their most likely parameters also for times that a clock has rounded.
 """

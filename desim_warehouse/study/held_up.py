@@ -1,4 +1,4 @@
-"""Why a warehouse does no better: the cost of each suspect, by simulating the model with its relief.
+"""Why a warehouse does no better, for `desim why`: what relieving each suspect gains, by simulation.
 
 Suspects come from the account of time of a run: who waits long is looked at first. A wait at one point need not cost
 anything, as a queue elsewhere might grow instead. So every suspect is relieved in the model's own keys, on the same

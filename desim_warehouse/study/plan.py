@@ -1,4 +1,7 @@
-"""The plan of a study, checked: designs, replications, and the indicators that count."""
+"""The plan of a study, checked: designs, replications, and the indicators that count.
+
+For `desim study`, `desim what-if` and all questions that do a study.
+"""
 
 from __future__ import annotations
 
@@ -86,7 +89,16 @@ def run_seed(seed: int, replication: int) -> int:
 def models(
     plan: StudyPlan, among: Iterable[Point], positions: FilePositions | None = None, *, run_code: bool = False
 ) -> dict[int, Model]:
-    """The model of every point, by its number.
+    """Make the model of every design point, by the number of the point.
+
+    Args:
+        plan: what is varied.
+        among: the points to make models of.
+        positions: where values stand in the study file.
+        run_code: ask the user's own policies about their parameters, too: the runs are about to be done.
+
+    Raises:
+        ModelError: every problem of every point, at the position of the value in the study file.
 
     Args:
         plan: what is varied.

@@ -1,4 +1,7 @@
-"""Procedures that choose which runs to do next: a race for the best design, scouts, and the judge of a target."""
+"""Procedures that choose which runs to do next: the race of `desim best`, scouts and the judge of `desim size`.
+
+A scout is a pilot run that orders the designs; the judge says whether a design meets a target.
+"""
 
 from __future__ import annotations
 
@@ -165,7 +168,7 @@ def about(
     met: Mapping[int, bool],
     name: Callable[[int], str],
 ) -> str:
-    """Say what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + 4 chargers`.
+    """Return in words what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + ...`.
 
     Args:
         designs: all counts that could be built.
@@ -182,7 +185,7 @@ def about(
 def _watched(
     scouting: Procedure[set[int]], goal: Target, tell: Callable[[Mapping[int, bool]], None]
 ) -> Procedure[set[int]]:
-    """Tell after each run of a scout which designs met the target in theirs."""
+    """Run a scout (pilot runs), and call `tell` after each run with the designs that met the target in theirs."""
     seen: dict[int, bool] = {}
     try:
         asked = next(scouting)

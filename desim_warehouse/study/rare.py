@@ -1,4 +1,4 @@
-"""Rare events: how often breakdowns, outages and closures fall into a run of the model, and what few days miss.
+"""Rare events, for the verdicts of plans and of the live page: how often breakdowns or closures fall into a run.
 
 So it is known before any run how many days a verdict needs, and of what days a few runs know nothing.
 """

@@ -1,4 +1,7 @@
-"""From a study file, or from arguments, to a plan: all problems at once, each with its position."""
+"""From a study file, or from arguments, to a plan: all problems at once, each with its position.
+
+For `desim study`, `desim what-if` and `Study`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""study.json: the resolved study, so that a folder can be understood, continued and compared by itself."""
+"""study.json: the resolved study, so that a folder can be understood, continued and compared by itself.
+
+For `desim study`, `compare` and `report`, which read the folders of studies.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The results of a study so far: its finished runs by design, and the statistics that follow from them."""
+"""The results of a study so far: its finished runs by design, and the statistics that follow from them.
+
+For `desim study`, `compare` and `what-if`, and for every question that does a study; users hold
+`questions.study.Results`.
+"""
 
 from __future__ import annotations
 
@@ -228,7 +232,7 @@ class ResultsData:
 
     @cached_property
     def by_point(self) -> Mapping[int, list[Row]]:
-        """The rows of each design point, by its number."""
+        """Rows of the results table, one a run, by the number of their design point."""
         rows_by_point: dict[int, list[Row]] = {point.number: [] for point in self.points}
         for row in self.rows:
             rows_by_point[row.point.number].append(row)

@@ -1,4 +1,7 @@
-"""Doing the missing runs of a study, each written down as it finishes."""
+"""Doing the missing runs of a study, each written down as it finishes.
+
+For `Study.run`, `desim study` and every question that does a study.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Settings of a question that chooses its own runs: how they are done, and when it stops."""
+"""Settings of a question that chooses its own runs, such as `desim plan`: how runs are done, and how many."""
 
 from __future__ import annotations
 

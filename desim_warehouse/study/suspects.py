@@ -1,4 +1,4 @@
-"""Suspects that may hold a warehouse up: each with its relief in the model's own keys, and the dose of it.
+"""Suspects that may hold a warehouse up, for `desim why`: each with its relief in the model's keys, and its dose.
 
 What is special at a place is in the way; what is so everywhere is work. So a crossing is relieved of the time by
 which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model

@@ -1,4 +1,7 @@
-"""The table of a study: a row for each run, in the order of the design."""
+"""The table of a study: a row for each run, in the order of the design.
+
+For all studies: the table of `Results`, of a study folder and of the live page.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Targets that make sense, their indifference zones, and how many runs a first look at them takes."""
+"""Targets that make sense, their indifference zones, and how many runs a first look at them takes.
+
+For `--target` of every command that has it, and for study files.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Up to which value of an input a fleet is enough: runs at both ends of its range, and halfway between where it turns.
+"""Tipping points, for `desim plan --uncertain`: up to which value of an input a fleet is enough.
+
+Runs are done at both ends of the input's range, and then halfway between the probes where the verdict changes.
 
 The probes of an input share their days, so that what differs between them is the input. Halving goes on while runs tell
 on which side of the target a probe lies; the last three probes give the interval (`statistics.thresholds`).

@@ -1,4 +1,4 @@
-"""How long a lifelong model takes to settle: deliveries and cycle times over time, and where MSER-5 cuts.
+"""How long a lifelong model takes to settle, for `desim warm-up`: deliveries and cycle times, and where MSER-5 cuts.
 
 For each design the longer cut of throughput and cycle time counts, from five pilot runs in 1,000 equal spans. Of 60
 M/M/1 queues with 3,000 tasks and load 0.8, which settle at once, 1 was then said not to settle; with 200 spans 12.

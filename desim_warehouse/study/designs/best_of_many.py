@@ -1,4 +1,7 @@
-"""The best of more designs than can be raced: a search by simulation, judged at last on days that it did not use."""
+"""The search of `desim best` where there are too many designs to race all of them by simulation.
+
+The designs that the search chooses are judged at last on fresh days, on which it did not choose them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Designs of a warehouse that are too many to race: values of keys, nodes for chargers, directions of aisles."""
+"""Designs that `desim best` searches, too many to race: values of keys, nodes for chargers, directions of aisles."""
 
 from __future__ import annotations
 

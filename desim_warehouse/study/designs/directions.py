@@ -1,4 +1,7 @@
-"""Better directions of aisles: a search by simulation, judged on days that it did not use."""
+"""Better directions of aisles, for `desim orient --indicator` and `desim best --directions`: a search by simulation.
+
+The gain of the directions that the search chooses is measured on fresh days, on which it did not choose them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Search among more designs than can be run: a local search whose neighbours race on common random numbers.
+"""Local search among more designs than can be run, for `desim best` and `desim orient`.
+
+Neighbours are compared in the same replications, with common random numbers.
 
 From the best of some designs it moves to a neighbour that does better in the same replications, and where none does, it
 begins again at the best design that it has not stood on. The best designs found then race with more replications. On
@@ -53,7 +55,7 @@ class Space(Protocol[D]):
     """Designs of one kind, too many to simulate all."""
 
     def first(self) -> Iterable[D]:
-        """Designs to begin with, the present one first."""
+        """Yield the designs that a search begins with, the present design first."""
         ...
 
     def sample(self, random: Random) -> D:
@@ -65,7 +67,7 @@ class Space(Protocol[D]):
         ...
 
     def allows(self, design: D) -> bool:
-        """Whether a design can be simulated."""
+        """Whether a design is a valid model, so that it can be simulated."""
         ...
 
     def effort(self, design: D) -> float:

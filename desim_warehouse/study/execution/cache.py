@@ -109,7 +109,7 @@ class Cache:
             self.folder = root / f"runs-{program()}"
 
     def lines(self, model: str) -> list[bytes]:
-        """The whole lines of a model's journal, which becomes the journal used last."""
+        """Return the whole lines of a model's journal, and mark it as used last, so that it is deleted last."""
         if self.folder is None:
             return []
         path = self.folder / f"{model}.jsonl"

@@ -1,4 +1,7 @@
-"""Runs on a Dask cluster: its scheduler replaces workers that die and does their runs again."""
+"""Runs on a Dask cluster: its scheduler replaces workers that die and does their runs again.
+
+For `--cluster` of every command that does a study.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The crew that simulates for a command and all its studies: processes that start once, and settled fleets."""
+"""The crew that simulates for a command and all its studies: processes that start once, and settled fleets.
+
+For every command whose question does runs of its own: `plan`, `size`, `best`, `orient`, `why`, `what-if` and `study`.
+"""
 
 from __future__ import annotations
 

@@ -99,4 +99,4 @@ def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
 
 
 def _in_silence(_: str) -> None:
-    """Say nothing: the store of the runs reports what is wrong with the cache."""
+    """Print nothing: the store of the runs reports already what is wrong with the cache."""

@@ -1,4 +1,7 @@
-"""Locks of files, which the operating system releases however a process ends."""
+"""Locks of files, which the operating system releases however a process ends.
+
+For the journals of studies and of the user's cache.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Indicators of the user's own: functions of a run, called where it is simulated, kept with its other indicators."""
+"""Indicators of the user's own: functions of a run, called where it is simulated, kept with its other indicators.
+
+For `indicators` of `Study` in Python.
+"""
 
 from __future__ import annotations
 

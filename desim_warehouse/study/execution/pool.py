@@ -1,5 +1,7 @@
 """Runs in worker processes of this machine.
 
+For `--workers` of every command that does a study, and for `desim serve`.
+
 The parent simulates nothing: it starts the processes, hands batches to those that are idle, and passes on what is
 finished. It kills and replaces a process that is stuck or dead, or does not stop a run that was cancelled. Every
 process has a pipe of its own and at most one batch. So the runs lost with it are known, and the others go on.
@@ -90,7 +92,7 @@ class Worker:
         )
 
     def stop(self, handle: Handle) -> None:
-        """Tell the process to stop a run, or not to begin it."""
+        """Send the process the message to stop a run, or not to begin it."""
         self.told_to_stop = monotonic()
         self._write((self.batches, self.handles.index(handle)))
 

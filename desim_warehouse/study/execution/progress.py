@@ -1,4 +1,7 @@
-"""Progress of a study, with results so far: a bar that moves on a terminal and in a cell of Jupyter, else lines."""
+"""Progress of a study in a terminal or a cell of Jupyter: a bar with the results so far; elsewhere lines.
+
+For every command and Python call that does the runs of a study.
+"""
 
 from __future__ import annotations
 

@@ -45,7 +45,10 @@ class Repeats:
         self._open.append((own, name, done.outcome, again))
 
     def wrong(self, *, wait: bool = False) -> tuple[Name, str] | None:
-        """A run whose repetition differed, with the difference; None so far. `wait`: for all repetitions under way."""
+        """Return a run whose repetition had another result, with the difference; None as long as no repetition had.
+
+        `wait`: wait first for all repetitions that are still being simulated.
+        """
         for item in list(self._open):
             own, name, here, again = item
             if wait and self._executor is not None:

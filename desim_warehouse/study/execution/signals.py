@@ -1,4 +1,4 @@
-"""Ctrl-C ends a study at any point."""
+"""Ctrl-C ends a study at any point, in every command that does runs."""
 
 from __future__ import annotations
 

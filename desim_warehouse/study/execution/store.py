@@ -251,7 +251,7 @@ class Store:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> NoReturn:
-        """Leave a journal of whole lines when the disk is full or gone, and say what is kept."""
+        """Cut the journal to whole lines when the disk is full or gone, and raise an error that says what is kept."""
         assert self.folder is not None
         with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)

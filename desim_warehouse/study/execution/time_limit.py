@@ -1,4 +1,7 @@
-"""A limit on the time that a run may take."""
+"""A limit on the time that a run may take.
+
+For `--timeout` of `desim run` and of every command that does a study.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Simulation of the runs of a study, in any process: each ends with an outcome, which may be an error."""
+"""Simulation of the runs of a study, in any process: each ends with an outcome, which may be an error.
+
+For all executors (`study.execution`), and for the runs of `desim serve`.
+"""
 
 from __future__ import annotations
 

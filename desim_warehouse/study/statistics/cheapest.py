@@ -1,5 +1,7 @@
 """The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
 
+For `desim plan`, and for `desim size`, whose designs have one count.
+
 A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
 and the designs that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
 
@@ -298,11 +300,17 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate, and where that is undecided, the design with its first count and most of all others.
+        """Judge a candidate and, if it is not shown to meet the target, the largest design with its first count.
 
-        If that design fails, all with this first count fail. It is judged as soon as looks at the candidate lean to a
-        failure that is not clear, or if the candidate stays undecided in the end, as designs between the two would,
-        too. Of three counts the last one, packers, is tried next, and one more packer mostly decides.
+        The first count is the number of robots, as a rule. If the largest design with it fails, all designs with that
+        first count fail, so that none of them needs runs of its own.
+
+        - While a look (interim analysis) at the candidate leans to failure, without showing it, the largest design is
+          judged instead of the candidate.
+        - If the candidate stays undecided when its runs are used up, the largest design is judged after it: designs
+          between the two would stay undecided as well.
+        - With three counts, a candidate that failed is followed by the design with its first two counts and the most
+          packers, because one packer more changes little. An undecided one whose looks lean to success is left at that.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -358,10 +366,11 @@ class _Proof:
         self.larger = (larger,) if larger is not None and larger.worse else ()
 
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
-        """Compare a design with a smaller one, at half of alpha; None: no runs are left.
+        """Compare a design (`number`) with a smaller one (`base`) on the same days, at half of alpha.
 
-        They are looked at again, up to as many runs as one of them has, while the larger leans to being worse. With
-        several targets that one counts for which it is worse, else the first.
+        It returns None where no runs are left. While the mean of the larger design is worse, both are replicated
+        further, until both have as many runs as the one that has more. With several targets the comparison returned is
+        of the first target for which the larger design is shown to be worse, else of the first target of all.
         """
         judge = self.judge
         most = max(judge.runs(base), judge.runs(number))

@@ -1,4 +1,7 @@
-"""Designs against a baseline under common random numbers: paired differences, all intervals valid at once."""
+"""Designs against a baseline under common random numbers: paired differences, all intervals valid at once.
+
+For `desim compare` and `what-if`, and for the last comparison of `best` and `orient`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The gains of several changes over a base: replicated until the change that gains most is clear."""
+"""The gains of several changes over a base: replicated until the change that gains most is clear.
+
+For `desim why`, and for caps on the robots under way in `desim plan` and `size`.
+"""
 
 from __future__ import annotations
 

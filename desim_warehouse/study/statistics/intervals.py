@@ -172,7 +172,10 @@ def bounds(
 
 
 def p_value(array: NDArray[np.float64], reach: float) -> float:
-    """Two-sided p-value that the mean of differences is zero: `bounds` solved for the level, at least two values."""
+    """Return the two-sided p-value that the mean of differences is zero: the level at which an end of `bounds` is zero.
+
+    The array has at least two values. Where all are equal, `reach` is how far a value not yet seen may lie from them.
+    """
     mean = float(array.mean())
     if is_constant(array):
         return min(1.0, 2.0 * max(0.0, 1.0 - abs(mean) / reach) ** array.size)

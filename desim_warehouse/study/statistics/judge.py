@@ -1,5 +1,7 @@
 """The judge of designs: whether each meets a target, from runs that are looked at again and again.
 
+For every verdict on a target: of `desim plan`, `size`, `best`, `what-if`, `study` and `serve`.
+
 One schedule of looks (interim analyses, `looks`), one error budget (alpha spending), one cap. Searches say which
 designs and which target: the cheapest that meets it (`cheapest`), the smallest, the best, and the live page.
 """

@@ -1,4 +1,7 @@
-"""The knee of a throughput curve, where more robots stop paying off, and the smallest fleet near its maximum."""
+"""The knee of a throughput curve, where more robots stop paying off, and the smallest fleet near its maximum.
+
+For the throughput curve of a study, in words and in `plot.throughput`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The most that a study accepts. Anything larger would run for days, or not fit into memory."""
+"""The most that a study accepts. Anything larger would run for days, or not fit into memory.
+
+For the options of commands, study files and arguments in Python.
+"""
 
 from __future__ import annotations
 

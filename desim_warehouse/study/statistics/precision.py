@@ -1,4 +1,7 @@
-"""How many replications: go on until the half-width is a small share of the mean, or a cap is reached."""
+"""How many replications: go on until the half-width is a small share of the mean, or a cap is reached.
+
+For `until` of a study file, and `--until` of `desim what-if`.
+"""
 
 from __future__ import annotations
 

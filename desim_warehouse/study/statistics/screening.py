@@ -1,4 +1,7 @@
-"""Screening of factors from a table of runs: the main effect of each."""
+"""Screening of factors from a table of runs: the main effect of each.
+
+For `Results.main_effects`, and for the answer of a study with several factors.
+"""
 
 from __future__ import annotations
 

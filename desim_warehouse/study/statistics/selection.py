@@ -1,4 +1,7 @@
-"""The best of several designs: the KN procedure drops the clearly worse ones as replications come in."""
+"""The best of several designs, for `desim best`: the KN procedure of Kim and Nelson (ranking and selection).
+
+It drops clearly worse designs as replications come in.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """Thresholds: the point of an input where a mean crosses a bound.
 
+For `desim plan --uncertain`.
+
 Three probes of an input on the same days are interpolated by a parabola; the interval holds
 the points at which the mean is not told from the target (Fieller), or where it is beside it by no more than the
 smallest step between two values. In short runs of work that always waits all six days may have the same count:

@@ -1,4 +1,7 @@
-"""The end of the warm-up: by MSER-5, and as Welch's plot shows it."""
+"""The end of the warm-up: by MSER-5, and as Welch's plot shows it.
+
+For `desim warm-up`, and for `plot.warm_up` and `plot.welch`.
+"""
 
 from __future__ import annotations
 
