@@ -243,7 +243,10 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def content(self) -> Any:
-        """The section as plain JSON values: with defaults, but without keys empty (none) by default and here."""
+        """Return the section as plain JSON values, defaults included.
+
+        A key is left out if its value is empty (`_EMPTY`) and its default too, so that the file says nothing about it.
+        """
         return {
             info.alias or name: as_json(value)
             for name, info in type(self).model_fields.items()
@@ -428,7 +431,7 @@ def form(tag: str) -> Tag:
 
 
 def by_type(**forms: type | tuple[type, ...]) -> Callable[[Any], str | None]:
-    """Tell the forms of a key apart by the type of the value. A section may be a mapping, or a Part already."""
+    """Return a function that chooses a key's form by the type of its value; a section may be a mapping or a Part."""
 
     def pick(value: Any) -> str | None:
         return next((f"\0{tag}" for tag, types in forms.items() if isinstance(value, types)), None)
