@@ -426,19 +426,19 @@ class World:
         )
 
     def _out_of_stock(self) -> str:
-        """Say which items lines wait for and no pod has now."""
+        """Return the words on items that lines wait for and that no pod has now; empty where there are none."""
         gone = [] if self.pods is None else self.pods.out_of_stock()
         return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
 
     def _doing(self) -> str:
-        """Say, if nothing else explains it, that nothing was asked for, or what robots do."""
+        """Return, if nothing else explains a stall, the words that nothing was asked for, or on what the robots do."""
         if not self.demand.total:
             return "; no task was ever asked for: the goods, schedules and files of this model ask for none"
         doing = Counter(robot.state for robot in self.robots)
         return f"; robots: {', '.join(f'{count} {words}' for words, count in doing.items())}"
 
     def _hours(self) -> str:
-        """Say who waits for hours that do not come again, or do not meet."""
+        """Return the words on tasks and robots that wait for hours that do not come again, or do not meet."""
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
@@ -464,7 +464,7 @@ class World:
         return f"the hours of {spoken(parties)}"
 
     def _closed(self) -> str:
-        """Say which edges will not open again, before which robots wait."""
+        """Return the words on edges that will not open again, before which robots wait."""
         shut = {}
         for robot in self.robots:
             claim = robot.body.claim
@@ -474,12 +474,12 @@ class World:
         return f"; closed, and never open again: {edges} (traffic.closures)" if edges else ""
 
     def _in_no_batch(self) -> str:
-        """Say how many tasks the batching policy has put into no batch, if there are some."""
+        """Return the words on how many tasks the batching policy has put into no batch; empty where there are none."""
         count = 0 if self.batcher is None else sum(map(len, self.batcher.waiting))
         return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
-        """Say why no robot takes the first open task, if the battery is the reason."""
+        """Return why no robot takes the first open task, if batteries are the reason; else an empty text."""
         task = next(iter(self.dispatcher.open.values()), None)
         views = [robot.view() for robot in self.robots]
         if task is None or not any(may_do(robot, task) for robot in views):

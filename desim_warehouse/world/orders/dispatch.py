@@ -465,13 +465,13 @@ class Dispatcher:
 
 
 def _objects(pair: object) -> str:
-    """Say what to write where a pair has views instead of their numbers."""
+    """Return the hint on what a policy must return where its pair has views instead of numbers; else an empty text."""
     views = isinstance(pair, tuple) and any(isinstance(part, RobotView | Task) for part in pair)
     return ", expected robot.number, task.number" if views else ""
 
 
 def _unfit(robot: RobotView, task: Task) -> str:
-    """Say why a robot may not do a task."""
+    """Return why a robot may not do a task, in words."""
     if task.kinds and robot.kind not in task.kinds:
         return f"is of no kind that does task {task.number}: {', '.join(task.kinds)}"
     if len(task.members) > robot.loads:

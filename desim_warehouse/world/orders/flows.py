@@ -60,7 +60,7 @@ class Flows:
         self._number = 0
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release what is known at the start to `release`, and schedule what comes later."""
+        """Hand the tasks that are known when the run starts to `release`, and schedule the arrival of later tasks."""
         self.release = release
         for flow in self.flows.values():
             while flow.open < flow.always_open:

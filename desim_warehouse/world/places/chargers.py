@@ -36,7 +36,7 @@ class Chargers(Resource):
         return self.request()
 
     def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
-        """Return an event that is due when the charger of a robot fails, or None if it never does."""
+        """Return the event that happens when the charger that a robot holds breaks down; None, as these never do."""
         return None
 
 
@@ -94,7 +94,10 @@ class FailingChargers:
         return turn
 
     def outage_of(self, turn: Any) -> Event | None:
-        """Return an event that is due when the charger of a robot fails."""
+        """Return the event that happens when the charger that a robot holds breaks down.
+
+        `turn` is the robot's request for a charger.
+        """
         lost: Event = turn.lost
         return lost
 

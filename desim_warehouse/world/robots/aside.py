@@ -39,7 +39,7 @@ class TourAside(Tour):
                 self.aside = None
 
     def _stays(self, stop: Stop) -> bool:
-        """Whether the next stop is at the same place, and the robot comes to it without leaving its lane."""
+        """Whether the robot's next stop is where it stands now, so that it makes that stop without driving on."""
         following = self.stops[0] if self.stops else None
         if following is None or not following.joins:
             return False

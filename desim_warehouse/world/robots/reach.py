@@ -122,7 +122,7 @@ class Reach:
         self._given_back, self.openings = other._given_back, other.openings
 
     def why_flat(self, started: float | None, drew: float, robot: RobotView, *, resting: bool) -> str:
-        """Say why a robot's battery ran flat in this model, and what helps (for the arguments see `cause`)."""
+        """Return why a robot's battery ran flat in this model, and what helps (for the arguments see `cause`)."""
         text = cause(self._model, self._layout, started, drew=drew, resting=resting)
         if resting and self.chargers:
             way, level = (
@@ -134,7 +134,7 @@ class Reach:
         return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
-        """Say what robots have and need for a task that none of their batteries lasts for, and what helps."""
+        """Return what robots have and need for a task that none of their batteries lasts for, and what helps."""
         able = [robot for robot in robots if may_do(robot, task)]
         best = min(able, key=lambda robot: self.missing(robot, task))
         levels = self.levels(best)

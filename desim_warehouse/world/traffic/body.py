@@ -183,7 +183,7 @@ class Body:
         return self.driven + self.position(now) - before
 
     def place(self, now: float) -> str:
-        """Say where it is, in words."""
+        """Return where the robot is, in words."""
         if self.lane is None:
             return f"{'off the lanes' if self.cleared else 'in the bay'} at {self.at.name}"
         if self.held is not None and self.position(now) >= self.lane.length:
@@ -237,7 +237,7 @@ class Body:
         self.claim = None
 
     def give_up_room(self) -> None:
-        """Stay where it is; the room that it was granted is for others."""
+        """Give back the room on the next lane that the robot was granted: it stays, and others may have the room."""
         if self.granted is not None:
             self.granted.entering = None
             self.granted = None

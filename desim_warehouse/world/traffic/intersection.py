@@ -183,7 +183,7 @@ class Intersection:
         self.count_claim(claim, claim.other, self.rules.env._now)
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
-        """Give it to the robot, and with it room on `lane`."""
+        """Give the intersection to a robot, and with it room on the lane that the robot goes on to."""
         self.holder = robot
         robot.hold(self, lane)
         if lane is not None:
@@ -204,7 +204,7 @@ class Intersection:
         return True
 
     def award(self, claim: Claim, lane: Lane | None) -> None:
-        """Grant a waiting claim, with room on `lane`, and wake its robot."""
+        """Grant the intersection to a robot whose claim waited for it, with room on `lane`, and resume its process."""
         self.claims.remove(claim)
         if claim.lane is not None:
             claim.lane.wanted -= 1
