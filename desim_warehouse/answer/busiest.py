@@ -38,8 +38,6 @@ def was(measured: Iterable[Load]) -> str:
     """Return the sentence on the busiest group, such as `The robots were the busiest, at work 77 % of the time.`.
 
     It is empty where nobody worked.
-
-    It is empty where nobody worked.
     """
     measured = list(measured)
     most = busiest(measured)
