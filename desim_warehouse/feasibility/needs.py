@@ -209,7 +209,7 @@ class _Floor:
         return (reach + rest).min(axis=0), reach.min(axis=0), rest.min(axis=0)
 
     def put_away(self, job: Job) -> tuple[Any, Any, Any]:
-        """Return what tasks for each drop draw: in all, up to the pick's edge, and from there, by the cheapest pick."""
+        """Return the energy of tasks for each drop, by the cheapest pick: in all, before the pick's edge, and after."""
         starts, ends, before, after = self._sides(job.picks)
         reach = _costs(self._reach, starts).min(axis=0)
         picked = self._draws.empty * before + self._handled(job, "load", job.picks) + self._draws.loaded * after
