@@ -232,8 +232,6 @@ class RouteOracle:
 
         `read(root, begins)` returns the values of all nodes for the routes that begin at the root (`begins`, where the
         root is an origin), or that end there (where the root is a goal).
-
-        `read` has a root, and whether the search begins there: at the origin (True) or the goal.
         """
         import numpy as np
 
