@@ -871,7 +871,7 @@ def is_of_due(name: str) -> bool:
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """Return the indicators that count the tasks or orders of which an indicator is a share; empty if it is no share.
+    """Return the indicators that count the tasks or orders behind an indicator that is a share; else none.
 
     Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """

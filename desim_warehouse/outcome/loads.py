@@ -28,8 +28,6 @@ class RobotTime(NamedTuple):
     """Parts of the time in which robots are on duty and not broken: work, the drive back to parking, and waits.
 
     `held`: waits; `traffic`: the part of `held` in which they wait in traffic.
-
-    `traffic`: that part of `held` in which they wait in traffic.
     """
 
     work: float
@@ -92,8 +90,6 @@ def left_waiting(history: History) -> tuple[int, float]:
 
     With it comes how many more there may be by chance: the square root of the number of tasks that came, the standard
     deviation of such a number.
-
-    By chance it may be the square root of those that came, the standard deviation of such a number.
     """
     came = _came(history)
     return came - len(history.counted_done) - _in_hand(history), math.sqrt(came)
@@ -120,8 +116,6 @@ def _asked_for(history: History) -> tuple[float, float]:
     """Return the ratio of tasks that came to tasks delivered, and of loads put down to loads worked on.
 
     Both are 1 where the backlog is no larger than chance allows, with what comes while stations or robots are off.
-
-    Both are 1 where no more are left than may be by chance, with what comes while stations or robots are off.
     """
     model, hours = history.model, history.counted
     if not model.tasks.arrive or not hours:
