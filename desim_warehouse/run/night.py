@@ -33,12 +33,15 @@ MOST_ROWS = 6_000
 
 
 class _LongEnoughError(Exception):
-    """Raised to end the simulation of a night of which enough has been seen."""
+    """Raised to end the simulation of a night when it has lasted long enough."""
 
 
 @dataclass(frozen=True)
 class Flat:
-    """The finding that a battery runs flat in a night: first of which robot, and after how many of the hours tried."""
+    """The finding that a battery runs flat in a night: the first robot to do so, and after how many hours.
+
+    `tried`: how many hours were simulated.
+    """
 
     robot: int
     hours: float
