@@ -168,7 +168,7 @@ class StudyFile(Part):
     @model_validator(mode="before")
     @classmethod
     def _none_sampled(cls, data: Any) -> Any:
-        """Refuse a sampled design alone, as ranges of its factors would be refused for it, too."""
+        """Refuse a sampled design with one message: the ranges of its factors would be refused as well."""
         design = data.get("design") if isinstance(data, Mapping) else None
         if isinstance(design, SECTION):
             raise wrong(f"no sampled designs since 0.4 (got {got(design)}), {DRAW}", "design")
@@ -228,7 +228,7 @@ class StudyFile(Part):
     # What a plan has of it
 
     def varied(self) -> tuple[Factor, ...]:
-        """The factors."""
+        """The factors that the study varies."""
         return _factors(self.factors)
 
 
@@ -258,7 +258,7 @@ def _factors(forms: Mapping[str, Any]) -> tuple[Factor, ...]:
 
 
 def _misfits(factors: tuple[Factor, ...], rule: Rule) -> Iterator[PydanticCustomError]:
-    """Why the rule cannot make designs of these factors."""
+    """Yield the reasons for which the rule cannot make designs of these factors."""
     if rule == "grid":
         for level in (level for factor in factors for level in repeated(factor)):
             yield wrong(f"given twice (got {got(level.label)}), expected once", TOP, *level.keys)

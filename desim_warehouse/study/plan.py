@@ -22,7 +22,7 @@ from desim_warehouse.study.file import Until
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """A study before it is run."""
+    """A checked study before it is run: base model, factors, replications, indicators."""
 
     base: Model
     factors: tuple[Factor, ...] = ()
@@ -55,7 +55,7 @@ class StudyPlan:
         ]
 
     def run_name(self, model: Model) -> str:
-        """The name under which runs of a design are kept: the digest of its model, and of indicators of the user's own.
+        """Return the name under which runs of a design are kept: a digest of its model and of own indicators.
 
         Where they scout they are kept apart from others.
         """
@@ -76,7 +76,7 @@ class StudyPlan:
 
 @cache
 def run_seed(seed: int, replication: int) -> int:
-    """The seed of a run: equal for replication r at every point, and unlike any seed of another study seed.
+    """Return the seed of a run: equal for replication r at every point, and unlike seeds of other study seeds.
 
     48 bits of NumPy's SeedSequence, so that a table of floats holds it exactly.
     """
@@ -99,15 +99,6 @@ def models(
 
     Raises:
         ModelError: every problem of every point, at the position of the value in the study file.
-
-    Args:
-        plan: what is varied.
-        among: the points.
-        positions: where values stand in the study file.
-        run_code: ask the user's own policies about their parameters, too: the runs are about to be done.
-
-    Raises:
-        ModelError: every problem of every point, at the position of the value in the study file.
     """
     made: dict[int, Model] = {}
     problems: dict[str, None] = {}
@@ -122,7 +113,7 @@ def models(
 
 
 def _at_position(text: str, point: Point, positions: FilePositions | None) -> str:
-    """A problem of a changed model, reported at the value of the study that causes it."""
+    """Report a problem of a changed model at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
         begin = f"override {key}: "
         if text.startswith(begin):

@@ -101,7 +101,7 @@ def read_record(folder: Path) -> Record:
 
 
 def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
-    """The warm-ups that the study of a folder found for these very designs, with this version, or None."""
+    """Return the warm-ups that the study in a folder found for these very designs, with this version; else None."""
     try:
         record = read_record(folder)
         times = record.plan.warm_up
@@ -140,7 +140,7 @@ def _replications(value: Any) -> int | Until | tuple[int, ...]:
 
 
 def _factors(content: Mapping[str, Any]) -> tuple[Factor, ...]:
-    """The factors of a study.json; sampled designs of 0.3 give them a level for each point, as paired lists."""
+    """Read the factors of a study.json; sampled designs of 0.3 have a level for each point, as paired lists."""
     levels = {
         item["key"]: [Level(level["label"], level["changes"], tuple(level["at"])) for level in item.get("levels", ())]
         for item in content["factors"]

@@ -41,7 +41,7 @@ _MOST_MAIN = 6
 
 
 def outcome_of(row: Row) -> tuple[object, ...]:
-    """The outcome of a run, with its replication, as a value that can be compared."""
+    """Return the outcome of a run, with its replication, as a value that can be compared."""
     return row.replication, row.outcome.error, *sorted((name, repr(value)) for name, value in row.indicators.items())
 
 
@@ -64,7 +64,7 @@ class ResultsData:
 
     @classmethod
     def load(cls, folder: str | Path) -> Self:
-        """The results of a study folder as far as its runs are finished. Nothing is simulated.
+        """Read the results of a study folder as far as its runs are finished. Nothing is simulated.
 
         Raises:
             StudyError: where there is no study, or it is damaged.
@@ -116,7 +116,7 @@ class ResultsData:
         return tuple(dict.fromkeys(name for row in self.rows for name in row.indicators))
 
     def chosen(self, wanted: Sequence[str] | None = None) -> list[str]:
-        """The indicators to show: given ones, else the study's, else all that any run has.
+        """Return the indicators to show: the wanted ones, else the study's, else all that any run has.
 
         Raises:
             StudyError: for one that no run has.
@@ -341,7 +341,7 @@ class ResultsData:
         return self._compared({design: self.values(design, indicator) for design in self.designs}, against, method)
 
     def _matched(self, wanted: Mapping[str, Label]) -> dict[str, str]:
-        """The baseline of each design: it has the wanted levels, and the design's own levels of the other factors."""
+        """Return the baseline of each design: it has the wanted levels, and else the levels of the design itself."""
         baseline_point(self.points, wanted)  # refuses levels that no design has
         points = {tuple(point.labels.items()): str(point) for point in self.points}
         against = {}
@@ -375,12 +375,12 @@ class ResultsData:
         return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
     def outcomes(self, design: str) -> tuple[object, ...]:
-        """The outcomes of the runs of a design, each with its replication, as values that can be compared."""
+        """Return the outcomes of the runs of a design, each with its replication, as values that can be compared."""
         return tuple(map(outcome_of, self.runs(design)))
 
     @cached_property
     def same(self) -> Mapping[str, str]:
-        """Designs whose runs equal an earlier design's in every indicator, with that design: both are one option."""
+        """Designs whose runs equal an earlier design's in every indicator, with that design: the two are one option."""
         first: dict[tuple[object, ...], str] = {}
         same = {}
         for design in self.designs:
@@ -431,7 +431,7 @@ class ResultsData:
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:
-        """For designs too close to the target, how many runs in all would probably decide; None: too many."""
+        """Undecided designs, with the number of runs in all that would probably decide; None: too many runs."""
         goal = self.target
         return {
             design: judge.runs_to_tell(

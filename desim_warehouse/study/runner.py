@@ -56,7 +56,7 @@ def is_refused(outcome: Outcome) -> bool:
 
 
 class _MissingError(Exception):
-    """A run has not been done yet."""
+    """Raised where a run has not been done yet."""
 
 
 class StudyRunner:
@@ -173,7 +173,7 @@ class StudyRunner:
         return row.measured(indicator)
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
-        """Do the missing runs of these (point, replication)."""
+        """Do the runs of these (point, replication) that are missing."""
         for _ in self.each(runs):
             pass
 
@@ -268,13 +268,13 @@ class StudyRunner:
         return first is not None and is_refused(first) and (first.final or not final)
 
     def found(self, number: int, replication: int) -> Row | None:
-        """A run if it is finished."""
+        """Return a run if it is finished, else None."""
         seed = run_seed(self.plan.seed, replication)
         outcome = self.store.get(self.keys[number], seed)
         return None if outcome is None else Row(self.points[number], replication, seed, outcome)
 
     def row(self, number: int, replication: int) -> Row:
-        """A run that was asked for."""
+        """Return a finished run that was asked for."""
         row = self.found(number, replication)
         assert row is not None
         return row

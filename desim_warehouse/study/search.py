@@ -77,7 +77,10 @@ class Search:
             raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def looks(self, first: int, cap: int) -> tuple[int, int]:
-        """Replications at the first look at a design (interim analysis), and the most of them: by default as given."""
+        """Return the replications at the first look (interim analysis) at a design, and the most of them.
+
+        The arguments are their defaults.
+        """
         return self.first or first, self.cap or cap
 
     @contextmanager

@@ -41,7 +41,7 @@ class Row(NamedTuple):
         return self.outcome.values  # noqa: PD011 - not a DataFrame
 
     def value(self, indicator: str) -> float:
-        """An indicator; nan where the run failed or has none. A share of tasks carries its number of tasks."""
+        """Return an indicator; nan where the run failed or has none. A share of tasks carries its number of tasks."""
         from desim_warehouse.study.statistics.intervals import TaskShare
 
         value = self.indicators.get(indicator, math.nan)
@@ -49,7 +49,7 @@ class Row(NamedTuple):
         return TaskShare(value, tasks) if tasks else value
 
     def measured(self, indicator: str) -> float:
-        """An indicator of a run that did not fail.
+        """Return an indicator of a run that did not fail.
 
         Raises:
             StudyError: where the run has no such indicator, naming the nearest.
@@ -60,7 +60,7 @@ class Row(NamedTuple):
 
 
 def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
-    """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
+    """Make the columns of the table: factors, replication, seed, indicators, deterministic, run_time, error.
 
     `indicators`: those to show, by default all that any run has. A failed run has none.
     """
@@ -75,7 +75,7 @@ def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[st
 
 
 def _all(rows: Iterable[Row]) -> list[str]:
-    """Every indicator that any run has: built-in ones in their order, then any others."""
+    """Return every indicator that any run has: built-in ones in their order, then any others."""
     names = dict.fromkeys(name for row in rows for name in row.indicators)
     return [*(name for name in INDICATORS if name in names), *(name for name in names if name not in INDICATORS)]
 
@@ -103,7 +103,7 @@ def _array(name: str, values: list[Any]) -> pa.Array:
 
 
 def as_text(value: Any) -> str:
-    """A value in a column of text."""
+    """Return a value as text for a column."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -129,7 +129,7 @@ def write_results(table: pa.Table, path: Path) -> None:
 
 
 def is_damaged(path: Path) -> bool:
-    """Whether there is a table that cannot be read."""
+    """Whether a table exists that cannot be read."""
     if not path.exists():
         return False
     import pyarrow.parquet as pq
@@ -206,7 +206,7 @@ def cells(
     confidence: float = 0.95,
     scale: float = 1.0,
 ) -> list[Cell]:
-    """One estimate for each combination of levels that has runs, in the order of the levels.
+    """Estimate an indicator for each combination of levels that has runs, in the order of the levels.
 
     Where other factors vary inside a combination, each replication is averaged over them first. Replications stay
     independent of one another, so the t interval holds for that average. A replication that lacks some of those runs is
@@ -236,7 +236,7 @@ def cells(
 
 
 def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> list[float]:
-    """The values; a share of tasks of a single run carries its number of tasks, as in `Row.value`."""
+    """Return the values of an indicator; a share of tasks of a single run carries its number of tasks."""
     from desim_warehouse.study.statistics.intervals import TaskShare
 
     counts = [name for name in counted_in(indicator, [str(name) for name in rows.columns]) if name in rows.columns]
@@ -248,7 +248,7 @@ def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> lis
 
 
 def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:
-    """The other factors (columns before `replication`) that vary among runs at the same levels of these."""
+    """Return the other factors that vary among runs at equal levels of these; they are averaged over."""
     if "replication" not in table.columns:
         return []
     columns = list(table.columns)
@@ -291,7 +291,7 @@ def levels(rows: pd.DataFrame, factor: str) -> list[Any]:
 
 
 def order(rows: pd.DataFrame, factors: Sequence[str]) -> list[tuple[Any, ...]]:
-    """The combinations of levels that have runs, in the order of the levels."""
+    """Return the combinations of levels that have runs, in the order of the levels."""
     ranks = [{value: rank for rank, value in enumerate(levels(rows, factor))} for factor in factors]
     combinations = (
         dict.fromkeys(zip(*(rows[factor].tolist() for factor in factors), strict=True)) if factors else {(): 0}

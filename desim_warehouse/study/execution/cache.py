@@ -34,7 +34,7 @@ _PACKAGES = ("simpy", "networkx", "numpy", "scipy", "pydantic")
 
 
 def versions() -> dict[str, str]:
-    """The versions that results depend on: of desim-warehouse, Python and packages."""
+    """Return the versions that results depend on: of desim-warehouse, Python and packages."""
     return {
         "desim-warehouse": _version.__version__,
         "python": platform.python_version(),
@@ -44,7 +44,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def program() -> str:
-    """A digest of these versions and of our code, which somebody may be changing."""
+    """Return a digest of the versions and of our code, which somebody may be changing."""
     digest = hashlib.sha256(repr(sorted(versions().items())).encode())
     home = Path(_version.__file__).parent
     for path in sorted(home.rglob("*.py")):
@@ -61,7 +61,7 @@ _LEFT = 7 / 8
 
 
 def cache_folder() -> Path:
-    """The folder of the user's cached runs: DESIM_CACHE, or below the caches of the system."""
+    """Return the folder of the user's cached runs: DESIM_CACHE, or below the caches of the system."""
     folder = os.environ.get("DESIM_CACHE")
     if folder:
         return Path(folder).absolute()
@@ -144,7 +144,7 @@ class Cache:
             self.sweep()
 
     def close(self) -> None:
-        """Make room, if anything was written."""
+        """Delete the least recently used journals if there is too much, and if anything was written."""
         if self.written and self.folder is not None:
             self.sweep()
 

@@ -73,11 +73,11 @@ class Cluster(SharedExecutor):
         self._children = ExitStack()
 
     def wake(self) -> None:
-        """Wake our thread, as there is something to do."""
+        """Wake the executor's thread, because there is something to do."""
         self.finished.put(None)
 
     def turn(self) -> None:
-        """Hand out runs, and take what is finished.
+        """Do one round of work: hand out runs, and take the outcomes of finished ones.
 
         Raises:
             StudyError: where the cluster is lost, or its workers cannot run our models.

@@ -38,7 +38,7 @@ class OwnIndicator:
     as_given: Callable[[RunData], Any] | None = field(default=None, compare=False)
 
     def value(self, run: RunData) -> float:
-        """The indicator of a run.
+        """Compute the indicator of a run.
 
         Raises:
             StudyError: what the function raises, with its line, or returns, if that is no number.

@@ -68,7 +68,7 @@ class Repeats:
 
 
 def _judged(own: Sequence[str], here: Outcome, again: Sequence[Outcome]) -> str:
-    """Why runs with these policies are not reproducible, empty if they are, as it seems."""
+    """Return why runs with these policies are not reproducible; empty if they are, as far as their runs show."""
     errors = [outcome.error for outcome in again if outcome.error is not None]
     if errors and errors[0].startswith(f"{PolicyError.__name__}: ") and " at time " not in errors[0]:
         lost = f"{spoken(own)}: not looked at whether runs are reproducible, as another process has no such policy"

@@ -52,7 +52,7 @@ class Interrupts:
             self.heed()
 
     def heed(self) -> None:
-        """Raise KeyboardInterrupt if there was a Ctrl-C."""
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
         if self.struck is not None:
             raise KeyboardInterrupt(self.struck)
 

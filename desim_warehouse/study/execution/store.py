@@ -77,7 +77,7 @@ _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
 class Entry(BaseModel, strict=True):
-    """A line of the journal. Whole numbers fit into a table column."""
+    """A line of the journal: a finished run. Whole numbers fit into a table column."""
 
     model: str
     seed: int
@@ -132,7 +132,7 @@ class Store:
         self.close()
 
     def get(self, model: str, seed: int) -> Outcome | None:
-        """The outcome of a run, if there is one."""
+        """Return the outcome of a run, or None where it is not finished."""
         self._recall(model)
         return self.runs.get((model, seed))
 

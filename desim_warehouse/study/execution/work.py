@@ -100,7 +100,7 @@ class Handle:
         self._end(outcome)
 
     def tell(self, queue: SimpleQueue[Handle]) -> None:
-        """Put the run into a queue when it has ended."""
+        """Have the run put itself into a queue when it has ended."""
         with _ending:
             if not self.ended:
                 self._told = queue
@@ -240,9 +240,9 @@ class Serial:
             self.interrupts.heed()
 
     def close(self) -> None:
-        """Nothing to clean up."""
+        """Do nothing: there are no processes to end."""
 
 
 def _since(begin: float) -> float:
-    """Seconds since then, to the microsecond."""
+    """Return the seconds since a time, to the microsecond."""
     return round(perf_counter() - begin, 6)

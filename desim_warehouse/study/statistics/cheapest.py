@@ -1,4 +1,4 @@
-"""The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
+"""The cheapest design that meets a target, of designs with some counts, such as robots, chargers and packers.
 
 For `desim plan`, and for `desim size`, whose designs have one count.
 
@@ -42,7 +42,7 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 
 @dataclass(frozen=True)
 class Earlier:
-    """Earlier results on designs, by number: `failing` fail, `doubted` may fail, `enough` may suffice.
+    """Results of an earlier search, by number of design: `failing` fail, `doubted` may fail, `enough` may suffice.
 
     `compare`: whether the answer is held against larger designs.
     """
@@ -58,9 +58,9 @@ NOTHING = Earlier()
 
 @dataclass(frozen=True)
 class Larger:
-    """A design with more of one count than `base`: by how much its indicator differs, and whether it does worse.
+    """The comparison of a design with a smaller one, `base`: difference of the indicator, and whether it is worse.
 
-    That is shown, and on the mean it is by no less than the indifference zone of the target.
+    It is worse if the difference is shown, and its mean is at least the indifference zone of the target.
     """
 
     base: int
@@ -144,12 +144,18 @@ def _covered(designs: Sequence[Counts], number: int, by: Collection[int]) -> boo
 
 
 def ruling_out(designs: Sequence[Counts], failing: set[int], shown: set[int]) -> set[int]:
-    """The failing designs that no other one rules out; designs shown to fail are ruled out by such designs alone."""
+    """Return the failing designs that no other failing design rules out.
+
+    A design that was shown to fail is ruled out only by another that was shown to fail.
+    """
     return {n for n in failing if not _covered(designs, n, (shown if n in shown else failing) - {n})}
 
 
 def _halving(designs: Sequence[Counts]) -> int:
-    """The design to judge, of designs in order of cost, so that fewest are left, whether it meets the target or not."""
+    """Return the design to judge next (bisection) so that fewest are left, whether it meets the target or not.
+
+    `designs`: in order of cost.
+    """
     places = [np.unique(side, return_inverse=True)[1] for side in zip(*designs, strict=True)]
     smaller = np.zeros([place.max() + 1 for place in places], int)
     smaller[tuple(places)] = 1
@@ -276,7 +282,7 @@ class _Proof:
             self.open = self._cheaper()
 
     def _under_open(self) -> int | None:
-        """The largest design with less of the first count than an undecided one, if not `failing` or ruled out.
+        """Return the largest design with less of the first count than an undecided one, unless it fails already.
 
         An undecided design says nothing of smaller ones, which are ruled out by default only.
         """
@@ -337,19 +343,22 @@ class _Proof:
         return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Pairs of the best design and each design with one more of a count."""
+        """Return the pairs of the best design and a design with one more of a count."""
         counts = self.designs[best]
         return [(counts, (*counts[:i], counts[i] + 1, *counts[i + 1 :])) for i in range(len(counts))]
 
     def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Pairs of the best with less of its first count, and the design with more of the others that rules it out."""
+        """Return the best design with less of its first count, paired with the design that rules it out.
+
+        That design has more of the other counts.
+        """
         first, *others = self.designs[best]
         below = [self.designs[number] for number in self.needed()]
         pairs = [((less[0], *others), less) for less in below if less[0] < first]
         return [(less, more) for less, more in pairs if less != more and within_counts(less, more)]
 
     def _compare(self, pairs: Sequence[tuple[Counts, Counts]]) -> Procedure[None]:
-        """Compare designs with larger ones, day by day, as these are assumed to do no worse."""
+        """Compare designs with larger ones, day by day, because larger designs are assumed to do no worse."""
         if not self.earlier.compare:
             return
         numbers = {design: number for number, design in enumerate(self.designs)}
@@ -421,7 +430,7 @@ class _Proof:
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
-        """Judge a design: it becomes the best if it meets the target, else it is `failing`, even if undecided."""
+        """Judge a design: if it meets the target it becomes the best, else it is `failing`, even if undecided."""
         meets = (yield from self.judge.verdict(number)) == "meets"
         if meets:
             self.best = number

@@ -70,7 +70,7 @@ def paired(
     *,
     deterministic: bool = False,
 ) -> Estimate:
-    """A design minus the baseline, replication by replication, with its interval (`intervals.bounds`).
+    """Return the difference of a design to the baseline, in pairs of replications, with its interval.
 
     Replication r of both must have used the same random numbers, which makes the difference far less noisy
     than the two means, as far as both designs do the same at the same time. Shapes (n,), in the indicator's unit.
@@ -107,7 +107,7 @@ def compare(
     *,
     deterministic: bool | Collection[D] = False,
 ) -> Differences:
-    """Every design minus the baseline: see `compare_pairs`.
+    """Return the difference of every design to the baseline: see `compare_pairs`.
 
     Raises:
         StudyError: unknown baseline or method, no other design, no replication in common.
@@ -128,7 +128,7 @@ def compare_pairs(
     *,
     deterministic: bool | Collection[D] = False,
 ) -> Differences:
-    """Designs minus their baselines, with intervals and p-values that hold for all at once.
+    """Return the differences of designs to their baselines, with intervals and p-values that hold for all at once.
 
     Args:
         table: design -> values by replication number, in the indicator's unit, nan for a failed run. Designs
@@ -177,7 +177,7 @@ def compare_pairs(
 
 
 def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
-    """Holm's adjusted p-values, in the order given: reject where <= α, and no more than α of families err.
+    """Return Holm's adjusted p-values, in the order given: rejecting where <= α errs in no more than α of families.
 
     `family` is the number of hypotheses if some have no p-value; default: as many as given.
 
@@ -206,7 +206,7 @@ def _common(
     ours: Sequence[float] | NDArray[np.float64],
     base: Sequence[float] | NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """The replications that both designs have, and how many are missing from one or failed in both."""
+    """Return the values of the replications that both designs have, and the number that either lacks."""
     a, b = np.asarray(ours, dtype=float), np.asarray(base, dtype=float)
     n = min(a.size, b.size)
     both = np.isfinite(a[:n]) & np.isfinite(b[:n])

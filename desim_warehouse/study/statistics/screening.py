@@ -46,7 +46,7 @@ class Effects:
 
 
 def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bins: int = 5) -> Effects:
-    """The mean of an indicator at each level of each factor, minus the grand mean over all runs.
+    """Return the mean of an indicator at each level of each factor, minus the grand mean over all runs.
 
     Args:
         table: a row per run, columns for factors and indicators. Rows with a missing indicator are left out.

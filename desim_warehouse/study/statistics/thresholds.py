@@ -39,7 +39,7 @@ class Crossing:
 
 
 def crossing(probes: Sequence[float], values: Floats, bound: float, level: float = 0.975) -> Crossing | None:
-    """Find where the mean of values at three probes crosses a bound; None where the means lie on one side.
+    """Find the input at which the mean of values crosses a bound, from three probes; None where means lie on one side.
 
     Args:
         probes: where the runs were done, ascending, shape (3,).

@@ -25,7 +25,7 @@ TAIL = 5  # batches that a cut must leave: the spread of fewer is meaningless
 
 @dataclass(frozen=True, eq=False)
 class WarmUp:
-    """How many of the first observations to discard, and the curve behind it.
+    """The end of the warm-up: how many of the first observations to discard, and the curve behind it.
 
     `truncate` counts observations, `statistic[d]` is MSER after discarding d batches of `batch` observations
     (unit: the indicator's, squared; the last ones are for the plot only), `means` the batch means. `valid` is
@@ -47,7 +47,7 @@ class WarmUp:
 
 
 def mser(values: Series, batch: int = 5) -> WarmUp:
-    """The truncation point of an indicator observed over time, by MSER-5.
+    """Find the truncation point of an indicator observed over time, by MSER-5.
 
     Args:
         values: observations in order of time and equally spaced (the n-th task time, the throughput of the
@@ -80,7 +80,7 @@ def mser(values: Series, batch: int = 5) -> WarmUp:
 
 
 def welch(values: Series, window: int) -> NDArray[np.float64]:
-    """The moving average of Welch's plot: where it levels off, the warm-up is over.
+    """Return the moving average of Welch's plot: where it levels off, the warm-up is over.
 
     Args:
         values: see `mser`; shape (n,), or (replications, n), which are averaged first.
@@ -115,7 +115,7 @@ def averaged(values: Series) -> NDArray[np.float64]:
 
 
 def _statistic(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """MSER after discarding 0, 1, ... m-1 batches, shape (m,), from sums over the tail in one pass."""
+    """Return MSER after discarding 0, 1, ... m-1 batches, shape (m,), from sums over the tail in one pass."""
     centred = means - np.median(means)  # keeps a constant series at exactly 0, and large levels precise
     left = np.arange(means.size, 0, -1)
     total = np.cumsum(centred[::-1])[::-1]
