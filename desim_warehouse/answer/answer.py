@@ -102,7 +102,7 @@ class Answered(Answering):
 
 
 def load(folder: str | Path) -> Answer:
-    """The answer in a folder.
+    """Return the answer in a folder.
 
     Raises:
         ReportError: where it is damaged, or of another version than this one can read.

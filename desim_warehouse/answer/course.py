@@ -113,7 +113,7 @@ def worst(day: Day, model: Model, chargers: int) -> str:
 
 
 def _as_on_axis(model: Model, time: float) -> str:
-    """A time of a run of hours, as its axis has it: `14:35`."""
+    """Return a time of a run of hours, as its axis has it: `14:35`."""
     if model.run.start != "00:00":
         return time_of_day(model, time)
     minutes = round(time * model.units.seconds / 60)
@@ -126,7 +126,7 @@ def flag(day: Day) -> str:
 
 
 def moment(model: Model, time: float) -> str:
-    """A time of a run: of day where it starts by the clock, else since its start."""
+    """Return a time of a run: of day where it starts by the clock, else since its start."""
     return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
 
 
@@ -215,7 +215,7 @@ def by_robot(shares: dict[str, Numbers]) -> Markup:
 
 
 def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
-    """The curves that a run has below the lane of robots."""
+    """Return the curves that a run has below the lane of robots."""
     most = float(day.queue.max())
     workers = any(station.work_time is not None for station in model.layout.stations.values())
     listed = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
@@ -232,7 +232,7 @@ def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
 
 
 def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> list[CourseLane]:
-    """The lanes that a run has, each between two times."""
+    """Return the lanes that a run has, each between two times."""
     inside = (day.bounds[1:] > start) & (day.bounds[:-1] < end)
     ends = [_across(time, start, end) for time in (*day.bounds[:-1][inside], day.bounds[1:][inside][-1])]
     fleet, below, layers = model.fleet.size, np.zeros(len(ends) - 1), []

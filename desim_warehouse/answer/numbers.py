@@ -68,7 +68,7 @@ class Mean(Protocol):
 
 
 def number(value: float, digits: int | None = None) -> str:
-    """A number with separated thousands: four significant digits, or the given decimals (−2: whole hundreds)."""
+    """Return a number with separated thousands: four significant digits, or the given decimals (−2: whole hundreds)."""
     if not value:
         return "0"
     if not math.isfinite(value):
@@ -109,19 +109,19 @@ def within(mean: float, low: float, high: float) -> str:
 
 
 def p_value(p: float | None) -> str:
-    """A p-value: three decimals are enough for any decision."""
+    """Return a p-value: three decimals are enough for any decision."""
     if p is None:
         return NONE
     return f"< {_SMALLEST_P}" if p < _SMALLEST_P else "1" if p > 1 - _SMALLEST_P / 2 else f"{p:.3f}"
 
 
 def percent(share: float, digits: int = 1) -> str:
-    """A share in per cent, without the sign: `97.4`; that all or none of it is so needs no decimals."""
+    """Return a share in per cent, without the sign: `97.4`; that all or none of it is so needs no decimals."""
     return number(100 * share, 0 if share in {0.0, 1.0} else digits)
 
 
 def least(value: float, digits: int, whole: float = math.inf) -> str:
-    """A number with so many decimals, but neither 0 nor the whole where it is not: `under 0.1`, `over 99.9`."""
+    """Return a number with so many decimals, but neither 0 nor the whole where it is not: `under 0.1`, `over 99.9`."""
     step = 10.0**-digits
     if 0 < value < step / 2:
         return f"under {number(step, digits)}"
@@ -199,13 +199,13 @@ PERCENT = Scale("%", 100.0, is_share=True)
 
 
 def plural(unit: str, value: float) -> str:
-    """A unit behind a number: words have a plural (`2 steps`), abbreviations none (`2 min`)."""
+    """Return a unit behind a number: words have a plural (`2 steps`), abbreviations none (`2 min`)."""
     is_word = unit.isalpha() and len(unit) >= _LONG_NAME and not unit.endswith("s")
     return f"{unit}s" if is_word and value != 1 else unit
 
 
 def times(unit: str, values: Iterable[float]) -> Scale:
-    """The scale for times in a unit of a model: s, min, h or d by the largest of them; any other unit stays."""
+    """Return the scale for times in a unit of a model: s, min, h or d by the largest of them; any other unit stays."""
     if unit not in SECONDS:
         return Scale(unit)
     in_seconds = float(SECONDS[unit])
@@ -215,7 +215,7 @@ def times(unit: str, values: Iterable[float]) -> Scale:
 
 
 def duration(time: float, unit: str) -> str:
-    """A time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
+    """Return a time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
     scale = times(unit, (time,))
     value = scale.by * time
     if 0 < value < _MOMENT:
@@ -226,10 +226,10 @@ def duration(time: float, unit: str) -> str:
 
 
 def sentence(line: str) -> str:
-    """A line as a sentence, with a capital and a full stop."""
+    """Return a line as a sentence, with a capital and a full stop."""
     return capital(f"{line}.")
 
 
 def capital(line: str) -> str:
-    """A sentence with a capital."""
+    """Return a sentence with a capital."""
     return f"{line[:1].upper()}{line[1:]}"

@@ -107,7 +107,7 @@ def _alike(figures: Sequence[Rows]) -> list[Markup]:
 
 
 def _ends(figures: Sequence[Rows]) -> tuple[float, float]:
-    """The least and the largest value in figures."""
+    """Return the least and the largest value in figures."""
     rows = [row for figure in figures for row in figure.rows]
     values = [end for row in rows for end in (row.low, row.high, row.mean) if end is not None]
     values += [figure.at or 0.0 for figure in figures]

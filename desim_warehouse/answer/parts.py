@@ -196,7 +196,7 @@ class AnswerData(_Plain):
         return self.model_dump(mode="json", exclude={"about": {"model"}}) | more
 
     def groups(self) -> dict[str, list[Option]]:
-        """The options of each group."""
+        """Return the options of each group."""
         groups: dict[str, list[Option]] = {}
         for option in self.options:
             groups.setdefault(option.group, []).append(option)

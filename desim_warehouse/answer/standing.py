@@ -83,7 +83,7 @@ def standing(judged: Judged) -> Standing:
 
 
 def lasts_not(wrong: Iterable[Verdict]) -> Standing | None:
-    """Why the time to come is worse than the time simulated; None: it is not."""
+    """Return why the time to come is worse than the time simulated; None: it is not."""
     codes = [verdict.code for verdict in wrong if verdict.is_lasting]
     return "overloaded" if PILES_UP in codes else "drained" if codes else None
 

@@ -146,7 +146,7 @@ def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int
 
 
 def printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], width: int = WIDTH) -> str:
-    """The lines of a table below its title; columns of numbers, such as `runs`, stand at the right."""
+    """Return the lines of a table below its title; columns of numbers, such as `runs`, stand at the right."""
     from rich.console import Console
     from rich.table import Table
 
