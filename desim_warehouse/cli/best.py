@@ -171,7 +171,7 @@ def _search(
 
 
 def _delta(text: str | None, indicator: str, model: Model) -> float | None:
-    """The indifference zone in the unit of its indicator."""
+    """Return the indifference zone in the unit of its indicator."""
     from desim_warehouse.outcome.indicators import find
     from desim_warehouse.outcome.targets import amount_of
 
