@@ -71,7 +71,7 @@ def unknown(key: str, why: str, n: int = 0, what: str = "") -> KeyEstimate:
 
 
 def short(value: float) -> float:
-    """A number with the digits that a log can carry."""
+    """Return a number with the digits that a log can carry."""
     return float(f"{value:.4g}")
 
 

@@ -86,7 +86,7 @@ class Tracks:
 
 
 def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
-    """The messages of some logs on the floor of a model.
+    """Return the messages of some logs on the floor of a model.
 
     Raises:
         ReportError: kinds of robots that differ, nodes of the log that are none of the model's, axes that do not fit.
