@@ -92,7 +92,7 @@ class RouteOracle:
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
 
     def length(self, origin: str, goal: str) -> float:
-        """Length of the route; inf where there is none."""
+        """Return the length of the route; inf where there is none."""
         row, node = self._row_of(origin, goal)
         return float(row[0][node])
 
@@ -105,12 +105,12 @@ class RouteOracle:
         return float(row[1][node])
 
     def counted(self, origin: str, goal: str) -> float:
-        """The cost by which a route is compared: more than its own if it leads against a preferred direction."""
+        """Return the cost by which a route is compared: more than its own if it leads against a preferred direction."""
         row, node = self._row_of(origin, goal)
         return float(row[3][node])
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Nodes of the route, both ends included; empty where there is none.
+        """Return nodes of the route, both ends included; empty where there is none.
 
         Another `tie` gives another of the routes of the same length and time, where there are several; none where turns
         take time.
@@ -141,7 +141,7 @@ class RouteOracle:
         return self._turns is not None and self.cost == "time"
 
     def beside(self, origin: str, goal: str) -> tuple[str, str]:
-        """The second and the last node but one of a route with two nodes or more, where turns count."""
+        """Return the second and the last node but one of a route with two nodes or more, where turns count."""
         forward = self._forward(origin, goal)
         root, node = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
         near, far = (self.names[nodes[node]] for nodes in self._besides(root, forward=forward))
@@ -187,7 +187,7 @@ class RouteOracle:
         ]
 
     def _tied(self, row: Row, node: int, root: int, tie: int, *, forward: bool) -> int:
-        """The next node towards the root on a route drawn from the routes of equal cost, length and time."""
+        """Return the next node towards the root on a route drawn from the routes of equal cost, length and time."""
         lengths, times, _, costs = row
         length, time, cost = lengths[node] * TIE, times[node] * TIE, costs[node] * TIE
         nexts = [
@@ -342,7 +342,7 @@ class RouteOracle:
             edges[left] += 1
 
         def along(what: Cost) -> Any:
-            """Length or time of the routes found."""
+            """Return the length or time of the routes found."""
             if what == self.cost and not self._counted:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
@@ -395,6 +395,6 @@ class RouteOracle:
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
-    """A pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    """Return a pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
     mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
     return mixed >> 15 ^ mixed >> 7
