@@ -101,7 +101,7 @@ class Live:
         self.close()
 
     def _repr_html_(self) -> str:
-        """The page in a frame, for notebooks."""
+        """Return the page in a frame, for notebooks."""
         address = html.escape(self.address)
         return f'<iframe title="Live page" src="{address}" style="width:100%;height:900px;border:0"></iframe>'
 
@@ -167,7 +167,7 @@ def _bound(port: int) -> socket.socket:
 
 
 def _home(model: Model) -> Path:
-    """The folder of a model in the user's cache, closed to others.
+    """Return the folder of a model in the user's cache, closed to others.
 
     Raises:
         StudyError: where it cannot be used.
@@ -189,7 +189,7 @@ def _target(model: Model, text: str | None) -> Target | None:
 
 
 def _main(model: Model) -> str:
-    """The first indicator of a design without a target."""
+    """Return the first indicator of a design without a target."""
     return "throughput_per_hour" if model.tasks.never_end else "T"
 
 
