@@ -301,7 +301,7 @@ class RunSpec(Part):
 
 
 def _instant_of(start: str) -> str | None:
-    """A time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
+    """Return a time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
 
     Both may be as people write them, in one reading, without a time zone.
     """
