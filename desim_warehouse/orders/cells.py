@@ -88,7 +88,7 @@ class ExportRows(OrderRows):
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """Number of tasks that each quantity of pieces takes."""
+        """Return the number of tasks that each quantity of pieces takes."""
         self.pieces = quantities
         most = self._per_load
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities

@@ -203,7 +203,7 @@ def _without_orders(path: Path) -> Model:
 
 
 def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
-    """Words for the direction of priorities, where they differ."""
+    """Return words for the direction of priorities, where they differ."""
     priorities = {line.priority for line in lines if line.priority is not None}
     if len(priorities) < 2:  # noqa: PLR2004 - nothing comes before another
         return []
@@ -248,7 +248,7 @@ def _doubles(rows: ExportRows) -> None:
 
 
 def files(day: OrderDay, out: Path) -> tuple[Path, ...]:
-    """The files of a day: its orders, and the rows left out beside them, if there are some."""
+    """Return the files of a day: its orders, and the rows left out beside them, if there are some."""
     return (out, out.with_name(f"{out.stem}.skipped.csv")) if len(day.skipped) else (out,)
 
 

@@ -171,7 +171,7 @@ def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str
 
 
 def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
-    """The separator of cells: the one with which there is a column of releases, and the most columns."""
+    """Return the separator of cells: the one with which there is a column of releases, and the most columns."""
     with path.open(encoding=encoding, newline="") as lines:
         sample = lines.read(_SAMPLE)
     if "\0" in sample:
