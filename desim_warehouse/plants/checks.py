@@ -78,7 +78,7 @@ def floor_of(plant: Plant) -> tuple[float, float]:
 
 
 def length_of(plant: Plant, link: Link) -> float:
-    """Length of a link in metres: as drawn, else the straight distance."""
+    """Return the length of a link in metres: as drawn, else the straight distance."""
     return distance(plant, link.source, link.target) if link.length is None else link.length
 
 

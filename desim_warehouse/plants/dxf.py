@@ -139,7 +139,7 @@ def _is_flat(entity: Any) -> bool:
 
 
 def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
-    """The entities of the model space with their layers, but not those on layers that are off or frozen."""
+    """Yield the entities of the model space with their layers, but not those on layers that are off or frozen."""
     hidden: dict[str, None] = {}
     off = {layer.dxf.name.casefold() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     for entity in document.modelspace():
@@ -152,7 +152,7 @@ def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
 
 
 def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]) -> list[tuple[str, Any]]:
-    """Lines and points inside inserted blocks with lanes, however deep, each with its layer."""
+    """Return lines and points inside inserted blocks with lanes, however deep, each with its layer."""
     from ezdxf.disassemble import recursive_decompose
 
     inserts = [entity for _, entity in entities if entity.dxftype() == "INSERT"]
@@ -225,7 +225,7 @@ def _ends(entity: Any) -> Iterable[Spot]:
 
 
 def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: set[str], scale: float) -> Iterator[Line]:
-    """The lines of the chosen layers, in metres."""
+    """Yield the lines of the chosen layers, in metres."""
     from ezdxf import path as paths
 
     others: Counter[str] = Counter()
@@ -266,7 +266,7 @@ def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Ma
 
 
 def _spot(path: Path, position: str, corner: Any, scale: float) -> Spot:
-    """A point of the drawing in metres, y downwards, to a tenth of a millimetre."""
+    """Return a point of the drawing in metres, y downwards, to a tenth of a millimetre."""
     if not max(abs(corner.x), abs(corner.y)) * scale <= LIMITS["number"][0]:
         raise ModelError(
             [f"{path}: {position}: beyond any plant (got {got([corner.x, corner.y])}), expected coordinates"]

@@ -69,7 +69,7 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
 
 
 def _texts(plant: Plant, form: str) -> dict[str, str]:
-    """The texts to write, by the names of files in a folder. A single file has no name."""
+    """Return the texts to write, by the names of files in a folder. A single file has no name."""
     if form == "rmf":
         from desim_warehouse.plants.to_rmf import rmf
 
@@ -312,7 +312,7 @@ def _columns(edges: list[Row]) -> tuple[str, ...]:
 
 
 def graphml(plant: Plant) -> str:
-    """Text of a GraphML file; a two-way lane becomes two edges, as in any directed graph."""
+    """Return the text of a GraphML file; a two-way lane becomes two edges, as in any directed graph."""
     _losses(plant)
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<graphml xmlns="http://graphml.graphdrawing.org/xmlns">']
     kinds = {"x": "double", "y": "double", "role": "string", "station": "string"}

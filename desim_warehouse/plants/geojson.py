@@ -101,7 +101,7 @@ def _kind_of(feature: Any) -> Any:
 
 
 def _own_id(feature: Mapping[str, Any]) -> Any:
-    """The id of a feature: among its properties, or its own."""
+    """Return the id of a feature: among its properties, or its own."""
     properties = feature.get("properties")
     named = Columns.of(properties, {"name": _ID}, "").named if isinstance(properties, dict) else {}
     return properties[named["name"]] if named else feature.get("id")  # type: ignore[index]
@@ -254,7 +254,7 @@ class _Reader:
         ]
 
     def position(self, value: Any, where: str) -> Spot:
-        """A position in the coordinates of the file; a height is not read."""
+        """Return a position in the coordinates of the file; a height is not read."""
         most = LIMITS["number"][0]
         fits = isinstance(value, list) and len(value) > 1 and all(type(number) in (int, float) for number in value[:2])
         if not fits or not all(abs(number) <= most for number in value[:2]):

@@ -202,7 +202,7 @@ class _Keys:
                         its[name] = default.content
 
     def values(self, item: Element, kind: str) -> dict[str, str]:
-        """The attributes of a node or edge by name."""
+        """Return the attributes of a node or edge by name."""
         attributes = dict(self.defaults[kind])
         for data in item.all("data"):
             key = data.text("key")
@@ -216,7 +216,7 @@ class _Keys:
 
 
 def _drawn(data: Element) -> Iterator[tuple[str, str]]:
-    """Where yEd draws a node: its middle, in its units, y downwards."""
+    """Yield where yEd draws a node: its middle, in its units, y downwards."""
     for shape in data.children:
         for place in shape.all("y:Geometry"):
             for axis, side in (("x", "width"), ("y", "height")):

@@ -54,14 +54,14 @@ class Grid:
         return self.kinds[self.rows[row][column]]
 
     def free(self) -> Iterator[Cell]:
-        """The cells that robots can enter, row by row."""
+        """Yield the cells that robots can enter, row by row."""
         for row, letters in enumerate(self.rows):
             for column, letter in enumerate(letters):
                 if self.kinds[letter].free:
                     yield row, column
 
     def number(self, cell: Cell) -> int:
-        """Number of a cell as planners count: row by row, blocked cells included."""
+        """Return the number of a cell as planners count: row by row, blocked cells included."""
         return cell[0] * len(self.rows[0]) + cell[1]
 
 
@@ -71,7 +71,7 @@ def point(cell: Cell) -> str:
 
 
 def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[tuple[Cell, Cell], float]) -> Plant:
-    """A plant with a point in the middle of every free cell, and a lane between neighbours.
+    """Return a plant with a point in the middle of every free cell, and a lane between neighbours.
 
     Args:
         name: what to call it.
@@ -186,7 +186,7 @@ class Lines:
             self.refuse(f"one more {noun} (got {got(more)}), expected {what} as the head of the file says")
 
     def rows(self, height: int, width: int, kinds: Mapping[str, CellKind]) -> list[str]:
-        """The rows of a grid of this size, which end the file."""
+        """Return the rows of a grid of this size, which end the file."""
         if height < 1 or width < 1:
             self.refuse(f"a grid without cells (got {height} rows of {width}), expected at least one of each")
         made = []

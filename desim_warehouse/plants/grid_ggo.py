@@ -83,7 +83,7 @@ def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
 
 
 def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, Cell], float]:
-    """The weight of each step from a cell to a neighbour."""
+    """Return the weight of each step from a cell to a neighbour."""
     listed = head.get("weights")
     cells = list(grid.free())
     steps = [(cell, other) for cell in cells for turn in _TURNS if grid.kind(other := _next(cell, turn)).free]

@@ -116,7 +116,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
 
 
 def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tuple[list[int], int]]:
-    """The lists of cells of a file, which says first how many there are, and their lines."""
+    """Return the lists of cells of a file, which says first how many there are, and their lines."""
     expected = "numbers of cells that robots can enter, such as 17" + ",203" * (each is None)
     number, lists = lines.number(f"the number of {what}"), []
     most = LIMITS["tasks"][0]

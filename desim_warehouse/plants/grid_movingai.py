@@ -38,7 +38,7 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 
 
 def read_grid(path: Path, content: bytes) -> Grid:
-    """The cells of a map."""
+    """Return the cells of a map."""
     lines, head = Lines.of(path, content), dict[str, str]()
     while (line := lines.take(_HEAD)).strip().lower() != "map":
         key, _, value = line.strip().partition(" ")

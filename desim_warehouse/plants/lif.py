@@ -370,7 +370,7 @@ def _actions(item: Item) -> tuple[str, ...]:
 
 
 def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
-    """Words for a name that does not exist: the names expected instead, and a hint at the nearest."""
+    """Return words for a name that does not exist: the names expected instead, and a hint at the nearest."""
     return f"one of {', '.join(names)}" if names else "none", did_you_mean(asked, names)
 
 
@@ -399,7 +399,7 @@ def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
 def arc_length(
     degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
 ) -> float:
-    """Length of a non-uniform rational B-spline (NURBS), from its first knot of full support to its last.
+    """Return the length of a non-uniform rational B-spline (NURBS), from its first knot of full support to its last.
 
     Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
     coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts

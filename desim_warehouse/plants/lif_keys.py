@@ -208,7 +208,7 @@ def is_2(data: Item, content: bytes) -> bool:
 
 
 def layouts_of(data: Item) -> Iterator[tuple[str, str, Item]]:
-    """The layouts of a file: the position, the origin and the content of each."""
+    """Yield the layouts of a file: the position, the origin and the content of each."""
     for rank, layout in enumerate(_items(data, "layouts")):
         yield f"layouts[{rank}]", "", _layout(layout)
     for number, origin in enumerate(_items(data, "origins")):
@@ -258,6 +258,6 @@ def _properties(item: Item) -> Iterator[Item]:
 
 
 def _items(item: Item, key: str) -> list[Item]:
-    """The objects of a list."""
+    """Return the objects of a list."""
     value = item.get(key)
     return [entry for entry in value if isinstance(entry, dict)] if isinstance(value, list) else []

@@ -89,7 +89,7 @@ class Imported:
         return ", ".join([*(number_of(len(items), kind) for items, kind in counts), f"{sides} m", stations, robots])
 
     def text(self) -> str:
-        """The model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
+        """Return the model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
         return self._text(self.content)
 
     def files(self, path: Path) -> dict[Path, str]:
@@ -163,13 +163,13 @@ def _summary(plant: Plant) -> str:
 
 
 def _why(plant: Plant) -> str:
-    """Words in brackets for the parts lost so far; empty where there are none."""
+    """Return words in brackets for the parts lost so far; empty where there are none."""
     lost = "; ".join(str(remark) for remark in plant.remarks if remark.what in {"left out", "unreachable"})
     return f" ({lost[:_LONGEST]}{' ...' * (len(lost) > _LONGEST)})" if lost else ""
 
 
 def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
-    """The points of the largest part in which robots can drive from everywhere to everywhere."""
+    """Return the points of the largest part in which robots can drive from everywhere to everywhere."""
     import networkx as nx
 
     graph = nx.DiGraph()
@@ -217,7 +217,7 @@ class _Maker:
         self.named: dict[Keys, str] = {}
 
     def content(self, robots: int | None) -> Content:
-        """All sections."""
+        """Return all sections."""
         layout, fleet = self.layout(), self.fleet(robots)
         layout["bays"] = self.bays()
         layout["stations"] = self.stations()
@@ -266,7 +266,7 @@ class _Maker:
         return edge
 
     def storage(self) -> list[Content]:
-        """A storage place at every point where robots load."""
+        """Return a storage place at every point where robots load."""
         common = Counter(name for names in self.stops.load.values() for name in names)
         for rank, (point, names) in enumerate(self.stops.load.items()):
             if names != [point] and any(common[name] == 1 for name in names):  # a name that all share tells nothing

@@ -224,7 +224,7 @@ class _Map:
         return {name: mine[name] for name in levels if name in joined}
 
     def joined(self, level: str, lanes: Mapping[str, list[_Lane]]) -> list[str]:
-        """The levels that robots get to from one by lifts, itself included."""
+        """Return the levels that robots get to from one by lifts, itself included."""
         lifts = {name: self.lifts_at(name, its) for name, its in lanes.items()}
         joined = [level]
         for name in joined:
@@ -232,14 +232,14 @@ class _Map:
         return joined
 
     def lifts_at(self, name: str, lanes: list[_Lane]) -> set[str]:
-        """The lifts to whose cabins lanes of a level lead."""
+        """Return the lifts to whose cabins lanes of a level lead."""
         vertices = self.items(self.data["levels"][name], "vertices", ("levels", name))
         ends = {end for lane in lanes for end in (lane.source, lane.target) if end < len(vertices)}
         cabins = (_cabin(self.vertex(vertices[end], ("levels", name, "vertices", end))[-1]) for end in ends)
         return set(filter(None, cabins))
 
     def lanes_of(self, name: str) -> list[tuple[int, _Lane]]:
-        """The lanes of a level, each with its graph."""
+        """Return the lanes of a level, each with its graph."""
         level, lanes = self.data["levels"][name], []
         for rank, item in enumerate(self.items(level, "lanes", ("levels", name))):
             keys: Keys = ("levels", name, "lanes", rank)
@@ -403,7 +403,7 @@ class _Map:
 
 
 def _cabin(about: dict[str, Any]) -> str:
-    """The lift in whose cabin a vertex is; empty: in none."""
+    """Return the lift in whose cabin a vertex is; empty: in none."""
     return str(about.get("lift_cabin") or about.get("lift") or "")
 
 
@@ -420,7 +420,7 @@ def _title(lane: _Lane, names: dict[int, str]) -> str:
 
 
 def _names(parts: Any) -> list[str]:
-    """The names of lifts (by name) or doors (`[vertex, vertex, {name: [1, ...]}]`)."""
+    """Return the names of lifts (by name) or doors (`[vertex, vertex, {name: [1, ...]}]`)."""
     if isinstance(parts, dict):
         return list(parts)
     names = []

@@ -88,7 +88,7 @@ class _Site:
         return {"vertices": vertices, "lanes": lanes}
 
     def graphs_of(self, lane: Item) -> list[int]:
-        """The graphs that a lane belongs to, by their ranks."""
+        """Return the graphs that a lane belongs to, by their ranks."""
         which = lane.get("graphs", "All")
         if not isinstance(which, dict):
             return list(range(len(self.graphs)))
@@ -108,7 +108,7 @@ class _Site:
         return parameters
 
     def place(self, place: Item) -> Item:
-        """A location as parameters of a vertex."""
+        """Return a location as parameters of a vertex."""
         tags = place.get("tags")
         parameters: Item = {"name": str(place.get("name") or "")}
         for tag in tags if isinstance(tags, list) else ():
@@ -119,7 +119,7 @@ class _Site:
         return parameters
 
     def spot(self, anchor: Any, where: str) -> list[float]:
-        """Position of an anchor, in metres."""
+        """Return the position of an anchor, in metres."""
         place: Any = next(iter(anchor.values()), None) if isinstance(anchor, dict) else None
         if isinstance(place, dict):
             place = place.get("General", place.get("trans"))
@@ -128,7 +128,7 @@ class _Site:
         return place[:_PAIR]
 
     def parts(self, item: Item, key: str) -> Iterator[tuple[str, Item]]:
-        """The objects of a section, by their numbers."""
+        """Yield the objects of a section, by their numbers."""
         for name, part in self.inner(item, key).items():
             yield name, self.section(part, f"{key} {name}")
 

@@ -71,7 +71,7 @@ def _entry(
     about: Container[tuple[str | int, ...]],
     depth: int,
 ) -> Iterator[str]:
-    """The lines of a key or list item and its value."""
+    """Yield the lines of a key or list item and its value."""
     indent, comment = "  " * depth, comments.get(keys)
     beside = f"  # {one_line(comment)}" if comment else ""
     inside = keys in about
@@ -107,7 +107,7 @@ def _flow(value: Any) -> str:
 
 
 def _scalar(value: Any) -> str:
-    """A number, true or false, or text: in quotes where YAML would take it for something else."""
+    """Return a number, true or false, or text: in quotes where YAML would take it for something else."""
     if not isinstance(value, str):
         return json.dumps(value)
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
@@ -125,7 +125,7 @@ def _scalar(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """The text with blanks for line ends and other unseen characters."""
+    """Return the text with blanks for line ends and other unseen characters."""
     return "".join(character if character.isprintable() else " " for character in text)
 
 
@@ -142,7 +142,7 @@ def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:
 
 
 def _size(part: Any) -> int:
-    """Number of entries of a part, with the entries of the lists in it."""
+    """Return the number of entries of a part, with the entries of the lists in it."""
     items = part.values() if isinstance(part, dict) else part
     return len(part) + sum(len(item.get("at", ())) for item in items if isinstance(item, dict))
 
@@ -153,7 +153,7 @@ def are_orders(tasks: list[PlantTask]) -> bool:
 
 
 def orders_text(tasks: Sequence[PlantTask]) -> str:
-    """The tasks as a file of orders, earliest first."""
+    """Return the tasks as a file of orders, earliest first."""
     columns: dict[str, Callable[[PlantTask], str]] = {
         "order": lambda task: task.name,
         "release": lambda task: f"{task.release:g}",
@@ -171,12 +171,12 @@ def orders_text(tasks: Sequence[PlantTask]) -> str:
 
 
 def orders_beside(path: Path) -> Path:
-    """Path of the orders beside a model file."""
+    """Return the path of the orders beside a model file."""
     return path.with_name(f"{path.stem}.orders.csv")
 
 
 def kept(text: str, name: str) -> Path:
-    """A temporary file with this text, kept until the process ends, for a model that is not written."""
+    """Return a temporary file with this text, kept until the process ends, for a model that is not written."""
     path = Path(_folder().name) / name
     path.write_text(text, encoding="utf-8")
     return path

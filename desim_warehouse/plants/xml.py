@@ -37,7 +37,7 @@ class Element:
         return f"line {self.line}"
 
     def all(self, tag: str) -> Iterator[Element]:
-        """The children with a tag."""
+        """Return the children with a tag."""
         return (child for child in self.children if child.tag == tag)
 
     def text(self, *names: str) -> str:
@@ -72,7 +72,7 @@ def looks(path: Path, start: bytes) -> bool:
 
 
 def read_xml(path: Path, content: bytes, expected: str) -> Element:
-    """The root element of a file.
+    """Return the root element of a file.
 
     Args:
         path: the file, for messages.
