@@ -112,7 +112,7 @@ def _colours(model: Model, floor: Layout) -> dict[str, str]:
 
 
 def _squares(middles: np.ndarray, side: float) -> np.ndarray:
-    """The corners of a square around each point."""
+    """Return the corners of a square around each point."""
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * side / 2
     squares: np.ndarray = middles.reshape(-1, 1, 2) + corners
     return squares

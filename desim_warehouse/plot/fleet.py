@@ -111,7 +111,7 @@ def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
 def part_shown(
     run: RunData, start: float | None, end: float | None, robots: Sequence[int] | None
 ) -> tuple[float, float, list[int]]:
-    """The window and the robots that a figure over time shows.
+    """Return the window and the robots that a figure over time shows.
 
     Raises:
         ReportError: an empty window, or a robot that is not there.
@@ -212,7 +212,7 @@ def battery(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The energy in each robot's battery over time, with the level at which it is sent to charge.
+    """Draw the energy in each robot's battery over time, with the level at which it is sent to charge.
 
     Args:
         run: the run; corners are exact at every change of state.

@@ -147,12 +147,12 @@ def _drawn(
 
 
 def step_of(floor: Layout) -> float:
-    """The size of symbols on this floor: the length of its shortest edge as drawn."""
+    """Return the size of symbols on this floor: the length of its shortest edge as drawn."""
     return min(_lengths(floor))
 
 
 def _lengths(floor: Layout) -> list[float]:
-    """The lengths of all edges as drawn; 1 for a floor without edges."""
+    """Return the lengths of all edges as drawn; 1 for a floor without edges."""
     lengths = [math.dist(_at(floor, a), _at(floor, b)) for a, b in floor.graph.edges]
     return [length for length in lengths if length > 0] or [1.0]
 
@@ -166,7 +166,7 @@ def size_of(floor: Layout) -> tuple[float, float]:
 
 
 def fetched_of(model: Model) -> set[int]:
-    """The goods that a task list names; none where goods are drawn."""
+    """Return the goods that a task list names; none where goods are drawn."""
     goods = model.tasks.goods
     if not isinstance(goods, tuple):
         return set()
@@ -179,7 +179,7 @@ def _at(floor: Layout, node: str) -> tuple[float, float]:
 
 
 def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The two ends of an edge as drawn: beside its opposite direction where that is a lane of its own."""
+    """Return the two ends of an edge as drawn: beside its opposite direction where that is a lane of its own."""
     (x0, y0), (x1, y1) = _at(floor, edge[0]), _at(floor, edge[1])
     if not floor.graph.has_edge(edge[1], edge[0]) or floor.graph.edges[edge].get("two_way"):
         return (x0, y0), (x1, y1)

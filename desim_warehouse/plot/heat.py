@@ -88,7 +88,7 @@ def node_values(run: RunData, by: By) -> dict[str, float]:
 
 
 def _members(key: str, graph: DiGraph) -> list[str]:
-    """The nodes of an intersection written `A+B`, whatever characters the names have."""
+    """Return the nodes of an intersection written `A+B`, whatever characters the names have."""
     if key in graph:
         return [key]
     for name in graph:
@@ -155,7 +155,7 @@ class _Shades:
     most: float
 
     def size(self, value: float) -> float:
-        """The size at which a value is drawn, from 0 to 1."""
+        """Return the size at which a value is drawn, from 0 to 1."""
         return min(value / self.most, 1.0)
 
 
@@ -166,7 +166,7 @@ def _map() -> Colormap:
 
 
 def _steps() -> _Shades:
-    """A colour for each step of the scale, which is equal for all runs."""
+    """Return a colour for each step of the scale, which is equal for all runs."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = ListedColormap(palette.HEAT["light"]).with_extremes(under=palette.NO_WAIT)
@@ -187,7 +187,7 @@ def _bar(axes: Axes, what: str, shades: _Shades) -> None:
 
 
 def step_words() -> list[str]:
-    """The steps of the scale in words; below the first is no colour."""
+    """Return the steps of the scale in words; below the first is no colour."""
     percent = [f"{100 * step:g}" for step in palette.WAITED_STEPS]
     between = [f"{low} to {high} %" for low, high in pairwise(percent)]
     return [*between, f"over {percent[-1]} %"]

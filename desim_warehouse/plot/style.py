@@ -91,7 +91,7 @@ def _axes_class() -> type[Axes]:
         """Axes of a figure of their own."""
 
         def _repr_png_(self) -> tuple[bytes, dict[str, Any]]:
-            """The whole figure, in twice the density of a screen, with an alternative text."""
+            """Return the whole figure, in twice the density of a screen, with an alternative text."""
             from io import BytesIO
 
             from matplotlib.transforms import Bbox
@@ -153,7 +153,7 @@ def panels(count: int, style: Style, size: tuple[float, float], alt: str) -> Ite
 
 
 def text(words: object) -> str:
-    """A name as it is, whatever it contains: matplotlib takes dollar signs for mathematics."""
+    """Return a name as it is, whatever it contains: matplotlib takes dollar signs for mathematics."""
     return str(words).replace("$", r"\$")
 
 
