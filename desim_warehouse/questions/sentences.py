@@ -42,7 +42,7 @@ def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
 
 
 def name_of(study: ResultsData, design: str) -> str:
-    """A design in words; factors that do not vary are left out."""
+    """Return a design in words; factors that do not vary are left out."""
     return words.design_spoken(_levels(study, design))
 
 
@@ -67,7 +67,7 @@ def apart_from(study: ResultsData, design: str, other: str) -> str:
 
 
 def _levels(study: ResultsData, design: str) -> dict[str, Any]:
-    """The levels of a design by factor, without the factors that do not vary."""
+    """Return the levels of a design by factor, without the factors that do not vary."""
     levels = zip(study.factors, study.designs[design], strict=True)
     return {key: level for key, level in levels if key in study.varied or len(study.factors) == 1}
 

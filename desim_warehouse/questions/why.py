@@ -206,7 +206,7 @@ class _Held:
         return unclear + self._largest([suspect for suspect, _ in near])
 
     def _best(self, suspect: Suspect, most: Gain) -> str:
-        """The gain of the best change, and the most that any other change gains."""
+        """Return the gain of the best change, and the most that any other change gains."""
         costs = self.costs
         falls = "falls" if find(costs.indicator).better == "less" else "rises"
         per = "" if suspect.dose is None else " per 10 %"
@@ -233,7 +233,7 @@ class _Held:
         return f" As a whole {suspect.relief} gains most: {self._number(most).text}."
 
     def _at_most(self, value: float) -> str:
-        """A bound, rounded up."""
+        """Return a bound, rounded up."""
         value = max(value, 0.0) * self.scale.by
         digits = max(0, 1 - math.floor(math.log10(value))) if value else 0
         shown = numbers.number(math.ceil(value * 10**digits) / 10**digits, digits)
@@ -343,7 +343,7 @@ class _Held:
 
 
 def dose(suspect: Suspect) -> str:
-    """A change as a share of the model's value."""
+    """Return a change as a share of the model's value."""
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose
@@ -358,7 +358,7 @@ def _state(now: Health) -> str:
 
 
 def _holds(name: str) -> str:
-    """The verb for a suspect: intersections hold, an intersection holds."""
+    """Return the verb for a suspect: intersections hold, an intersection holds."""
     first = name.split(maxsplit=1)[0]
     return "hold" if first.endswith("s") or name.endswith("lanes") or first == "people" else "holds"
 
