@@ -194,7 +194,7 @@ class RunData:
         return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
-        """Where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
+        """Return where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
 
         Each row adds up to its whole, in the model's time unit.
 
