@@ -97,7 +97,7 @@ class Values:
     values: tuple[tuple[Keys, Any], ...]
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The values, in order."""
+        """Return the values, in order."""
         return (Level(label(value), {key: value}, ("factors", key, *keys)) for keys, value in self.values)
 
 
@@ -141,7 +141,7 @@ def listed(items: Sequence[Any]) -> list[Any]:
 
 
 def _spread(item: Any) -> Sequence[Any]:
-    """The values of a range such as 1..6 or 0.5..2..0.5, or anything else itself."""
+    """Return the values of a range such as 1..6 or 0.5..2..0.5, or anything else itself."""
     match = _RANGE.fullmatch(item) if isinstance(item, str) else None
     if match is None:
         return [item]
@@ -177,7 +177,7 @@ class Range(Part):
     range: Annotated[tuple[Finite, ...], AfterValidator(_is_range)] = Field(description=_ENDS)
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The numbers."""
+        """Return the numbers."""
         return _numbers(key, _between_ends(self.range), "range")
 
 
@@ -189,7 +189,7 @@ class Linspace(Part):
     )
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The numbers, whole ones if both ends and all between are."""
+        """Return the numbers, whole ones if both ends and all between are."""
         low, high, many = self.linspace
         whole = isinstance(low, int) and isinstance(high, int) and not (high - low) % (many - 1)
         values = [round(low + (high - low) * rank / (many - 1), _DIGITS) for rank in range(many)]
@@ -206,7 +206,7 @@ class NamedValues(Part):
     named: Annotated[Mapping[str, Any], Field(min_length=1)] = Field(description="names, each followed by a value")
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The values by name."""
+        """Return the values by name."""
         return (Level(name, {key: value}, ("factors", key, "named", name)) for name, value in self.named.items())
 
 
@@ -218,7 +218,7 @@ class Cases(Part):
     ] = Field(description="names, each followed by keys of the model and their values")
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The cases by name."""
+        """Return the cases by name."""
         return (
             Level(case, dict(changes or {}), ("factors", key, "cases", case)) for case, changes in self.cases.items()
         )

@@ -228,12 +228,12 @@ class StudyFile(Part):
     # What a plan has of it
 
     def varied(self) -> tuple[Factor, ...]:
-        """The factors that the study varies."""
+        """Return the factors that the study varies."""
         return _factors(self.factors)
 
 
 def study_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of study files, for editors."""
+    """Return the JSON Schema (2020-12) of study files, for editors."""
     schema = StudyFile.model_json_schema()
     title = "desim-warehouse study"
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
@@ -249,7 +249,7 @@ def schema(*, study: bool = False) -> dict[str, Any]:
 
 
 def labels(baseline: Mapping[str, Any]) -> dict[str, Label]:
-    """The values of a baseline as tables show them."""
+    """Return the values of a baseline as tables show them."""
     return {key: label(value) for key, value in baseline.items()}
 
 

@@ -41,7 +41,7 @@ class StudyPlan:
     scouts: bool = False  # runs of scouts: batteries need not settle before them
 
     def points(self) -> list[Point]:
-        """The design points, with the warm-up of each where that is known."""
+        """Return the design points, with the warm-up of each where that is known."""
         designs = points(self.factors, self.rule)
         if not isinstance(self.warm_up, tuple):
             return designs

@@ -210,7 +210,7 @@ def judge_of(
     name: Callable[[int], str] | None = None,
     **how: Any,
 ) -> Judge:
-    """The judge of a study's designs in a session: designs that cannot last fail, whatever their runs say.
+    """Return the judge of a study's designs in a session: designs that cannot last fail, whatever their runs say.
 
     What is known after each look is shown with the progress of the session.
 

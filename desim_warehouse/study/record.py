@@ -154,5 +154,5 @@ def _factors(content: Mapping[str, Any]) -> tuple[Factor, ...]:
 
 
 def _drawn(key: str, listed: Sequence[Level], label: Label) -> Level:
-    """The level that was drawn from a list, or from a range, which has no levels."""
+    """Return the level that was drawn from a list, or from a range, which has no levels."""
     return next((level for level in listed if level.label == label), Level(label, {key: label}, ()))

@@ -104,7 +104,7 @@ class ResultsData:
         return self.frame(self.plan.indicators)
 
     def frame(self, indicators: Sequence[str]) -> pd.DataFrame:
-        """The table with these indicators, or all that any run has."""
+        """Return the table with these indicators, or all that any run has."""
         frame: pd.DataFrame = arrow(columns(self.rows, self.factors, indicators)).to_pandas()
         return frame
 
@@ -124,7 +124,7 @@ class ResultsData:
         return chosen(wanted or self.plan.indicators or self.indicators, self.indicators)
 
     def usual(self, most: int = 5) -> list[str]:
-        """The first of the indicators that such runs are judged by, as far as all runs have them."""
+        """Return the first of the indicators that such runs are judged by, as far as all runs have them."""
         never_ends = any(model.tasks.never_end for model in (self.base, *self.models.values()))
         done = [row for row in self.rows if not row.outcome.error]
         common = [name for name in self.indicators if all(name in row.indicators for row in done)]
@@ -192,7 +192,7 @@ class ResultsData:
         return designs
 
     def levels(self, factor: str) -> list[Any]:
-        """The values of a factor: numbers ascending, else in the order of the study."""
+        """Return the values of a factor: numbers ascending, else in the order of the study."""
         place = self.factors.index(factor)
         values = list(dict.fromkeys(levels[place] for levels in self.designs.values()))
         return sorted(values) if is_numeric(values) else values
@@ -247,11 +247,11 @@ class ResultsData:
         return rows
 
     def runs(self, design: str) -> list[Row]:
-        """The runs of a design, by replication."""
+        """Return the runs of a design, by replication."""
         return list(self._by_design[design].values())
 
     def values(self, design: str, indicator: str) -> NDArray[np.float64]:
-        """An indicator of a design by replication number, nan for runs that failed or are missing."""
+        """Return an indicator of a design by replication number, nan for runs that failed or are missing."""
         rows = self._by_design[design]
         values = np.full(max(rows, default=-1) + 1, np.nan)
         for replication, row in rows.items():
@@ -290,7 +290,7 @@ class ResultsData:
         )
 
     def quantiles(self, indicator: str, share: float) -> dict[int, intervals.QuantileEstimate | None]:
-        """The quantile of an indicator over all runs, with its interval, at each point by number, or None."""
+        """Return the quantile of an indicator over all runs, with its interval, at each point by number, or None."""
         self.chosen([indicator])
         quantiles: dict[int, intervals.QuantileEstimate | None] = {}
         for number, rows in self.by_point.items():
@@ -302,7 +302,7 @@ class ResultsData:
         return quantiles
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
-        """A row for each design point and indicator.
+        """Return a row for each design point and indicator.
 
         Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (mean ±
         half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75, q95,
@@ -425,7 +425,7 @@ class ResultsData:
         return fixed or _deterministic(self.runs(design))
 
     def _least(self, design: str, most: int) -> int:
-        """The fewest runs of a design that can meet the target in a search that asks for so many at most."""
+        """Return the fewest runs of a design that can meet the target in a search that asks for so many at most."""
         model = self.models.get(design)
         return 0 if model is None else rare.days_needed(model, cap=most).least
 
@@ -444,7 +444,7 @@ class ResultsData:
     def _compared(
         self, table: Mapping[str, Any], against: Mapping[str, str], method: comparison.Method
     ) -> comparison.Differences:
-        """The differences of designs to the baseline of each; pairs with equal runs count once."""
+        """Return the differences of designs to the baseline of each; pairs with equal runs count once."""
         every = {design: base for design, base in against.items() if design != base}
         if not every:
             raise StudyError(f"nothing to compare with the baseline {next(iter(against.values()))!r}: the only design")
@@ -459,12 +459,12 @@ class ResultsData:
         return replace(differences, against=every)
 
     def main_effects(self, indicator: str) -> screening.Effects:
-        """The main effect of each factor."""
+        """Return the main effect of each factor."""
         return screening.main_effects(self.frame([indicator]), self.factors, indicator)
 
 
 def _known(rows: Sequence[Row], indicator: str) -> list[float]:
-    """The values of an indicator in the runs that have one."""
+    """Return the values of an indicator in the runs that have one."""
     return [value for row in rows if math.isfinite(value := row.value(indicator))]
 
 

@@ -162,7 +162,7 @@ class StudyRunner:
         return outcome.error is None and not outcome.deterministic
 
     def _value(self, number: int, replication: int, indicator: str, flat: float | None, failed: float | None) -> float:
-        """The indicator of a run; `flat` or `failed` replaces it where the run could not go on."""
+        """Return the indicator of a run; `flat` or `failed` replaces it where the run could not go on."""
         row = self.row(number, replication)
         if flat is not None and ran_flat(row):
             return flat
@@ -280,7 +280,7 @@ class StudyRunner:
         return row
 
     def finished(self) -> list[Row]:
-        """The finished runs of the study, by point and replication."""
+        """Return the finished runs of the study, by point and replication."""
         counts = {number: 1 if self._first_is_refused(number) else many for number, many in self.replications.items()}
         runs = (self.found(number, r) for number, many in counts.items() for r in range(many))
         return [row for row in runs if row is not None]

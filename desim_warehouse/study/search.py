@@ -101,7 +101,7 @@ class Search:
             yield crew
 
     def under(self, name: str) -> Search:
-        """The search of one of several studies of a question: with `out`, in a folder of its own inside that."""
+        """Return the search of one of several studies of a question: with `out`, in a folder of its own inside that."""
         return self if self.out is None else replace(self, out=Path(self.out) / name.replace(" ", "-"))
 
 

@@ -81,7 +81,7 @@ def _all(rows: Iterable[Row]) -> list[str]:
 
 
 def arrow(table: Mapping[str, list[Any]]) -> pa.Table:
-    """The table with one type a column: whole numbers, numbers, truth values or text."""
+    """Return the table with one type a column: whole numbers, numbers, truth values or text."""
     import pyarrow as pa
 
     return pa.table({name: _array(name, values) for name, values in table.items()})
@@ -142,7 +142,7 @@ def is_damaged(path: Path) -> bool:
 
 
 def read_results(path: Path) -> pd.DataFrame:
-    """The table of a study folder. Raises StudyError where it cannot be read."""
+    """Return the table of a study folder. Raises StudyError where it cannot be read."""
     import pandas as pd
 
     try:
@@ -156,7 +156,7 @@ def read_results(path: Path) -> pd.DataFrame:
 
 
 def level_column(values: Sequence[Label]) -> list[Label]:
-    """The levels of a factor as a column of one type."""
+    """Return the levels of a factor as a column of one type."""
     kinds = {type(value) for value in values if value is not None}
     if kinds <= {int, float} or kinds == {bool}:
         return list(values)
@@ -164,7 +164,7 @@ def level_column(values: Sequence[Label]) -> list[Label]:
 
 
 def rows_of(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
-    """The rows of a table, each at its point, and of equal points in their order."""
+    """Return the rows of a table, each at its point, and of equal points in their order."""
     table = read_results(path)
     try:
         return tuple(_rows(table, points))
@@ -259,7 +259,7 @@ def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:
 
 
 def usable(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> pd.DataFrame:
-    """The runs that have a value, with factors in a form that can be compared."""
+    """Return the runs that have a value, with factors in a form that can be compared."""
     missing = [name for name in (*factors, indicator) if name not in table.columns]
     if missing:
         raise ReportError(f"no column {', '.join(missing)}; the table has {', '.join(map(str, table.columns))}")
@@ -285,7 +285,7 @@ def is_numeric(values: Sequence[Any]) -> bool:
 
 
 def levels(rows: pd.DataFrame, factor: str) -> list[Any]:
-    """The levels of a factor: numbers ascending, else in order of appearance."""
+    """Return the levels of a factor: numbers ascending, else in order of appearance."""
     values = [plain(value) for value in dict.fromkeys(rows[factor].tolist())]
     return sorted(values) if is_numeric(values) else values
 

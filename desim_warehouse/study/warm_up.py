@@ -146,7 +146,7 @@ def settle_designs(
 
 
 def steady_length(model: Model) -> float:
-    """The length of the runs of a model that has a steady state.
+    """Return the length of the runs of a model that has a steady state.
 
     Raises:
         StudyError: where its work ends.

@@ -142,7 +142,7 @@ def search_designs(
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:
-    """The space of designs to search."""
+    """Return the space of designs to search."""
     parts: list[DesignPart] = [FactorLevels(model, factor) for factor in factors]
     parts += [] if place_chargers is None else [ChargerNodes(model, place_chargers)]
     parts += [AisleWays(model)] if directions else []
@@ -328,7 +328,7 @@ def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
 
 
 def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
-    """A mean with the bounds of its verdict, which allow for several looks (interim analyses)."""
+    """Return a mean with the bounds of its verdict, which allow for several looks (interim analyses)."""
     if mean is None or verdict is None or mean.interval is None or verdict.low is None:
         return mean
     return replace(mean, interval=(verdict.low, verdict.high))

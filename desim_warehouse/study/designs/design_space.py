@@ -42,7 +42,7 @@ class DesignPart(Space[Any], Protocol):
         ...
 
     def label(self, choice: Any) -> Label:
-        """The label of a choice in tables."""
+        """Return the label of a choice in tables."""
         ...
 
 
@@ -86,7 +86,7 @@ class FactorLevels:
         return int(choice != self.now)
 
     def changes(self, choice: int) -> Mapping[str, Any]:
-        """The changes of a value to the model."""
+        """Return the changes of a value to the model."""
         return self.levels[choice].overrides
 
     def label(self, choice: int) -> Label:
@@ -167,7 +167,7 @@ class ChargerNodes:
         return changes
 
     def label(self, choice: Sequence[str]) -> Label:
-        """The nodes."""
+        """Return the nodes."""
         return ", ".join(choice)
 
     def _stand(self, name: str, nodes: Sequence[str]) -> dict[str, Any]:
@@ -253,12 +253,12 @@ class DesignSpace:
         return sum(part.effort(choice) for part, choice in zip(self.parts, design, strict=True))
 
     def changes(self, design: Combined) -> dict[str, Any]:
-        """The changes of a design to the model."""
+        """Return the changes of a design to the model."""
         chosen = zip(self.parts, design, strict=True)
         return {key: value for part, choice in chosen for key, value in part.changes(choice).items()}
 
     def labels(self, design: Combined) -> dict[str, Label]:
-        """The label of each part of a design in tables."""
+        """Return the label of each part of a design in tables."""
         return {part.key: part.label(choice) for part, choice in zip(self.parts, design, strict=True)}
 
     def _why_not(self, design: Combined) -> str | None:

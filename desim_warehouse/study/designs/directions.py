@@ -267,7 +267,7 @@ def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, d
 
 
 def _gain(study: StudyEngine, number: int, indicator: str, *, maximise: bool) -> DirectionGain | None:
-    """The gain of the design after `number` over that design, in the pairs in which both have a value."""
+    """Return the gain of the design after `number` over that design, in the pairs in which both have a value."""
     rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
     both = [
         (rows[number + 1, r].measured(indicator), rows[number, r].measured(indicator))

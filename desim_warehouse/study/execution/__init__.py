@@ -87,7 +87,7 @@ def make_executor(
 
 
 def worker_count(workers: int | str) -> int:
-    """The number of workers: `auto` is one for each processor available."""
+    """Return the number of workers: `auto` is one for each processor available."""
     if workers == "auto":
         affinity = getattr(os, "sched_getaffinity", None)
         return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_WORKERS)

@@ -75,13 +75,13 @@ def cache_folder() -> Path:
 
 
 def sealed(content: Mapping[str, object]) -> bytes:
-    """A line of a journal, which begins with its checksum."""
+    """Return a line of a journal, which begins with its checksum."""
     text = json.dumps(content, separators=(",", ":")).encode()
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
 def intact(line: bytes) -> bytes:
-    """The text of a line of a journal; raises ValueError where it is damaged."""
+    """Return the text of a line of a journal; raises ValueError where it is damaged."""
     text = line[9:]
     if int(line[:8], 16) != zlib.crc32(text):
         raise ValueError("damaged")

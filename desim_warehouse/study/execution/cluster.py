@@ -162,7 +162,7 @@ class Cluster(SharedExecutor):
         return sent
 
     def _threads(self) -> int:
-        """How many runs the cluster can do at a time."""
+        """Return how many runs the cluster can do at a time."""
         return sum(self.client.nthreads().values())
 
     def _check(self) -> None:

@@ -34,7 +34,7 @@ class Crew:
         self._told: Callable[[str], None] = lambda _: None
 
     def executor(self, timeout: float | None, say: Callable[[str], None]) -> Executor:
-        """The executor for runs with this time-out; `say` is told of lost workers from now on.
+        """Return the executor for runs with this time-out; `say` is told of lost workers from now on.
 
         Raises:
             StudyError: where the number of workers is out of range.

@@ -89,7 +89,7 @@ class FleetsOfACommand(KeptFleets):
 
 
 def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
-    """The settled fleets of a model in a cache, None where it has no intact ones."""
+    """Return the settled fleets of a model in a cache, None where it has no intact ones."""
     for line in reversed(cache.lines(f"settled-{digest}")):
         with suppress(ValueError, KeyError, TypeError):
             content = json.loads(intact(line))

@@ -79,7 +79,7 @@ def own_indicators(
 
 
 def _digest(function: Callable[[Any], float]) -> str:
-    """The digest of a function's own code; functions that it calls are not looked into."""
+    """Return the digest of a function's own code; functions that it calls are not looked into."""
     code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
     closed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
     content = repr(

@@ -166,7 +166,7 @@ class Progress:
         self.cell.update(self.done, self.total, [*lines, *self.below])
 
     def summary(self) -> str:
-        """A summary of the runs done."""
+        """Return a summary of the runs done."""
         taken = monotonic() - self.begin
         parts = [f"{number_of(self.done, 'run')} in {_time(taken)}" + (f" ({self.pace})" if self.done else "")]
         if self.reused:

@@ -139,7 +139,7 @@ class Simulator:
         self.models: dict[tuple[int, int], _Design] = {}  # by base and design
 
     def model(self, base: Model, wanted: Wanted) -> Model:
-        """The model of a wanted run."""
+        """Return the model of a wanted run."""
         name = id(base), wanted.design
         design = self.models.get(name)
         if design is not None and design.base is base and design.overrides == wanted.overrides:

@@ -334,7 +334,7 @@ class _Proof:
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
-        """The next cheaper design to judge, alternating between two rules (see the module)."""
+        """Return the next cheaper design to judge, alternating between two rules (see the module)."""
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
         if not beside:
@@ -422,7 +422,7 @@ class _Proof:
         self.open = [number for number in self._before_best() if not self._ruled_out(number)]
 
     def needed(self) -> tuple[int, ...]:
-        """The failing designs that rule out designs cheaper than the best and are not ruled out by another."""
+        """Return the failing designs that rule out designs cheaper than the best and are not ruled out by another."""
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
@@ -439,11 +439,11 @@ class _Proof:
         return meets
 
     def _before_best(self) -> list[int]:
-        """The designs cheaper than the best, or all where there is none."""
+        """Return the designs cheaper than the best, or all where there is none."""
         return self.order if self.best is None else self.order[: self.order.index(self.best)]
 
     def _cheaper(self) -> list[int]:
-        """Designs cheaper than the best that no failing design rules out yet."""
+        """Return designs cheaper than the best that no failing design rules out yet."""
         return [] if self.best is None else [n for n in self._before_best() if not self._ruled_out(n)]
 
     def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:

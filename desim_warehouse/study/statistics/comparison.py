@@ -195,7 +195,7 @@ def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
 
 
 def _adjusted(p_values: Mapping[D, float], method: Method, m: int) -> dict[D, float]:
-    """The p-values of a family of `m` differences by the method chosen."""
+    """Return the p-values of a family of `m` differences by the method chosen."""
     if method == "holm":
         return dict(zip(p_values, holm(list(p_values.values()), m), strict=True))
     return {design: min(1.0, m * p) for design, p in p_values.items()}

@@ -114,7 +114,7 @@ def estimate(
 
 
 def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
-    """The bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
+    """Return the bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
     array, tasks = finite(values), tasks_of(values)
     return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
 
@@ -313,7 +313,7 @@ class TaskShare(float):
 
 
 def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
+    """Return the number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
     counts = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
     return np.array(counts) if counts and len(counts) == len(values) else None
 

@@ -67,7 +67,7 @@ def _shared(counts: Sequence[int]) -> list[tuple[int, float]]:
 
 
 def schedule(first: int, cap: int, *, exact: bool) -> list[tuple[int, float]]:
-    """The `looks` of a procedure; where its runs are `exact`, a single look at one run of each design.
+    """Return the `looks` of a procedure; where its runs are `exact`, a single look at one run of each design.
 
     Raises:
         StudyError: not 2 <= first <= cap.
@@ -178,7 +178,7 @@ def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
 def _verdict(
     data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float, least: int
 ) -> tuple[Verdict, Interval, bool]:
-    """The verdict, its bounds, and whether the design is known to be close to the target."""
+    """Return the verdict, its bounds, and whether the design is known to be close to the target."""
     low, high = bounds_of(data, level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
     if target.met_by(worse):
@@ -368,13 +368,13 @@ class Judge:
         return all(goal.met_by(each.mean) for goal, each in zip(self.targets, verdict.each or (verdict,), strict=True))
 
     def missed(self, number: int) -> list[Target]:
-        """The targets that a design was shown to miss."""
+        """Return the targets that a design was shown to miss."""
         verdict = self.verdicts[number]
         each = zip(self.targets, verdict.each or (verdict,), strict=True)
         return [goal for goal, each_verdict in each if each_verdict.verdict == "fails"]
 
     def runs(self, number: int) -> int:
-        """How many runs a design has."""
+        """Return how many runs a design has."""
         return len(self._cases[number].data) if number in self._cases else 0
 
     def closed(self, number: int) -> bool:
@@ -423,7 +423,7 @@ class Judge:
         return self._cases[number]
 
     def _next_error(self) -> float:
-        """The share of alpha of the next design that is looked at."""
+        """Return the share of alpha of the next design that is looked at."""
         j = 1 + sum(case.error is not None for case in self._cases.values())
         return (1.0 - self.confidence) / (j * (j + 1))
 

@@ -74,7 +74,7 @@ def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bi
 
 
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:
-    """The rows that have the indicator, and how many rows lack it."""
+    """Return the rows that have the indicator, and how many rows lack it."""
     if not factors:
         raise StudyError("no factors: nothing was varied")
     missing = [name for name in (*factors, indicator) if name not in table.columns]
@@ -88,7 +88,7 @@ def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple
 
 
 def _levels(column: pd.Series[Any], bins: int) -> pd.Series[Any]:
-    """The factor's own levels, or for a continuous factor its bins of equally many runs."""
+    """Return the factor's own levels, or for a continuous factor its bins of equally many runs."""
     import pandas as pd
 
     if pd.api.types.is_numeric_dtype(column) and column.nunique() > LEVELS:

@@ -211,6 +211,6 @@ class _Race:
         return self.totals / self.judged_on
 
     def leader(self) -> int:
-        """The survivor with the best mean, of equals the one with the lowest number."""
+        """Return the survivor with the best mean, of equals the one with the lowest number."""
         means = self.sign * self.means()
         return max(self.alive, key=lambda i: (means[i], -i))

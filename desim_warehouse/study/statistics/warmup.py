@@ -109,7 +109,7 @@ def welch(values: Series, window: int) -> NDArray[np.float64]:
 
 
 def averaged(values: Series) -> NDArray[np.float64]:
-    """The observations over time, shape (n,): the mean of the replications where there are several."""
+    """Return the observations over time, shape (n,): the mean of the replications where there are several."""
     array = np.asarray(values, dtype=float)
     return finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
 
