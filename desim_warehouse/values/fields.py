@@ -64,12 +64,12 @@ NUMBER = (int, float)
 
 
 def wrong(text: str, *below: str | int) -> PydanticCustomError:
-    """The error that a validator raises: its text in our words, and the keys below the value that it checks."""
+    """Return the error that a validator raises: its text in our words, and the keys below the value that it checks."""
     return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
 
 
 def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
-    """The error that a validator raises where several things are wrong."""
+    """Return the error that a validator raises where several things are wrong."""
     return ValidationError.from_exception_data(
         "values", [InitErrorDetails(type=problem, input=None) for problem in problems]
     )
@@ -323,7 +323,7 @@ def known(info: ValidationInfo) -> Known:
 
 
 def sections_in(annotation: Any) -> list[type[Part]]:
-    """The sections that a key with this annotation may hold, in any of its forms, by name or in a list."""
+    """Return the sections that a key with this annotation may hold, in any of its forms, by name or in a list."""
     if isinstance(annotation, type) and issubclass(annotation, Part):
         return [annotation]
     return [section for inner in get_args(annotation) for section in sections_in(inner)]
@@ -345,7 +345,7 @@ def parts_in(value: Any, wanted: tuple[type[Part], ...], place: str = "") -> Ite
 
 @cache
 def _with_parts(section: type[Part], wanted: tuple[type[Part], ...]) -> tuple[str, ...]:
-    """The keys of a section that may hold sections of some kinds."""
+    """Return the keys of a section that may hold sections of some kinds."""
     return tuple(
         name
         for name, info in section.model_fields.items()
@@ -373,7 +373,7 @@ def _any_random(value: Any, model: Any) -> bool:
 
 
 def as_json(value: Any) -> Any:
-    """A value of a model as JSON knows it, with 4.0 as 4, so that both are one."""
+    """Return a value of a model as JSON knows it, with 4.0 as 4, so that both are one."""
     if isinstance(value, Part):
         return value.content()
     if isinstance(value, Mapping):
