@@ -99,7 +99,7 @@ class Dwelling:
             self._called.succeed()
 
     def _low_at(self) -> float:
-        """When its battery will be at the level at which it goes to a charger; inf where none ever is."""
+        """Return when its battery will be at the level at which it goes to a charger; inf where none ever is."""
         if not self.reach.batteries:
             return math.inf
         view = self.robot.view()

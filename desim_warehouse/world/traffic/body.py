@@ -175,7 +175,7 @@ class Body:
         return self.until - (self.target - position) / self.pace
 
     def distance(self, now: float) -> float:
-        """Length driven so far."""
+        """Return the length driven so far."""
         before = max(self.out_at - now, 0.0) * self.out_pace
         if self.stretch is not None and self.lane is not None:
             # It may stand at the stop line still, or be on its way there.

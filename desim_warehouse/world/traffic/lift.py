@@ -54,7 +54,7 @@ class LiftCrossing(Intersection):
         return self.free_at <= now + EPS if self.holder is None else self.holder is robot
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002 - to all at once
-        """When the doors have closed behind the robot that left."""
+        """Return when the doors have closed behind the robot that left."""
         return self.free_at
 
     def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:  # noqa: ARG002
