@@ -66,7 +66,10 @@ class Answer(AnswerData):
 
 
 class Answering:
-    """The value that a question returns: printed the text of its `answer`, in Jupyter the page, as `repr` a line."""
+    """The value that a question returns: prints as the text of its `answer`, and shows itself as a page in Jupyter.
+
+    `repr` is one line.
+    """
 
     if TYPE_CHECKING:
 

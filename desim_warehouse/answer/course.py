@@ -57,7 +57,7 @@ _SEEN = 0.01
 
 
 class Layer(NamedTuple):
-    """An area of a lane: its class in the style, what it is (None: the lane says it), and its path."""
+    """An area in a lane of the drawing: its class in the style, its path, and what it is (None: the lane says it)."""
 
     kind: str
     words: str | None
@@ -65,7 +65,7 @@ class Layer(NamedTuple):
 
 
 class CourseLane(NamedTuple):
-    """A curve over the clock, or several that are stacked: its name, its unit, and the number at its top."""
+    """A lane of the drawing, with a curve over the clock or several stacked: name, unit, and number at its top."""
 
     name: str
     unit: str
@@ -84,7 +84,7 @@ class Curve(NamedTuple):
 
     @property
     def top_text(self) -> str:
-        """The top of its lane as it stands beside it."""
+        """The number at the top of the lane, as it is written beside it."""
         return numbers.PERCENT.value(self.top) if self.kind == "battery" else numbers.measured(self.top)
 
 
@@ -113,7 +113,7 @@ def worst(day: Day, model: Model, chargers: int) -> str:
 
 
 def _as_on_axis(model: Model, time: float) -> str:
-    """Return a time of a run of hours, as its axis has it: `14:35`."""
+    """Return a time of a run of hours as its axis has it: `14:35`."""
     if model.run.start != "00:00":
         return time_of_day(model, time)
     minutes = round(time * model.units.seconds / 60)
@@ -126,7 +126,7 @@ def flag(day: Day) -> str:
 
 
 def moment(model: Model, time: float) -> str:
-    """Return a time of a run: of day where it starts by the clock, else since its start."""
+    """Return a time of a run in words: of day where it starts by the clock, else since its start."""
     return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
 
 
@@ -253,7 +253,7 @@ def _top(values: Numbers) -> float:
 
 
 def ticks(model: Model, start: float, end: float) -> list[tuple[float, str]]:
-    """Round times between two times: each with its place across, in per cent, and in words."""
+    """Return round times between two times: each with its position across, in per cent, and in words."""
     seconds, begin = model.units.seconds, clock_of(model.run.start)
     first, last = begin + start * seconds, begin + end * seconds
     step = next(

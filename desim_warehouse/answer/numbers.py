@@ -60,15 +60,15 @@ class Mean(Protocol):
 
     @property
     def sd(self) -> float | None:
-        """0: all runs agree."""
+        """Standard deviation of the runs; 0 if all of them agree."""
 
     @property
     def deterministic(self) -> bool:
-        """Whether chance plays no part."""
+        """Whether the runs use no random numbers, so that the mean is exact."""
 
 
 def number(value: float, digits: int | None = None) -> str:
-    """Return a number with separated thousands: four significant digits, or the given decimals (−2: whole hundreds)."""
+    """Format a number with separated thousands: four significant digits, or so many decimals (−2: whole hundreds)."""
     if not value:
         return "0"
     if not math.isfinite(value):
@@ -99,7 +99,7 @@ def decimals(half_width: float) -> int:
 
 
 def within(mean: float, low: float, high: float) -> str:
-    """Format a mean with the ends of its interval, to the digits that its width deserves: `1.299 (1.298 to 1.301)`."""
+    """Format a mean with the ends of its interval, to the digits that its width allows: `1.299 (1.298 to 1.301)`."""
     if math.isnan(low):
         return measured(mean)
     half = (high - low) / 2
@@ -109,19 +109,19 @@ def within(mean: float, low: float, high: float) -> str:
 
 
 def p_value(p: float | None) -> str:
-    """Return a p-value: three decimals are enough for any decision."""
+    """Format a p-value: three decimals are enough for any decision."""
     if p is None:
         return NONE
     return f"< {_SMALLEST_P}" if p < _SMALLEST_P else "1" if p > 1 - _SMALLEST_P / 2 else f"{p:.3f}"
 
 
 def percent(share: float, digits: int = 1) -> str:
-    """Return a share in per cent, without the sign: `97.4`; that all or none of it is so needs no decimals."""
+    """Format a share in per cent, without the sign: `97.4`; 0 and 100 have no decimals."""
     return number(100 * share, 0 if share in {0.0, 1.0} else digits)
 
 
 def least(value: float, digits: int, whole: float = math.inf) -> str:
-    """Return a number with so many decimals, but neither 0 nor the whole where it is not: `under 0.1`, `over 99.9`."""
+    """Format a number, but never as 0 or the whole where it is not quite: `under 0.1`, `over 99.9`."""
     step = 10.0**-digits
     if 0 < value < step / 2:
         return f"under {number(step, digits)}"
@@ -199,7 +199,7 @@ PERCENT = Scale("%", 100.0, is_share=True)
 
 
 def plural(unit: str, value: float) -> str:
-    """Return a unit behind a number: words have a plural (`2 steps`), abbreviations none (`2 min`)."""
+    """Return a unit behind a number: words have a plural (`2 steps`), abbreviations have none (`2 min`)."""
     is_word = unit.isalpha() and len(unit) >= _LONG_NAME and not unit.endswith("s")
     return f"{unit}s" if is_word and value != 1 else unit
 

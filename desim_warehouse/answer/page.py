@@ -88,7 +88,7 @@ def _drawn(drawing: Drawing) -> Markup:
 
 
 def _points(figure: Points) -> Markup:
-    """Draw options by two indicators; those that stand out last, over the others."""
+    """Draw options by two indicators; options that stand out are drawn last, over the others."""
     xs, ys = [*(point.x for point in figure.points), figure.at], [point.y for point in figure.points]
 
     def place(value: float, values: Sequence[float], size: int) -> float:
@@ -101,7 +101,7 @@ def _points(figure: Points) -> Markup:
 
 
 def _alike(figures: Sequence[Rows]) -> list[Markup]:
-    """Draw figures of one indicator on one scale; what their lines mean is said once below all."""
+    """Draw figures of one indicator on one scale, with the meaning of their lines once below all."""
     ends = _ends(figures)
     return [_rows(figure, ends) for figure in figures]
 

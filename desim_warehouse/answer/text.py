@@ -80,7 +80,7 @@ def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
 
 
 def _rank(sentences: str, option: Option) -> int:
-    """Return how soon an option is left out: last those that the sentences name, or that were shown to matter."""
+    """Return how early an option is left out: the later, the more it matters; last the options that sentences name."""
     if option.name in sentences or option.standing in _SHOWN:
         return 0
     return 2 if option.standing in _OUT else 1

@@ -22,7 +22,7 @@ from desim_warehouse.values.units import SECONDS
 
 
 class HasMean(Protocol):
-    """An estimate."""
+    """Anything that has a mean, such as an estimate."""
 
     @property
     def mean(self) -> float:
@@ -119,7 +119,7 @@ def indicator_name(indicator: str) -> str:
 
 
 def in_sentence(indicator: str) -> str:
-    """Return an indicator's name inside a sentence: `task time T`, `mean cycle time`."""
+    """Return an indicator's name for use inside a sentence: `task time T`, `mean cycle time`."""
     what, _, how = indicator_name(indicator).rpartition(", ")
     name = f"mean {what[:1].lower()}{what[1:]}" if how == "mean" else indicator_name(indicator)
     return f"{name[:1].lower()}{name[1:]}"
@@ -226,7 +226,7 @@ def target(goal: Target) -> str:
 
 
 def reached(indicator: str, value: str) -> str:
-    """Return a value of an indicator in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
+    """Return a value of an indicator for use in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
     base, _, _ = split(indicator)
     if base in _AIMS:
         return f"{_AIMS[base].format(value)}{indicator_name(indicator).removeprefix(indicator_name(base))}"
@@ -234,7 +234,7 @@ def reached(indicator: str, value: str) -> str:
 
 
 def amount(indicator: str, value: float, unit: str = "") -> str:
-    """Return a value of an indicator as it was asked for; shares in per cent, times in a unit that fits."""
+    """Return a bound of an indicator as the user asked for it; shares in per cent, times in a unit that fits."""
     if is_share(indicator):
         return f"{100 * value:.4g} %"
     kind = indicator_kind(indicator)
@@ -296,7 +296,7 @@ def money(model: Model | None) -> str:
 
 
 def policy(key: str, name: str) -> str:
-    """Describe a policy, with name and parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    """Describe a policy, with name and parameters: `the nearest robot (nearest)`; a user's own without its folder."""
     description = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
     return named_policy(name) if description is None else f"{description} ({named_policy(name)})"
 
