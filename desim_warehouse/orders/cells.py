@@ -108,7 +108,7 @@ class ExportRows(OrderRows):
         return read
 
     def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Dates without their offsets from UTC; how they are read is added to `assumed`.
+        """Remove the offsets from UTC of dates; how they are read is added to `assumed`.
 
         In a night of a clock change all are on the clock of the first. Times of any other zone are refused.
         """
@@ -133,7 +133,7 @@ class ExportRows(OrderRows):
         ]
 
     def _to_the_end_of_days(self, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Due dates, moved to the end of their day where they have no time of day."""
+        """Move due dates without a time of day to the end of their day."""
         days = _are_days(dates)
         alone = [
             _has_no_time(date) and (days or ":" not in text)
@@ -157,7 +157,7 @@ def _are_days(dates: list[dt.datetime | None]) -> bool:
 
 
 def _first_day(dates: list[dt.datetime | None]) -> dt.datetime | None:
-    """Day of the first order, apart from sentinel dates long before most orders; None without dates."""
+    """Return the day of the first order, ignoring sentinel dates long before most orders; None without dates."""
     days = sorted(date.replace(hour=0, minute=0, second=0, microsecond=0) for date in dates if date is not None)
     if not days:
         return None

@@ -71,7 +71,7 @@ class Export:
 
 
 def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Export:
-    """Read a table of orders.
+    """Read the table of orders in an export as text.
 
     Args:
         path: of CSV, Parquet or Excel.
@@ -186,7 +186,7 @@ def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
 
 
 def _encoding(path: Path) -> str:
-    """Encoding of a file: UTF-8 if valid, UTF-16 with its byte order mark, else Windows-1252."""
+    """Return the encoding of a file: UTF-8 if valid, UTF-16 with its byte order mark, else Windows-1252."""
     with path.open("rb") as file:
         start = file.read(2)
         if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
@@ -203,7 +203,7 @@ def _encoding(path: Path) -> str:
 
 
 def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[int, list[str], dict[str, int]]:
-    """Find the header: rank of the first row with a column of releases, its headings, and the ranks of our columns.
+    """Find the header: rank of the first row with a column of releases, headings, and ranks of our columns.
 
     Where none has one it is the first, and no column is ours.
     """
