@@ -176,7 +176,7 @@ def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]
 
 
 def _drawn(insert: Any, sizes: dict[str, int]) -> int:
-    """Number of entities that an inserted block is taken apart into; `sizes`: numbers of blocks counted before."""
+    """Return the number of entities in an inserted block taken apart; `sizes`: of blocks counted before."""
     block = insert.block()
     name = str(insert.dxf.get("name", ""))
     if block is not None and name not in sizes:
@@ -206,7 +206,7 @@ def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str
 
 
 def _scale(document: Any, plant: Plant, entities: list[Any]) -> float:
-    """Metres in a unit of the drawing."""
+    """Return the metres in a unit of the drawing."""
     from ezdxf import units
 
     if document.units:
@@ -249,7 +249,7 @@ def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: se
 
 
 def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Mark]:
-    """Blocks and points as marks, which may be operations by the names of their layers and blocks."""
+    """Return blocks and points as marks, whose operations may be the names of their layers and blocks."""
     marks, numbers = [], Counter[str]()
     for rank, (layer, entity) in enumerate(entities):
         if entity.dxftype() not in {"INSERT", "POINT"}:

@@ -300,14 +300,14 @@ def _trimmed(name: str) -> str:
 
 
 def tables(plant: Plant) -> dict[str, str]:
-    """Tables of nodes and edges by the names of their files; losses are noted in the plant."""
+    """Return the tables of nodes and edges by the names of their files; losses are noted in the plant."""
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
     return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
 
 
 def _columns(edges: list[Row]) -> tuple[str, ...]:
-    """Columns of the table of edges: speed_back only where some edge has one."""
+    """Return the columns of the table of edges: speed_back only where some edge has one."""
     return tuple(name for name in _EDGE_COLUMNS if name != "speed_back" or any(name in row for row in edges))
 
 

@@ -81,7 +81,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 def _is_graph(features: list[Any]) -> bool:
-    """Whether lines name their ends: by the words of Nav2, or as points of the file are called."""
+    """Whether the lines of a file name their end nodes, by the words of Nav2 or by the names of points."""
     ids = {str(_own_id(feature)) for feature in features if _kind_of(feature) == "Point"} - {"None"}
     for feature in features:
         properties = feature.get("properties") if isinstance(feature, dict) else None
@@ -222,7 +222,7 @@ class _Reader:
         return TableRecord(columns, properties, position, where)
 
     def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
-        """A lane, in both directions unless it says otherwise."""
+        """Add a lane, in both directions unless it says otherwise."""
         speed, two_way, one_way = record.above_0("speed") or math.inf, record.flag("two_way"), record.get("one_way")
         backwards = str(one_way).strip() in {"-1", "reverse"}
         if two_way is None:

@@ -66,7 +66,7 @@ def from_networkx(graph: nx.Graph, name: str = "") -> Plant:
 
 
 def _position(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes of a node, with x and y in place of `pos`."""
+    """Return the attributes of a node, with x and y in place of `pos`."""
     values = {str(key): value for key, value in data.items()}
     position: Any = values.get("pos")
     if "x" in values or not hasattr(position, "__len__") or isinstance(position, str) or len(position) != 2:  # noqa: PLR2004
@@ -97,7 +97,7 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
 
 
 def _weigh(plant: Plant, weights: list[Any]) -> None:
-    """Take weights for lengths (m), unless a weight is missing or shorter than the straight line; noted either way."""
+    """Take weights as lengths (m), unless a weight is missing or shorter than the straight line; noted either way."""
     lengths = []
     for link, weight in zip(plant.links, weights, strict=True):
         a, b = plant.points[link.source], plant.points[link.target]
@@ -189,7 +189,7 @@ def _where(item: Element, *names: str) -> str:
 
 
 class _Keys:
-    """Meaning of the keys of a GraphML file: their names, and defaults of nodes and edges."""
+    """The keys of a GraphML file: their names, and defaults of nodes and edges."""
 
     def __init__(self, root: Element) -> None:
         self.names: dict[str, str] = {}

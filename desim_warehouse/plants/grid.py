@@ -27,7 +27,7 @@ _DIGITS = 9
 
 
 class CellKind(NamedTuple):
-    """Kind of cell that a letter of a grid stands for: operations of robots there; they enter only `free` cells."""
+    """The meaning of a letter of a grid: the operations of robots in such a cell, and whether it is free to enter."""
 
     name: str
     operations: tuple[str, ...] = ()
@@ -47,7 +47,7 @@ class Grid:
     kinds: Mapping[str, CellKind]
 
     def kind(self, cell: Cell) -> CellKind:
-        """Kind of a cell; cells outside of the grid are blocked."""
+        """Return the kind of a cell; cells outside of the grid are blocked."""
         row, column = cell
         if not (0 <= row < len(self.rows) and 0 <= column < len(self.rows[row])):
             return BLOCKED

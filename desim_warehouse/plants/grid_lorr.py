@@ -74,7 +74,7 @@ def _file(path: Path, head: dict[str, Any], key: str) -> Path:
 
 
 def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem: Path) -> None:
-    """The robots: as many as the team has, in the cells that the file lists."""
+    """Read the robots: as many as the team has, in the cells that the file lists."""
     starts = _listed(Lines.of(path, content_of(path, "agents"), "#"), plant, "agents", 1)
     team = head.get("teamSize", len(starts))
     if type(team) is not int or not 1 <= team <= len(starts):

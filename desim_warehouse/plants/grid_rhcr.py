@@ -80,7 +80,7 @@ def _square(line: str, lines: Lines) -> _Square:
 
 
 def _fill(plant: Plant, squares: dict[tuple[int, int], _Square], height: int, side: float) -> None:
-    """Points, one-way links and locations; a cell that no arc leads to or from is an obstacle."""
+    """Add points, one-way links and locations; a cell that no arc leads to or from is an obstacle."""
     weighted = []
     ends: set[str] = set()
     for square in squares.values():

@@ -20,7 +20,7 @@ CRAWL = 0.1
 
 @dataclass(slots=True)
 class DrawnLane:
-    """A lane from source to target; `side_by_side`: there is another, of its own, back; the rest as of links."""
+    """A lane from source to target, made of links; with `side_by_side` another lane of its own leads back."""
 
     source: str
     target: str

@@ -346,7 +346,7 @@ class _Drawn:
 
 
 def _in_order(levels: Iterable[str]) -> list[str]:
-    """Levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
+    """Sort levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
     listed = list(levels)
     try:
         return sorted(listed, key=float)
@@ -355,13 +355,13 @@ def _in_order(levels: Iterable[str]) -> list[str]:
 
 
 def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
-    """Vehicle types that a node or edge lists; None (all types) where it lists none, or a type without a name."""
+    """Return the vehicle types that a node or edge lists; None (all types) where it lists none or a nameless one."""
     listed = [entry.get("vehicleTypeId") for entry in properties or ()]
     return frozenset(kind for kind in listed if kind is not None) if listed and None not in listed else None
 
 
 def _of(properties: Sequence[Item] | None, kind: str | None) -> Item:
-    """Properties of a node or edge for a vehicle type; empty where it lists none."""
+    """Return the properties of a node or edge for a vehicle type; empty where it lists none."""
     return next((entry for entry in properties or () if entry.get("vehicleTypeId") in {None, kind}), {})
 
 
@@ -375,7 +375,7 @@ def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
 
 
 def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
-    """Length of an edge along its trajectory (None: the straight distance), and words for a faulty trajectory."""
+    """Return the length of an edge along its trajectory (None: straight), and words for a faulty trajectory."""
     trajectory = item.get("trajectory")
     if trajectory is None:
         return item.get("physicalLineGuidedProperty", {}).get("length") or None, ""

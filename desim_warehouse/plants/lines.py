@@ -276,7 +276,7 @@ class _Network:
 
 
 def _part(piece: _Piece, spot: Spot) -> float:
-    """Fraction of the way along a piece, 0 to 1 inside it, at which it is nearest to a point."""
+    """Return the fraction of the way along a piece, from 0 to 1 inside it, at which it is nearest to a point."""
     (ax, ay), (bx, by) = piece.a, piece.b
     return ((spot[0] - ax) * (bx - ax) + (spot[1] - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
 

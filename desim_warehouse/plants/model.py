@@ -155,7 +155,7 @@ def imported(
 
 
 def _summary(plant: Plant) -> str:
-    """Description of the model: its source, the parts left out, and the assumptions."""
+    """Return the description of the model: its source, the parts left out, and the assumptions."""
     lost = [remark for remark in plant.remarks if remark.what in {"left out", "unreachable"}]
     counts = ", ".join(number_of(len(remark.names), remark.kind) for remark in lost)
     assumed = ", ".join(remark.kind for remark in plant.remarks if remark.what == "assumed")
@@ -217,7 +217,7 @@ class _Maker:
         self.named: dict[Keys, str] = {}
 
     def content(self, robots: int | None) -> Content:
-        """Return all sections."""
+        """Return all sections of the model."""
         layout, fleet = self.layout(), self.fleet(robots)
         layout["bays"] = self.bays()
         layout["stations"] = self.stations()
@@ -274,7 +274,7 @@ class _Maker:
         return [{"node": point} for point in self.stops.load]
 
     def bays(self) -> Content:
-        """Chargers and parking points; where the drawing has none, robots park at the points where they work.
+        """Return the bays: chargers and parking points; where the drawing has none, points where robots work.
 
         Each has room for one vehicle, as drawn, and for as many as start there in a larger fleet.
         """
@@ -292,7 +292,7 @@ class _Maker:
         return bays
 
     def stations(self) -> Content:
-        """Stations beside the points where robots unload: points of the same locations share one, named after them.
+        """Return the stations beside the points where robots unload; points of the same locations share a station.
 
         A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
         larger fleet in its bays, whatever the lanes can carry. Their number does not depend on the fleet, so that
@@ -312,7 +312,7 @@ class _Maker:
         return stations
 
     def lifts(self) -> Content:
-        """Lifts with assumed times, which no drawing has."""
+        """Return the lifts, with assumed times, which no drawing has."""
         why = f"{RIDE:g} s from level to level, and {DOORS:g} s for the doors to open or close"
         self.plant.assume("layout.lifts", why, self.plant.lifts)
         return {
@@ -500,7 +500,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
-    """Members of an area by name, as a model has them: a node as its name, an edge as a pair of nodes."""
+    """Return the members of an area by name, as a model has them: a node as its name, an edge as a pair of nodes."""
     members: dict[str, Any] = {}
     for name in area.members:
         if name in plant.points:

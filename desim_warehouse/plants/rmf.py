@@ -184,16 +184,16 @@ class _Map:
         self.plant.note("left out", "lift", others, "lanes lead to its cabin on fewer than two of the levels read")
 
     def elevation(self, level: str) -> float:
-        """Height of a level; levels without one are in the order of the map."""
+        """Return the height of a level; levels without one are in the order of the map."""
         height = self.data["levels"][level].get("elevation")
         return float(height) if _is_number(height) else float(list(self.data["levels"]).index(level))
 
     # What is read
 
     def lanes(self, asked: str | None, graph: int | None) -> dict[str, list[_Lane]]:
-        """The lanes of a graph by level: of the level with most of them, and of those to which lifts lead from there.
+        """Return the lanes of a graph by level: of the level with most of them, and of levels that lifts join to it.
 
-        Or of the level that is asked for.
+        If a level is asked for, its lanes are returned instead.
         """
         levels = self.data["levels"]
         if asked is not None and asked not in levels:
@@ -280,7 +280,7 @@ class _Map:
         return lambda spot: (spot[0] * scale, spot[1] * scale)
 
     def scale(self, name: str) -> float:
-        """Scale of a level: the mean of its measurements, in metres a pixel."""
+        """Return the scale of a level in metres a pixel: the mean of its measurements."""
         scales = self.measured(name)
         if not scales:
             others = [title for title in self.data["levels"] if title != name]
@@ -296,7 +296,7 @@ class _Map:
         return mean
 
     def measured(self, name: str) -> list[float]:
-        """Scales by each distance measured on a level, in metres a pixel."""
+        """Return the scale by each distance measured on a level, in metres a pixel."""
         level, scales = self.data["levels"][name], []
         vertices = self.items(level, "vertices", ("levels", name))
         for rank, item in enumerate(self.items(level, "measurements", ("levels", name))):
@@ -374,7 +374,7 @@ class _Map:
     # Values
 
     def items(self, level: Any, key: str, keys: Keys) -> list[Any]:
-        """List at a key of a level; empty where the key is missing."""
+        """Return the list at a key of a level; empty where the key is missing."""
         if not isinstance(level, dict):
             self.refuse(keys, f"not a level (got {got(level)}), expected vertices and lanes")
         items = level.get(key, [])
@@ -383,7 +383,7 @@ class _Map:
         return items
 
     def about(self, value: Any, keys: Keys) -> dict[str, Any]:
-        """Parameters of a part, without the codes of their types that building maps have."""
+        """Return the parameters of a part, without the codes of their types that building maps have."""
         if not isinstance(value, dict):
             self.refuse(keys, f"not parameters (got {got(value)}), expected {{name: [type, value]}}")
         typed = {key: item[1] if isinstance(item, list) and len(item) == _PAIR else item for key, item in value.items()}

@@ -57,7 +57,7 @@ class _Site:
         self.graphs = list(dict.fromkeys([*ranked, *self.inner(self.guided, "graphs")])) or ["0"]
 
     def levels(self) -> Item:
-        """Levels with their vertices and lanes; parts of the site itself belong to every level."""
+        """Return the levels with their vertices and lanes; parts of the site itself belong to every level."""
         levels: Item = {}
         shared = self.inner(self.data, "anchors")
         for key, level in self.parts(self.data, "levels"):
@@ -96,7 +96,7 @@ class _Site:
         return [rank for rank, graph in enumerate(self.graphs) if (graph in only if only else graph not in but)]
 
     def lane(self, lane: Item) -> Item:
-        """Parameters of a lane in a navigation graph: the motion forward, and back the same motion or none."""
+        """Return the parameters of a lane in a navigation graph: the motion forward, and back, if there is any."""
         ahead, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
         limits = [motion.get("speed_limit") for motion in (ahead, *(back.values() if isinstance(back, dict) else ()))]
         parameters: Item = {"bidirectional": back not in ("Disable", "Disabled")}

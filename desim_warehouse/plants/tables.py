@@ -198,7 +198,7 @@ class TableRecord:
     position: str = ""
 
     def get(self, name: str) -> Any:
-        """Value of a column; None where the cell is empty or the column is missing."""
+        """Return the value of a column; None where the cell is empty or the column is missing."""
         title = self.columns.named.get(name)
         value = None if title is None else self.values.get(title)
         return None if isinstance(value, str) and not value.strip() else value
@@ -216,7 +216,7 @@ class TableRecord:
         return str(value).strip()
 
     def number(self, name: str) -> float | None:
-        """Value in metres, or metres a second; None for an empty cell, or a speed without a limit."""
+        """Return a value in metres, or metres a second; None for an empty cell, or a speed without a limit."""
         value = self.get(name)
         if value is None:
             return None
@@ -243,7 +243,7 @@ class TableRecord:
         return number
 
     def flag(self, name: str) -> bool | None:
-        """Truth value of a yes or no; None for an empty cell."""
+        """Return the truth value of a yes or no; None for an empty cell."""
         value = self.get(name)
         word = str(value).strip().casefold()
         if value is None:

@@ -33,7 +33,7 @@ MOST = 500
 
 
 def written(content: Mapping[str, Any], comments: Comments, head: Iterable[str] = ()) -> str:
-    """YAML that `load` reads back as the same.
+    """Return the text of a model file: YAML that `load` reads back as an equal model.
 
     Args:
         content: plain values: mappings, lists, text, numbers, true, false.
@@ -125,7 +125,7 @@ def _scalar(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """Return the text with blanks for line ends and other unseen characters."""
+    """Return the text in one line, with blanks for line ends and other unseen characters."""
     return "".join(character if character.isprintable() else " " for character in text)
 
 
@@ -148,7 +148,7 @@ def _size(part: Any) -> int:
 
 
 def are_orders(tasks: list[PlantTask]) -> bool:
-    """Whether tasks are written as orders, in a file of their own: many, or some with stops on the way."""
+    """Whether tasks are written as orders, in a file of their own: they are many, or some have stops on the way."""
     return len(tasks) > MOST or any(task.via for task in tasks)
 
 

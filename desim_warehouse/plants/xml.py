@@ -41,14 +41,14 @@ class Element:
         return (child for child in self.children if child.tag == tag)
 
     def text(self, *names: str) -> str:
-        """Attribute under the first of its names that is present; raises ModelError where none is."""
+        """Return the attribute under the first of its names that is present; raises ModelError where none is."""
         for name in names:
             if name in self.attributes:
                 return self.attributes[name]
         return self.refuse(f"no {names[0]}, expected one{did_you_mean(names[0], self.attributes)}")
 
     def number(self, *names: str, default: float | None = None) -> float:
-        """Number in an attribute, under the first of its names that is present; raises ModelError where it is none."""
+        """Return the number in an attribute, under the first name that is present; raises ModelError without one."""
         if default is not None and not any(name in self.attributes for name in names):
             return default
         text = self.text(*names)
