@@ -96,7 +96,7 @@ _KEY = {
 
 
 def _colours(model: Model, floor: Layout) -> dict[str, str]:
-    """The colour of each node by its use, the last in the order of the key. A use of most nodes has no colour."""
+    """Return the colour of each node by its use, the last in the order of the key; none for a use of most nodes."""
     chargers = chargers_at(model, floor) if model.battery is not None else {}
     nodes = {
         "bay": set(floor.bays),
@@ -119,7 +119,7 @@ def _squares(middles: np.ndarray, side: float) -> np.ndarray:
 
 
 def _arrows(axes: Axes, floor: Layout, points: dict[str, tuple[float, float]], step: float) -> None:
-    """An arrow along each one-way lane."""
+    """Draw an arrow along each one-way lane."""
     edges = [(points[a], points[b]) for a, b, two_way in floor.graph.edges(data="two_way") if not two_way]
     if not edges:
         return

@@ -53,7 +53,7 @@ def real_day(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Load units put down an hour over a real day: its line, over the band of the simulated days.
+    """Draw the load units put down in each hour of a real day: a line over the band of the simulated days.
 
     A day like the simulated ones lies wholly inside the band on 95 of 100 days. Circles mark what lies outside.
 
@@ -138,7 +138,7 @@ def residuals(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Real less simulated on the floor, for each edge: blue where there was less, orange where there was more.
+    """Draw real minus simulated passages on the floor, for each edge: blue where there were less, orange where more.
 
     The scale ends a little beyond the band of all edges. Edges outside are wide, and the worst three are named with
     their difference.

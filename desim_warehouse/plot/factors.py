@@ -110,7 +110,7 @@ def facets(
     title: str | None = None,
     style: look.Style = "light",
 ) -> Axes:
-    """`by_factor` once for each combination of levels of further factors, side by side on one scale.
+    """Draw `by_factor` once for each combination of levels of further factors, side by side on one scale.
 
     Arguments that are not named here: see `by_factor`.
 

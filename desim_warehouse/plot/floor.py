@@ -54,7 +54,7 @@ def layout(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The floor of a model: nodes, lanes with arrows, goods, slots of bays and stations with their names, chargers.
+    """Draw the floor of a model: nodes, lanes with arrows, goods, slots of bays and stations with names, chargers.
 
     Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60. A floor
     of many cells is drawn as a map: aisles light, shelves dark, with colours for storage places, bays and stations.
@@ -158,7 +158,7 @@ def _lengths(floor: Layout) -> list[float]:
 
 
 def size_of(floor: Layout) -> tuple[float, float]:
-    """Size of a figure, in inches, in the proportions of the floor."""
+    """Return the size of a figure, in inches, in the proportions of the floor."""
     nodes = floor.graph.nodes(data=True)
     xs, ys = [data["x"] for _, data in nodes], [data["y"] for _, data in nodes]
     across, down = max(xs) - min(xs) or 1.0, max(ys) - min(ys) or 1.0
@@ -212,7 +212,7 @@ def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
 
 
 def _draw_lifts(axes: Axes, floor: Layout, step: float, colour: str) -> None:
-    """A broken line from floor to floor for each lift, and its cabin as a square on each floor."""
+    """Draw a broken line from floor to floor for each lift, and its cabin as a square on each floor."""
     from desim_warehouse.plot import paths
 
     for lift in floor.lifts:
@@ -277,7 +277,10 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool) -> l
 
 
 def sheet(floor: Layout, step: float, slots: Sequence[Box] = (), dot: float = 0.0) -> Sheet:
-    """Return what names may not cover, and what they rather do not; nodes with at least the radius `dot`."""
+    """Return the boxes that names on a drawing may not cover, and those that they should not.
+
+    `dot`: least radius of nodes.
+    """
     nodes = [box_around(*_at(floor, node), max(0.02 * step, dot)) for node in floor.graph]
     cabins = [box_around(*_at(floor, node), _CABIN * step / 2) for lift in floor.lifts for node in lift.nodes]
     lanes = [box for edge in floor.lanes for box in boxes_along(*ends(floor, edge, step), 0.1 * step)]

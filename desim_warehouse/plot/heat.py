@@ -40,7 +40,9 @@ def congestion(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Waiting in the counted part of a run: edges where robots stood behind others, intersections they stood before.
+    """Draw the waiting of robots on the floor: on edges behind other robots, and before intersections.
+
+    It is of the evaluation period.
 
     Args:
         run: the run, at any level of log.
@@ -70,7 +72,7 @@ def congestion(
 
 
 def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
-    """Waiting on each lane, behind other robots; on a two-way lane in both directions."""
+    """Return the waiting on each lane, behind other robots; on a two-way lane for both directions."""
     column, edges = run.edges[by], run.layout.graph.edges
     return {
         (a, b): float(column[f"{a}>{b}"] + (column[f"{b}>{a}"] if edges[a, b].get("two_way") else 0))
@@ -79,7 +81,7 @@ def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
 
 
 def node_values(run: RunData, by: By) -> dict[str, float]:
-    """Waiting before each intersection; nodes so near one another that they are crossed as one share their value."""
+    """Return the waiting before each intersection; nodes that are crossed together share their value."""
     values = dict.fromkeys(run.layout.graph, 0.0)
     for key, value in run.nodes[by].items():
         for name in _members(str(key), run.layout.graph):
