@@ -23,7 +23,7 @@ class TourAside(Tour):
     aside: WideLane | None = None
 
     def _handle(self, stop: Stop) -> Steps:
-        """Load or unload beside the lane, where the aisle is wide. Of several stops at one place, it stays for all."""
+        """Load or unload beside the lane, where the aisle is wide; of several stops at one place, all of them."""
         robot, lane = self.robot, self.robot.body.lane
         place = None if robot.driving is None else robot.driving.stop
         if self.aside is None and isinstance(lane, WideLane) and lane.has_place(robot.body, place):
@@ -46,7 +46,7 @@ class TourAside(Tour):
         return (following.edge, following.offset) == (stop.edge, stop.offset)
 
     def _break_down(self) -> Steps:
-        """Be repaired beside the lane, where it is in nobody's way, if a breakdown is due."""
+        """Be repaired beside the lane, where the robot is in nobody's way, if a breakdown is due."""
         robot, breakdowns = self.robot, self.robot.breakdowns
         if breakdowns is None:
             return

@@ -17,7 +17,7 @@ _FIFTH = 0.2
 
 
 class ChargingLevels:
-    """The battery levels that hold for a robot, by the charging policy, asked only once if they are alike for all."""
+    """The battery levels of robots by the charging policy, which is asked only once if levels are alike for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env
