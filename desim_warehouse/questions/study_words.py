@@ -352,7 +352,7 @@ class _Studied:
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
 
     def _effects(self) -> Folded | None:
-        """Largest minus smallest mean over each factor's levels; None for one factor."""
+        """Return the table of the largest minus smallest mean over each factor's levels; None for one factor."""
         study, varied = self.study, self.study.varied
         if len(varied) < 2 or study.plan.rule == "paired":  # noqa: PLR2004
             return None  # one factor, or factors varied together: their effects cannot be told apart
