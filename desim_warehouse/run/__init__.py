@@ -228,7 +228,7 @@ class RunData:
         return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
 
     def positions(self, times: Iterable[float]) -> pd.DataFrame:
-        """Where every robot is at some times: time, robot, x, y, heading and node, a row for each; needs `log: all`.
+        """Return where every robot is at some times: time, robot, x, y, heading, node, a row each; needs `log: all`.
 
         Args:
             times: in the model's time unit, in any order; before and after the run robots stand.
@@ -274,7 +274,9 @@ class RunData:
         palette: str = "safe",
         beside: RunData | None = None,
     ) -> Replay:
-        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself.
+        """Return a page that plays the run, or a window of it, in a browser; needs `log: all`.
+
+        In Jupyter the page shows itself.
 
         With `beside`, another run is shown next to it on the same clock.
         """
