@@ -171,7 +171,7 @@ class _Studied:
     # Sentences with a target
 
     def _on_target(self) -> tuple[list[str], str | None]:
-        """Sentences on the first option for each demand that meets the target, the cheapest where there are prices."""
+        """Return sentences on the first, or cheapest, option for each demand that meets the target, and its name."""
         judged_ones = [design for design in self.tried if design in self.study.judged]
         if not judged_ones:
             return [f"No run has a value that {self.study.plan.target} could be judged by."], None
