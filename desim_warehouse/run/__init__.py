@@ -182,7 +182,7 @@ class RunData:
     def lost_time(self) -> pd.DataFrame:
         """The time lost to each root of waits, most first: root, root_at, time, share, robots; needs `log: all`.
 
-        A row for each root (see `waits`). `time`: that all robots together waited for it in the counted time, in
+        A row for each root (see `waits`). `time`: that all robots together waited for it in the evaluation period, in
         traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all
         waiting.
         """
@@ -198,7 +198,7 @@ class RunData:
 
         Each row adds up to its whole, in the model's time unit.
 
-        - A robot: the counted time.
+        - A robot: the evaluation period.
         - A task: the time from its release to its delivery, or to the end of the run if it is open then. Tasks
           delivered in the warm-up are left out.
         - A flow: the mean of its tasks. A station: the mean of the tasks delivered there.
