@@ -14,7 +14,7 @@ from desim_warehouse.model.sections.policy import Policies
 
 
 class Unset(Enum):
-    """The type of `UNSET`, which as the value of an override removes its key from the model."""
+    """As the value of an override, `UNSET` removes its key from the model, as if the file had never had it."""
 
     UNSET = "!unset"
 

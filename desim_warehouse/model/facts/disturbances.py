@@ -132,7 +132,7 @@ def never_in_run(model: Model, calendar: str) -> bool:
 def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
     """Return the share of time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
 
-    None where they come at times that are given, or nowhere.
+    It is None if people come at times that are given, or nowhere.
     """
     aisles = len(people.aisles) or len({frozenset(edge) for edge in with_storage(layout)})
     if people.per_hour is None or not aisles:
