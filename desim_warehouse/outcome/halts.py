@@ -98,7 +98,10 @@ def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
 
 
 def _what(part: str) -> Cause | None:
-    """Return the cause of a standstill that a state, or a wait in traffic, shows; None: at work, or driving to park."""
+    """Return the cause of a standstill that a state, or a wait in traffic, shows.
+
+    It is None for a robot that is at work, or drives to park.
+    """
     if part in APART:
         return "lanes"
     if part not in SHOWN:

@@ -58,17 +58,17 @@ class TaskHistory:
 
     @property
     def cycle_time(self) -> float:
-        """From its release until it was done."""
+        """The time from the task's release until it was done."""
         return self.done - self.released
 
     @property
     def deadline(self) -> Deadline | None:
-        """When it was due, and done; None: it was not due."""
+        """When the task was due, and done; None if it was not due."""
         return None if self.due is None else Deadline(self.due, self.done)
 
     @property
     def work_deadline(self) -> Deadline | None:
-        """When the work on its load unit was due, and done; None: it was not due."""
+        """When the work on its load unit was due, and done; None if it was not due."""
         return None if self.due is None else Deadline(self.due, self.worked)
 
 
@@ -91,12 +91,12 @@ class OrderHistory(NamedTuple):
 
     @property
     def cycle_time(self) -> float:
-        """From its release until the whole of it was done."""
+        """The time from the order's release until the whole of it was done."""
         return self.done - self.released
 
     @property
     def deadline(self) -> Deadline | None:
-        """When it was due and done: late from the first instant at which a task is; None: no task was due."""
+        """When the order was due and done: late from the first instant at which a task is; None if no task was due."""
         deadlines = [task.deadline for task in self.tasks if task.deadline is not None]
         if not deadlines:
             return None

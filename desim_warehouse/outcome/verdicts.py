@@ -314,8 +314,10 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
     from 0 (a t interval). `part`: the share of the error (alpha) to spend, where it is asked again as runs come in.
-    None for a fleet that begins settled: what is left of a drift comes from the run in which it settled. None for
-    one whole day whose hours or rates repeat: the level at its end belongs beside the level a day later.
+
+    It returns None for a fleet that begins settled, as what is left of a drift comes from the run in which it settled.
+    It also returns None for one whole day whose hours or rates repeat: the level at its end belongs beside the level a
+    day later.
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None
