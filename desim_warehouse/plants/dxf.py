@@ -1,6 +1,4 @@
-"""DXF drawings: lanes are the lines of some layers, marks are blocks and points, by the names of layers and blocks.
-
-For `desim import`.
+"""DXF drawings for `desim import`: lanes are lines of some layers, marks are blocks and points by their names.
 
 - Needs ezdxf, the extra `dxf`. The drawing is saved as DXF, not as DWG. Units are those of the drawing ($INSUNITS), y
   is upwards. Layers that are off or frozen are left out.

@@ -1,6 +1,4 @@
-"""GeoJSON: lanes as LineString and MultiLineString, marks as Point, with properties.
-
-For `desim import`.
+"""GeoJSON for `desim import`: lanes as LineString and MultiLineString, marks as Point, with properties.
 
 - A file whose lines name their ends, `startid` and `endid` as route graphs of Nav2 do, or `from` and `to`, is a graph:
   its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say `two_way`. They

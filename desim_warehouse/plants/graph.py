@@ -1,6 +1,4 @@
-"""Graphs as plants: graphs of networkx, and GraphML files, which are read safely.
-
-For `desim import`, and for graphs that Python code hands in.
+"""Graphs as plants for `desim import`: graphs of networkx, and GraphML files, which are read safely.
 
 Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
 without direction is a two-way lane. Without a length `weight` is one, as networkx calls it, where every edge has one

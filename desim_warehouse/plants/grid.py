@@ -1,6 +1,4 @@
-"""Grids of cells, as in multi-agent path finding: free cells are points, joined to neighbours by two-way lanes.
-
-For the readers of grids, `plants.grid_ggo`, `grid_kiva`, `grid_lorr`, `grid_movingai` and `grid_rhcr`.
+"""Grids of cells for `desim import`, as in path finding: free cells are points, joined by two-way lanes.
 
 A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a
 plant of the `Grid` that a reader fills in.

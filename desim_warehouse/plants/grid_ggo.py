@@ -1,6 +1,4 @@
-"""Warehouses of guidance graph optimisation (GGO, PIBT benchmarks): JSON with the rows of a grid, perhaps with weights.
-
-For `desim import`.
+"""Warehouses of guidance graph optimisation (GGO, PIBT benchmarks) for `desim import`: JSON with rows of a grid.
 
 `layout` holds the rows: `@` shelf, `T` blocked, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods
 are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` counts where

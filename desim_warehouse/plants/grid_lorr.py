@@ -1,6 +1,4 @@
-"""Problems of the League of Robot Runners: JSON that names a map, the robots and the tasks.
-
-For `desim import`.
+"""Problems of the League of Robot Runners for `desim import`: JSON that names a map, the robots and the tasks.
 
 Robots start in the cells that the agents file lists. A task is a list of cells that one robot visits in this order: it
 loads in the first and unloads in the last. A cell's number counts row by row from 0, blocked cells too. Lines with `#`

@@ -1,6 +1,4 @@
-"""Grid maps (`.map`) of the MovingAI benchmarks and of the League of Robot Runners.
-
-For `desim import`.
+"""Grid maps (`.map`) of the MovingAI benchmarks and the League of Robot Runners, for `desim import`.
 
 `type octile`, `height H`, `width W`, `map`, then H rows. `@`, `O`, `T` and `W` cannot be entered, `.`, `G` and `S` can.
 Where there are `E` cells, goods are delivered there and picked in the `S` cells (League of Robot Runners).

@@ -1,6 +1,4 @@
-"""Road networks of RHCR (`.grid`), such as its sorting centre: cells with a weight for each direction.
-
-For `desim import`.
+"""Road networks of RHCR (`.grid`) for `desim import`, as of its sorting centre: a weight for each direction.
 
 `Grid size (x, y)`, `W,H`, the names of the columns, then a line for every cell, column by column: id, type, station, x,
 y (upwards), and the weights of driving north, west, south and east, and of waiting; `inf` where robots may not.

@@ -1,6 +1,4 @@
-"""Layouts in the VDMA's Layout Interchange Format: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
-
-For `desim import`.
+"""Layouts in the VDMA's LIF for `desim import`: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
 
 - A file says nothing of batteries, fleets and tasks. It is read leniently, as many files are not as the schema says:
   what is clear is put right, such as a number written as text or a missing list of stations, and named under `changed`.

@@ -1,6 +1,4 @@
-"""Making a model of a plant: the layout as drawn, and marked assumptions for everything that drawings lack.
-
-For `desim import`.
+"""Making a model of a plant for `desim import`: the layout as drawn, and marked assumptions for what drawings lack.
 
 - The length that is drawn counts, not the straight distance. Two points on one spot are drawn 1 cm apart.
 - Two edges that join the same points there and back are a two-way lane, unless their lengths differ by more than 5 %:

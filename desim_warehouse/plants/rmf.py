@@ -1,6 +1,4 @@
-"""Maps of Open-RMF: building maps of the traffic editor, and the navigation graphs made of them; YAML.
-
-For `desim import`.
+"""Maps of Open-RMF for `desim import`: building maps of the traffic editor, and navigation graphs; YAML.
 
 - Building maps are in pixels, y downwards, or in metres, y upwards, as are navigation graphs, or in degrees. Pixels are
   metres by the mean of the measured distances; one that differs by more than 5 % is doubted.

@@ -1,6 +1,4 @@
-"""Nodes and edges from two CSV files, as spreadsheets write them: `nodes.csv`, and `edges.csv` beside it.
-
-For `desim import`, and for `desim export` to csv.
+"""Nodes and edges for `desim import` from two CSV files, as spreadsheets write them: `nodes.csv` and `edges.csv`.
 
 - A workbook of Excel has them as sheets `nodes` and `edges`.
 - Other names do, too, if one has `nodes` where the other has `edges`: `hall-nodes.csv` and `hall-edges.csv`. A folder
