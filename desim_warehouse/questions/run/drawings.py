@@ -211,7 +211,7 @@ def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tupl
 
 
 def account(run: RunData) -> Rows | None:
-    """Draw where the time of a task goes, or of a robot without tasks, in one unit; None: the log does not say."""
+    """Draw where the time of a task goes, or of a robot without tasks; None if the log does not have it."""
     if run.record.level != "all":
         return None
     by: By = "task" if counted_tasks(run.history) else "robot"
