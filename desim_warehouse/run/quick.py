@@ -356,7 +356,8 @@ def with_nearer(model: Model) -> Nearer | None:
 def in_wide_aisles(model: Model, now: QuickEstimate) -> float | None:
     """Measure the share of tasks that the fleet would do more if robots that load did not hold up others.
 
-    It works together as it is, and in wide aisles. None where aisles are wide, or next to nothing is to be gained.
+    The fleet is simulated as it is, and in wide aisles. The result is None if aisles are wide already, or next to
+    nothing is to be gained.
 
     Args:
         model: a model without errors.
