@@ -134,10 +134,10 @@ def scouted(
 ) -> set[int] | None:
     """Find the designs that fail on a single pilot day, which is not one of the days that judge them (`scout_steps`).
 
-    Batteries need not settle before such a day (`StudyPlan.scouts`).
+    It returns None if the runs allowed end before. Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `note`: results before, shown with the progress, and `name` what a design is
-    called there. `beside`: further targets.
+    `note`: results before, shown with the progress, and `name` what a design is called there. `beside`: further
+    targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())

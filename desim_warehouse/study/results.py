@@ -431,7 +431,7 @@ class ResultsData:
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:
-        """Undecided designs, with the number of runs in all that would probably decide; None: too many runs."""
+        """Undecided designs, with the number of runs in all that would probably decide; None if there are too many."""
         goal = self.target
         return {
             design: judge.runs_to_tell(
