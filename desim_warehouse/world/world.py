@@ -327,7 +327,7 @@ class World:
     def run(self, until: float | None = None) -> World:
         """Simulate until all goods are delivered and all robots back in a bay, or for the length of the run.
 
-        Not beyond `until`.
+        The run ends at `until` at the latest.
         """
         self.begin(until)
         self.go_on()

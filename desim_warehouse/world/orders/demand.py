@@ -83,9 +83,9 @@ class Demand:
                     self._release(item, targets=targets)
 
     def taken(self, task: Task) -> None:
-        """Note a task or tour in hand: where work never ends another task is released in place of each.
+        """Note that a robot has taken a task or tour: where work never ends, another task is released for each.
 
-        Not where a robot has given tasks back: there are as many as there should be, then.
+        No task is released where robots have given tasks back, so that as many are open as there should be.
         """
         self._open -= len(task.tasks)
         for _ in task.tasks:

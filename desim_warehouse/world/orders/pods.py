@@ -149,7 +149,7 @@ class Shelves:
 
 
 class VisitGiver(Protocol):
-    """The dispatcher, as pods know it: visits are `open`, by their numbers, until robots are given them."""
+    """The dispatcher as pods know it: visits are `open`, by their numbers, until robots are given them."""
 
     open: OrderedDict[int, Task]
 
@@ -164,7 +164,7 @@ class VisitGiver(Protocol):
 
 
 class PodPolicies(NamedTuple):
-    """The four decisions of goods to person."""
+    """The policies of the four decisions of goods to person."""
 
     pod: PodChoice
     storage: PodStorage

@@ -55,7 +55,7 @@ class BayChoice:
     def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
         """Return the bays where a robot is in nobody's way: bays with chargers for other kinds alone come last.
 
-        Nor does it take chargers for all where there is a slot at chargers for its kind alone.
+        Bays with chargers for all kinds are left out where there is a slot at chargers for the robot's kind alone.
         """
         if not self._own_chargers:
             return bays

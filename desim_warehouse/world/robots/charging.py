@@ -265,5 +265,5 @@ class ChargingStop:
 
 
 def _has_failed(lost: Event | None) -> bool:
-    """Whether a charger has failed; None: it never does."""
+    """Whether a charger has failed; `lost` None: it never does."""
     return lost is not None and lost.processed

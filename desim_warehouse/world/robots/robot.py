@@ -566,7 +566,7 @@ class Robot:
 
     @property
     def energy(self) -> float | None:
-        """The energy that its battery holds now; None: it has none."""
+        """The energy that the robot's battery holds now; None without a battery."""
         return None if self.battery.spec is None else self.battery.level(self.env.now)
 
     def tally(self, now: float) -> dict[str, float]:

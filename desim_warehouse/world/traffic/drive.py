@@ -524,9 +524,10 @@ class Drive:
             robot.turn_on_node(robot.lane.turn_to(onward), self.env._now)
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
-        """Drive over a lane too short to stand on, holding its end before it sets off, also while it halts.
+        """Drive over a lane too short to stand on, holding its end before the robot sets off, also while it halts.
 
-        And over those beyond it that are as short, as long as they are free: a grid of cells costs one event a cell.
+        The robot goes on over lanes beyond it that are as short, as long as they are free: so a grid of cells costs one
+        event a cell.
         """
         robot = self.robot
         if not onward.inside:

@@ -101,11 +101,10 @@ class Gridlock:
             self._turn(ring)
 
     def _is_open(self, ring: list[Body]) -> bool:
-        """Whether all robots of a ring can go: no intersection is still closing behind one, and none turns on one.
+        """Whether all robots of a ring can go; if not, the ring is looked at again later.
 
-        Nor does one wait for the cabin of a lift, which is called for it.
-
-        If not, it is looked at again.
+        No intersection may still be closing behind a robot, no robot may be turning on one, and none may wait for the
+        cabin of a lift, which is called for it.
         """
         now: float = self.env._now
         calls: list[tuple[LiftCrossing, Claim]] = []
@@ -180,7 +179,7 @@ class Gridlock:
     def _keep_together(ring: list[Body], now: float) -> None:
         """Turn a ring as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
 
-        And all of it starts at one time, when the last has braked and gathered speed.
+        All robots start at one time, when the last of them has braked and gathered speed.
         """
         claims = [robot.claim for robot in ring if robot.claim is not None]
         drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]

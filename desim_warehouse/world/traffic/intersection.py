@@ -296,7 +296,7 @@ class Intersection:
     def now_waits_for(self, claim: Claim, closure: Closure | None, now: float) -> None:
         """Begin a new episode of waiting for another cause: a closure (None: robots); the wait so far is counted.
 
-        Not where one person goes and another stays: it still waits for people.
+        Where one person goes and another stays there is no new episode: the claim still waits for people.
         """
         before = claim.because
         if before is not None and closure is not None and before.wait == closure.wait:

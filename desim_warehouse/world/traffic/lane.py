@@ -282,8 +282,7 @@ class Lane:
     def _drive_on(self, robot: Body, target: float, now: float) -> bool:
         """Let a robot under way drive on to `target` without a stop, unless it came too close to a slower one.
 
-        Nor if it still gathers speed: what that takes is spent where it was sure to get to.
-
+        It does not drive on if it still gathers speed, because the time for that is spent where it was sure to get to.
         Its drive comes up where it was sure to get to before, and again at the new target.
         """
         until = robot.until + (target - robot.target) / robot.pace

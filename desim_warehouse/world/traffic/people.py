@@ -35,7 +35,7 @@ class Claiming(Protocol):
 
 
 class Passer(Protocol):
-    """A robot on its way, as people see it: what it claims, or None."""
+    """A robot on its way, as people see it."""
 
     @property
     def claim(self) -> Claiming | None:
@@ -74,9 +74,9 @@ class Aisle:
         return min(until, max(robot.claim.begun, self.busy_since) + give_way.after)
 
     def expected_until(self, time: float, now: float) -> float:
-        """Return the mean time left of a stay, from now, for a robot that sees a person but not since when.
+        """Return when an aisle is expected to be open for a robot that sees a person, but not since when.
 
-        Or sooner, if people step aside for it.
+        That is after the mean time left of a stay, or sooner if people step aside for the robot.
         """
         if self.closed_until(now) <= now:
             return time
@@ -100,7 +100,7 @@ class PeopleSource:
         self._next = math.inf
 
     def start(self, streams: Streams, hours: Hours, hour: float) -> None:
-        """Take the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
+        """Set the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
         # Without an aisle to come to, which `desim check` refuses, nobody does.

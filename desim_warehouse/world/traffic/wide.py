@@ -67,9 +67,10 @@ class Side:
 class WideLane(Lane):
     """A lane in a wide aisle, with what is beside it.
 
-    `yields`: none is let in while a robot waits to come back. `looks`: robots that drive past decide once more before
-    each robot beside the lane, and one that is ready there goes first. Not where robots brake for all that they are not
-    sure of.
+    Attributes:
+        yields: whether no robot is let in while another waits to come back.
+        looks: whether robots that drive past decide once more before each robot beside the lane, so that one that is
+            ready there goes first; not where robots brake for everything that they are not sure of.
     """
 
     holder = None
@@ -146,9 +147,9 @@ class WideLane(Lane):
         super().commit(robot, self._first_of(robot.target, target), now)
 
     def _first_of(self, place: float, target: float) -> float:
-        """Return D before the first place beyond one, and before a target, with a robot beside it; or the target.
+        """Return D before the first position, beyond one and before a target, with a robot beside it; or the target.
 
-        None within 2 D of the lane's start, so that the next robot can come in.
+        Positions within 2 D of the lane's start do not count, so that the next robot can come in.
         """
         if not self.looks:
             return target
@@ -249,9 +250,10 @@ class WideLane(Lane):
         return ahead, behind
 
     def _clear_for(self, robot: Body, ahead: Body | None) -> float:
-        """Return when the robot ahead is D beyond one beside the lane; inf: it is not sure to get that far.
+        """Return when a robot beside the lane can come back, as no other is nearer than D: neither ahead nor beyond.
 
-        And when the last that came the other way is through.
+        It is inf if the robot ahead is not sure to get that far. The last robot that came the other way must be
+        through, too.
         """
         if ahead is not None and ahead.target < robot.pos + self.headway - EPS:
             return math.inf
