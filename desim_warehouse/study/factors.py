@@ -172,7 +172,7 @@ def _is_range(ends: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class Range(Part):
-    """The form of a factor whose values are numbers in equal steps."""
+    """Numbers in equal steps."""
 
     range: Annotated[tuple[Finite, ...], AfterValidator(_is_range)] = Field(description=_ENDS)
 
@@ -182,7 +182,7 @@ class Range(Part):
 
 
 class Linspace(Part):
-    """The form of a factor whose values are equally spaced numbers, both ends included."""
+    """Equally spaced numbers, both ends included."""
 
     linspace: tuple[Finite, Finite, Annotated[int, Field(strict=True, ge=2, le=MOST_LEVELS)]] = Field(
         description="low, high and how many (at least 2), such as [5, 20, 4]"
@@ -201,7 +201,7 @@ def _numbers(key: str, values: Sequence[float], form: str) -> Iterator[Level]:
 
 
 class NamedValues(Part):
-    """The form of a factor whose values have names, which tables and figures show."""
+    """Values with names, which tables and figures show."""
 
     named: Annotated[Mapping[str, Any], Field(min_length=1)] = Field(description="names, each followed by a value")
 
@@ -211,7 +211,7 @@ class NamedValues(Part):
 
 
 class Cases(Part):
-    """The form of a factor that changes several keys of the model together, each case by name."""
+    """Changes to several keys of the model, by name."""
 
     cases: Annotated[
         Mapping[str, Mapping[Annotated[str, AfterValidator(_model_key)], Any] | None], Field(min_length=1)
