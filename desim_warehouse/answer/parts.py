@@ -55,17 +55,17 @@ class Option(_Plain):
 
     @property
     def numbers(self) -> tuple[SaidNumber, ...]:
-        """All of its numbers."""
+        """All numbers of the option."""
         return (() if self.number is None else (self.number,)) + self.also
 
     @property
     def text(self) -> str:
-        """Its first number, or the words that replace it."""
+        """The option's first number, or the words that replace it."""
         return self.said or (self.numbers[0].text if self.numbers else "no value")
 
     @property
     def full_name(self) -> str:
-        """Its name, with the names of options with equal runs."""
+        """The option's name, with the names of options with equal runs."""
         return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
 
 
