@@ -459,7 +459,7 @@ def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
 
 
 def _start(words: Draft) -> str:
-    """Write what batteries hold at the start, with the reason."""
+    """Write the energy of batteries at the start, with the reason."""
     if words.day.shifts:
         off = "day" if words.day.shifts[-1][1] > DAY else "night"
         return f"1               # full: chargers have had the {off}"
