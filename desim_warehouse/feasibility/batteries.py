@@ -130,7 +130,7 @@ def too_small(model: Model, layout: Layout) -> str:
 
 
 def _waits(model: Model) -> list[str]:
-    """List what a robot of the model may wait for without a reserve in its battery."""
+    """List in words the waits that a robot of the model may have without a reserve in its battery for them."""
     causes = {
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,

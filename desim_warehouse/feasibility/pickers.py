@@ -29,7 +29,7 @@ MOST = 30
 
 @lru_cache(maxsize=64)
 def picker_load(model: Model) -> PickerLoad | None:
-    """Return what a task takes of pickers on average; None without pickers."""
+    """Return the mean load that a task is for pickers; None without pickers."""
     pickers = model.pickers
     if pickers is None:
         return None

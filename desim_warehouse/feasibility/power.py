@@ -134,7 +134,7 @@ def _alike(
     away = idle_away(model, layout)
 
     def drawn(charging: float) -> float:
-        """Return what the fleet draws in the long run, with this number of robots charging."""
+        """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
         free = max(min(at_work, robots - charging), 0.0)
         if rate is None or rate * time >= free:
             return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
@@ -211,7 +211,7 @@ def at_rest(model: Model, layout: Layout) -> str:
 
 
 def _standing(model: Model) -> float:
-    """Return what a robot draws standing, on average."""
+    """Return the mean rate at which a standing robot draws energy."""
     part, alone = shares(model), by_kind(model)
     return math.fsum(
         part[kind] * kind_model.battery.draws.standing
