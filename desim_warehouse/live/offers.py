@@ -41,7 +41,7 @@ class Offer:
 
     @property
     def is_number(self) -> bool:
-        """Whether its values are numbers, ascending."""
+        """Whether the values of the key are numbers, ascending."""
         return is_numeric(self.values)
 
     def place(self, value: Any) -> int | None:
