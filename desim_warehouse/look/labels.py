@@ -63,7 +63,7 @@ class Sheet:
             around: the box of what is named.
             gap: the least room between the two.
             side: where it stands if it can; else on the sides next to that one, and farther out.
-            again: whether the name stands elsewhere already, so that it is worth no line.
+            again: whether the name stands elsewhere already, so that it may not cover lines, either.
 
         Returns:
             The spot and which of the sizes it has; None where each would cover a mark.
