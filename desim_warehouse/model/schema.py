@@ -100,7 +100,7 @@ class Units(Part):
 
     @property
     def has_seconds(self) -> bool:
-        """Whether it is known how long a time unit is: by its name, or given. A model in steps may not say."""
+        """Whether the time unit has a known length: by its name, or given. A model in steps may not say."""
         return self.time in SECONDS or self.seconds != 1
 
     @property
@@ -568,7 +568,7 @@ class Model(Part):
 
     @property
     def is_deterministic(self) -> bool:
-        """Whether its runs draw no random numbers, so that all are equal and one is enough.
+        """Whether runs of the model draw no random numbers, so that all are equal and one is enough.
 
         Known before a run, from what each section says of itself; what a run did is in `Run.deterministic`.
         """
@@ -576,7 +576,7 @@ class Model(Part):
 
     @property
     def floor(self) -> Layout:
-        """Its layout as it is driven, with the speed limits of slow zones that always hold.
+        """The model's layout as it is driven, with the speed limits of slow zones that always hold.
 
         Raises:
             LayoutError: where two things claim one node.

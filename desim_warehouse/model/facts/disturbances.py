@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def disturbances(model: Model, layout: Layout) -> list[str]:
-    """List what keeps robots or chargers from work at times, a line for each."""
+    """List the disturbances that keep robots or chargers from work at times, a line for each."""
     return [*_failures(model), *_delays(model), *_people(model, layout)]
 
 

@@ -58,7 +58,7 @@ class Group:
 
     @property
     def is_lift(self) -> bool:
-        """Whether it is a single lift, named in the singular."""
+        """Whether the group is a single lift, named in the singular."""
         return self.kind == "lifts"
 
 

@@ -54,7 +54,7 @@ class PolicySpec(Part):
 
     @property
     def own(self) -> bool:
-        """Whether it is the user's own; then nothing is known about its code."""
+        """Whether the policy is the user's own; then nothing is known about its code."""
         return ":" in self.name
 
     def content(self) -> Any:
