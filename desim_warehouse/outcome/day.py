@@ -235,7 +235,7 @@ def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, i
 
 
 def _more_than_else(robots: dict[str, Numbers], bounds: Numbers, low: int, high: int) -> tuple[str, float]:
-    """Return what robots do more between two parts than in the whole run, and the share of the fleet that does it."""
+    """Return the state that robots are in more between two parts than in the whole run, and the share of the fleet."""
     lengths = np.diff(bounds)
     fleet = float(sum(numbers[0] for numbers in robots.values())) or 1.0
 

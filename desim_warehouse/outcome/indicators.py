@@ -116,12 +116,12 @@ class Indicator:
 
     @property
     def is_share(self) -> bool:
-        """Whether it is a share, at most 1 and shown in per cent."""
+        """Whether the indicator is a share, at most 1 and shown in per cent."""
         return self.unit.startswith("share")
 
     @property
     def within(self) -> tuple[float, float]:
-        """Its range: at least 0 unless it is signed, at most 1 if it is a share, unbounded otherwise."""
+        """The range of the indicator: at least 0 unless it is signed, at most 1 if it is a share, else unbounded."""
         return -math.inf if self.signed else 0.0, 1.0 if self.is_share else math.inf
 
 

@@ -23,7 +23,7 @@ class Deadline(NamedTuple):
 
     @property
     def missed(self) -> bool:
-        """Whether it was not done by its due time."""
+        """Whether the deadline passed before it was done."""
         return self.done > self.due
 
     def overrun(self, end: float) -> float:
@@ -81,12 +81,12 @@ class OrderHistory(NamedTuple):
 
     @property
     def released(self) -> float:
-        """When its first task was released."""
+        """When the order's first task was released."""
         return min(task.released for task in self.tasks)
 
     @property
     def done(self) -> float:
-        """When its last task was done (inf: never)."""
+        """When the order's last task was done (inf: never)."""
         return max(task.done for task in self.tasks)
 
     @property

@@ -344,7 +344,7 @@ def _refills(fall: float, model: Model) -> bool:
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
-    """Return what to expect of chargers and robots once batteries have settled, by estimate, in words."""
+    """Return in words the use of chargers and robots to expect once batteries have settled, by estimate."""
     time = kpis.get("T", math.nan)
     counted = time - model.run.warm_up if time > model.run.warm_up else time
     away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
