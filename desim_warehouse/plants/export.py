@@ -237,7 +237,7 @@ class _Drawing:
         note("left out", "section", list(self.sections()), "a layout has no work, policies or energy")
 
     def sections(self) -> Iterable[str]:
-        """Name what a layout cannot hold: tasks, and sections, or parts of them, that differ from their defaults."""
+        """List what a layout cannot hold: tasks, and sections, or parts of them, that differ from their defaults."""
         model = self.model
         for key in ("calendars", "tasks", "battery", "people", "policies", "run", "cost", "prices", "accept"):
             if key == "tasks" or getattr(model, key) != type(model).model_fields[key].default:

@@ -1,7 +1,7 @@
 """Tables of the keys that an imported JSON file must and may have: LIF is read by them, leniently or strictly.
 
 Leniently, what is written otherwise but clear is put right, and what is wrong but not needed is left out; each with its
-position. To the letter, all of that is refused.
+position. Strictly (to the letter), all of that is refused.
 """
 
 from __future__ import annotations
