@@ -93,7 +93,7 @@ def save(source: Model | RunData, path: str | Path, *, title: str | None = None,
 
 
 def _with_names(axes: Axes, floor: Layout) -> Axes:
-    """Write what people call each storage place beside it: its name, or its number."""
+    """Write the name, or else the number, of each storage place beside it."""
     for place in floor.storage:
         name = look.text(floor.called.get(place.number, str(place.number)))
         axes.text(place.x, place.y, name, fontsize=3, ha="center", va="center", color=palette.INK, zorder=5)
