@@ -107,7 +107,7 @@ def _task(estimate: QuickEstimate, time: str) -> str:
 
 
 def _pods(pile_on: PileOn, units: Units) -> str:
-    """Describe what a visit of a pod serves, and what pickers can do."""
+    """Describe the lines that a visit of a pod serves, and the work that pickers can do."""
     least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
     lines = least if least == most else f"{least} to {most}"
     text = f"pods: {lines} lines a visit by {pile_on.policy}, measured"

@@ -47,7 +47,7 @@ _LEAST = 0.005
 
 
 def drawings(run: RunData, named: str = "", below: Markup | None = None) -> list[Rows | Markup]:
-    """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells.
+    """Draw the figures of a run that every page has: its course by the clock, and the floor, as far as the log tells.
 
     `named`: what the run is among others, as `the median of 33 days`; `below` its course: that of another.
     """
