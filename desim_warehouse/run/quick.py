@@ -66,7 +66,7 @@ PARTS = {
 
 
 def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
-    """Estimate what a fleet can do, from a model without errors; with pods a task is a line.
+    """Estimate the throughput of a fleet, from a model without errors; with pods a task is a line.
 
     `waiting`: tasks that an allocation may choose from; None: just as many that the next is always known.
 
@@ -304,7 +304,7 @@ WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
-    """List what keeps robots or chargers from work at times, and what the estimate leaves out: a line for each."""
+    """List the causes that keep robots or chargers from work at times, and what the estimate leaves out."""
     shared = [f"{text}{WAITS_LEFT_OUT}" for text in shared_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
