@@ -89,7 +89,7 @@ class Floor:
     """Designs of a floor: a direction for each of its units, the lanes or whole aisles that can be turned."""
 
     def __init__(self, model: Model) -> None:
-        """Find what can be turned; raises StudyError where nothing can."""
+        """Find the units of a floor that can be turned; raises StudyError where none can."""
         self.model = model
         blocks = model.layout.blocks
         self.turnable: Turnable = turnable(model.floor) if blocks is None else turnable_blocks(blocks)

@@ -87,7 +87,7 @@ class Handle:
 
     @property
     def ended(self) -> bool:
-        """Whether it has an outcome, or was cancelled."""
+        """Whether the run has an outcome, or was cancelled."""
         return self.cancelled or self.outcome is not None
 
     def cancel(self) -> None:
