@@ -254,7 +254,7 @@ class Part(BaseModel):
         }
 
     def is_random(self, model: Any) -> bool:
-        """Whether it draws random numbers in runs of this model: by default, where a part of it does.
+        """Whether the section draws random numbers in runs of this model: by default, where a part of it does.
 
         Sections that draw numbers themselves override this; it is known before a run.
         """
