@@ -63,7 +63,7 @@ class Guest(Protocol):
 
     @property
     def is_out(self) -> bool:
-        """Whether it is in no bay."""
+        """Whether the robot is in no bay."""
 
     def charge_left(self) -> float:
         """Return the share of its battery's capacity that is left."""

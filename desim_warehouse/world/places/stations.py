@@ -164,7 +164,7 @@ class Stations:
     # Stops
 
     def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
-        """Return what a robot has to do for a task or tour, in order. A task by itself is unloaded at `node`."""
+        """Return the stops that a robot makes for a task or tour, in order. A task by itself is unloaded at `node`."""
         if task.is_tour:
             return self._stops_of_tour(robot, task)
         drop, source = task.drop, task.edge

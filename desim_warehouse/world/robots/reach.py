@@ -134,7 +134,7 @@ class Reach:
         return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
-        """Return what robots have and need for a task that none of their batteries lasts for, and what helps."""
+        """Return in words the energy that robots have and need for a task that no battery lasts for, and what helps."""
         able = [robot for robot in robots if may_do(robot, task)]
         best = min(able, key=lambda robot: self.missing(robot, task))
         levels = self.levels(best)

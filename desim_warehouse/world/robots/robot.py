@@ -595,7 +595,7 @@ class Robot:
     # As the driver of its body
 
     def left_bay(self) -> None:
-        """Free its slot in the bay or station it has left; or come back on the lanes from which it was cleared."""
+        """Free the robot's slot in the bay or station it has left; or come back on the lanes after a repair."""
         if self.body.cleared:
             self.body.come_back()
         elif self.docked is not None:

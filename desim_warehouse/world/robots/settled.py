@@ -134,7 +134,7 @@ class SettledFleets:
     def once(
         self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """Return what the settling run of a model sees: it is simulated now; subclasses look it up before."""
+        """Return the fleets that a model's settling run sees: it is simulated now; subclasses look it up before."""
         del model, waiting
         return settle()
 

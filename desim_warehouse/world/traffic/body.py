@@ -243,7 +243,7 @@ class Body:
             self.granted = None
 
     def off_lane(self, out: float) -> None:
-        """Leave its lane's queue, where the gap closes, and pass the lane's end at the time `out`."""
+        """Leave the lane's queue, where the gap closes, and pass the lane's end at the time `out`."""
         lane, front, behind = self.lane, self.ahead, self.behind
         self.driven += lane.length
         self.out_at = out
@@ -371,7 +371,7 @@ class Body:
         self.broken = True
 
     def be_cleared(self, node: Intersection) -> None:
-        """Leave its lane's queue and the node that it held; it is beside a node from now on."""
+        """Leave the lane's queue and the node that the robot held; it is beside a node from now on."""
         lane = self.lane
         if lane is not None:
             self.driven -= lane.length - self.pos
@@ -411,7 +411,7 @@ class Body:
         return self.pace * self.pace * self.stretch.motion.gathers / 2
 
     def keep_braking_distance(self, env: Environment) -> None:
-        """Look its braking distance ahead, so that it can always stop before it may have to."""
+        """Make the robot look its braking distance ahead, so that it can always stop before it may have to."""
         assert self.stretch is not None
         self.look_ahead = LookAhead(env, self, self.stretch.motion.brakes)
 
@@ -430,7 +430,7 @@ class Body:
         return max(now, self.until, self.stands_at), self.stretch
 
     def commit_stretch(self, stretch: Stretch) -> None:
-        """Leave its lane by a stretch that was worked out before."""
+        """Leave the lane by a stretch that was worked out before."""
         self.stretch = stretch
         if self.train_pace == inf:  # else the ring starts at `until`
             self.line_at = self.until
@@ -461,12 +461,12 @@ class Body:
         return part
 
     def start_at_pace(self, length: float) -> None:
-        """Gather its pace from a stand while it waits to drive a length."""
+        """Gather the robot's pace from a stand while it waits to drive a length."""
         if self.stretch is not None:
             _, self.stretch = self.stretch.at_speed(self.pace).further(length, self.pace)
 
     def brake_to_stand(self, now: float) -> float:
-        """Stop where it is, or is sure to get to, and return when it has braked."""
+        """Stop where the robot is, or is sure to get to, and return when it has braked."""
         if self.stretch is None:
             return now
         braking, self.stretch = self.stretch.stopped

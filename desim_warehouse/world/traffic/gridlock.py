@@ -74,7 +74,7 @@ class Gridlock:
         return any(other.blocker is robot for other in self._bodies)
 
     def check(self, robot: Body) -> None:
-        """Follow who waits for whom from a robot that has just become blocked, and turn the ring if there is one.
+        """Follow the chain of waiting robots from one that has just become blocked, and turn the ring if there is one.
 
         A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
         closes on itself, or ends at a robot that rests: that one gives way.

@@ -119,7 +119,7 @@ class Routes:
         return lanes
 
     def _roads(self, speed: float | None, after: float) -> Roads:
-        """Return what the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
+        """Return the Highways as the routing policy sees them, for a robot's speed and the time at which it leaves."""
         roads = self.roads
         if not self.passes_closures or (after == 0 and speed in {None, roads.speed}):
             return roads
