@@ -142,7 +142,7 @@ def _waits(model: Model) -> list[str]:
 
 
 def holds(model: Model, battery: BatterySpec) -> float:
-    """Return the most energy that a task may draw from a battery, the reserve included if the policy ignores it."""
+    """Return the most energy that a task may draw: a full battery, and the reserve if the policy has no look-ahead."""
     thresholds = levels(model)
     return _full(model, battery) + (battery.reserve if thresholds is None or thresholds.margin is None else 0.0)
 
