@@ -25,7 +25,7 @@ class Rings(Protocol):
     """The part that looks for robots that wait for each other in a ring, a deadlock cycle (see `gridlock`)."""
 
     def check(self, robot: Body) -> None:
-        """Follow who waits for whom from a robot that has just become blocked, and turn the ring if it is in one."""
+        """Follow the chain of waiting robots from one that has just become blocked, and turn a ring that it closes."""
 
 
 class StepGuard(Protocol):
