@@ -250,7 +250,7 @@ class Layout:
 
     @cached_property
     def cabins_beside(self) -> dict[str, list[str]]:
-        """The nodes of other cabins on the floor, by the node of a lift."""
+        """For each node of a lift, the nodes of its other cabins on that floor."""
         first, beside = {lift.name: lift for lift in self.lifts}, defaultdict[str, list[str]](list)
         for lift in self.lifts:
             if lift.model_name != lift.name:

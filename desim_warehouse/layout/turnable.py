@@ -52,7 +52,7 @@ class Turnable:
 
     @property
     def drawn(self) -> tuple[Way, ...]:
-        """The ways that the floor has."""
+        """The directions that the units of the floor have as drawn."""
         return tuple(ways[0] for ways in self.ways)
 
     def is_connected(self, design: Sequence[Way]) -> bool:
