@@ -233,7 +233,7 @@ class RunsSoFar:
         return scale.within(look.mean, look.low, look.high, target.value)
 
     def said(self, target: Target | None) -> Said:
-        """Return the verdict with its sentence."""
+        """Return the verdict on a target, with its sentence."""
         verdict, design = self.met(target), self.design.words
         estimate = self.estimate(self.main)
         if verdict == "fails":
