@@ -305,7 +305,7 @@ def _rows(searched: SearchedDesigns) -> Rows | None:
 
 
 def sentences(searched: SearchedDesigns) -> list[str]:
-    """Return the answer first, then cheaper designs not shown to be enough, the runner-up, and the runs done."""
+    """Return the sentences: the answer first, then cheaper designs not shown to be enough, runner-up, and runs done."""
     lines = [_answer(searched)]
     for candidate in searched.cheaper:
         why = candidate.vetoed or f"is not shown to give {_aim(searched)}"
