@@ -252,7 +252,7 @@ def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -
 
 
 def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Other fleets and demands with which both floors are models, in words."""
+    """Yield other fleets and demands with which both floors are models, in words."""
     size = model.fleet.size
     fleets = sorted({max(1, round(times * size)) for times in _FLEETS} - {size})
     trials: list[tuple[str, dict[str, Any]]] = [(f"{robots} robots", {"fleet.size": robots}) for robots in fleets]
