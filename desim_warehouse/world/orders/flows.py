@@ -106,7 +106,7 @@ class Flows:
 
 
 class _Flow:
-    """The tasks of one flow, one after the other."""
+    """The source of the tasks of one flow, which are made one after the other."""
 
     def __init__(self, name: str, spec: FlowSpec, model: Model, layout: Layout, streams: Streams) -> None:
         self.name = name

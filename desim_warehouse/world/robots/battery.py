@@ -74,7 +74,7 @@ class Battery:
         return self.used + self.rate * (now - self._since)
 
     def plug(self, now: float) -> None:
-        """Begin to charge, with nothing drawn meanwhile."""
+        """Begin to charge: nothing is drawn from the battery meanwhile."""
         self.draw(now, 0.0)
         self._since = now
         self.charging = True

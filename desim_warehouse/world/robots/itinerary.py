@@ -114,7 +114,7 @@ class Itinerary:
         return [*self._route(node, place[0].edge[0], after), place[0]], place
 
     def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
-        """Return a route from the node that it stands on or comes to next, or that it comes to `after` some more time.
+        """Return a route from the node that the robot stands on or comes to next, or comes to `after` some more time.
 
         Where lanes close it counts when it is there, at its present speed.
         """
