@@ -1,4 +1,7 @@
-"""The work of pickers by the quick estimate: how often a task needs one, what that takes, and how far they walk."""
+"""The work of pickers by the quick estimate: how often a task needs one, what that takes, and how far they walk.
+
+For `desim check`, where a model has pickers.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,7 @@ def _stops(model: Model) -> Iterator[tuple[float, float]]:
 
 
 def _mean_walks(model: Model, most: int) -> list[float]:
-    """Return how far it is on average from the nearest of 1, 2, ... `most` places to another place of the zone.
+    """Return the mean distance from a place of the zone to the nearest of 1, 2, ... `most` other random places of it.
 
     All places are equally likely, with the same draws for any model.
     """

@@ -187,7 +187,7 @@ def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
 
 
 def _differences(tracks: Tracks) -> list[str]:
-    """Words for edges that robots drove and the model lacks, and for edges that no robot drove."""
+    """Return words for edges that robots drove and the model lacks, and for edges that no robot drove."""
     names = list(tracks.model.floor.graph)
     passed = (np.diff(tracks.node) != 0) & (np.diff(tracks.robot) == 0) & tracks.joined[1:]
     pairs = Counter(zip(tracks.node[:-1][passed].tolist(), tracks.node[1:][passed].tolist(), strict=True))

@@ -55,7 +55,7 @@ def _by_clock(rates: list[float], start: str) -> list[float]:
 
 
 def _begins(log: FleetLog) -> Any:
-    """Times at which picks began, in seconds from the begin of the log."""
+    """Return times at which picks began, in seconds from the begin of the log."""
     table = log.table
     new = np.diff(table["robot"], prepend=-1) != 0
     pick = table["action"].to_numpy() == PICK

@@ -71,7 +71,7 @@ def unknown(key: str, why: str, n: int = 0, what: str = "") -> KeyEstimate:
 
 
 def short(value: float) -> float:
-    """A number with the digits that a log can carry."""
+    """Return a number with the digits that a log can carry."""
     return float(f"{value:.4g}")
 
 
@@ -98,7 +98,7 @@ def densest(values: Floats) -> float:
 
 
 def undisturbed(off: Floats, side: int, least: float = _FLOOR) -> tuple[NDArray[np.bool_], float]:
-    """Tell residuals of measuring alone from disturbances; return a flag for each, and the standard deviation.
+    """Separate residuals of measuring alone from disturbances; return a flag for each, and the standard deviation.
 
     Disturbances lie on one side only: robots are held up, never pushed. `side` is -1 where they are above 0.
     `least`: the deviation that all measuring has.

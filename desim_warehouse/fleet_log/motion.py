@@ -108,7 +108,7 @@ class DrivingTimes:
         return undisturbed(off, 1)[1] if len(off) else 1e-9
 
     def _slow_edges(self) -> list[tuple[list[int], tuple[float, float, int]]]:
-        """Edges slower than the model's limits and the speed elsewhere, grouped by like speeds."""
+        """Return edges slower than the model's limits and the speed elsewhere, grouped by like speeds."""
         speeds: dict[int, float] = {}
         for number in np.unique(self.edge):
             for loaded, (usual, _, _) in enumerate(self.speeds):

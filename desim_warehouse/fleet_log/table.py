@@ -206,7 +206,7 @@ class Collector:
         return FleetLog(self.name, table, self._names(), tuple(self._nodes), begin, step, notes)
 
     def _names(self) -> tuple[str, ...]:
-        """Names of the robots: their serial numbers, with the maker where two have the same."""
+        """Return names of the robots: their serial numbers, with the maker where two have the same."""
         serials = Counter(serial for serial, _ in self._robots)
         return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
 

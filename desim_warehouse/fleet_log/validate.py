@@ -131,7 +131,7 @@ class Validation:
         return max(days, 1) if days <= _MOST else None
 
     def lines(self) -> list[str]:
-        """The verdict, with its power, and what to look at."""
+        """Return the verdict, with its power, and what to look at."""
         called = {name: MEASURES[name].meaning for name in self.names}
         days, runs, _ = self.measures.simulated.shape
         what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"

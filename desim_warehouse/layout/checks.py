@@ -61,7 +61,7 @@ class Use:
 
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
-    """All findings, errors first."""
+    """Find all findings, errors first."""
     near = Near(layout, use.contact)
     findings = [
         *unreachable(layout, use),
@@ -89,7 +89,7 @@ def worst_first(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def errors(layout: Layout, use: Use) -> list[Finding]:
-    """The errors alone, for `simulate`; the cheap part of `examine`."""
+    """Find the errors of the layout alone, without warnings, for `simulate`: the quick part of `examine`."""
     findings = (
         *unreachable(layout, use),
         *_bays(layout, use),
@@ -102,7 +102,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
 
 
 def some(names: Iterable[str]) -> str:
-    """The first of many names, and how many more."""
+    """Return the first of many names, and how many more."""
     return first_of(list(names), SHOWN)
 
 
@@ -141,7 +141,10 @@ def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """A bay slot for every robot: a robot that leaves its work must have somewhere to go (condition 2)."""
+    """Check that there is a bay slot for every robot: a robot that leaves its work must have somewhere to go.
+
+    It is condition 2 of a layout on which work never stops (docs/why.md, "Never stalled").
+    """
     start = use.start or tuple(layout.bays)
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
@@ -210,7 +213,7 @@ def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Which lanes are two-way, and which rule keeps robots from being stuck there."""
+    """Find which lanes are two-way, and which rule keeps robots from being stuck there."""
     lanes = layout.two_way
     if not lanes:
         return
@@ -234,7 +237,7 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _are(things: Sized) -> str:
-    """The verb for one thing or several."""
+    """Return the verb for one thing or several."""
     return "is" if len(things) == 1 else "are"
 
 
@@ -319,7 +322,7 @@ def _shared_names(layout: Layout) -> Iterator[Finding]:
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Edges too short for a robot to stand on clear of both ends (condition 3)."""
+    """Find edges too short for a robot to stand on clear of both ends (condition 3)."""
     lanes = [edge for edge in layout.graph.edges if edge not in layout.rides]
     lengths = {">".join(edge): layout.length(edge) for edge in lanes}
     joined = [name for name, length in lengths.items() if length < use.contact - EPS]
@@ -342,7 +345,7 @@ def _short(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _merges(layout: Layout) -> Iterator[Finding]:
-    """Edges that meet at so sharp an angle that robots waiting side by side would touch."""
+    """Find edges that meet at so sharp an angle that robots waiting side by side would touch."""
     graph = layout.graph
     sharp = []
     for node in graph:
@@ -362,7 +365,7 @@ def _merges(layout: Layout) -> Iterator[Finding]:
 
 
 def _bridges(near: Near) -> Iterator[Finding]:
-    """Edges that cross, drawn straight, where there is no node."""
+    """Find edges that cross, drawn straight, where there is no node."""
     crossing = near.named(near.cross())
     if crossing:
         yield Finding(
@@ -374,7 +377,7 @@ def _bridges(near: Near) -> Iterator[Finding]:
 
 
 def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
-    """Edges that run along each other, drawn straight, where robots on both would touch."""
+    """Find edges that run along each other, drawn straight, where robots on both would touch."""
     along = near.named(near.are_along(use.contact))
     if along:
         yield Finding(
@@ -405,7 +408,7 @@ def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
 
 
 def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> list[Sequence[str]]:
-    """The shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
+    """Return the shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
     import networkx as nx
 
     rings: dict[frozenset[str], tuple[float, list[str]]] = {}
@@ -436,7 +439,7 @@ class Near:
         self._c, self._d = ends[self.second].T
 
     def named(self, pairs: Any) -> list[str]:
-        """The names of some pairs, sorted; `pairs` says of each whether it is one of them."""
+        """Return the names of some pairs, sorted; `pairs` says of each whether it is one of them."""
         return sorted(
             f"{'>'.join(self.edges[i])} and {'>'.join(self.edges[j])}"
             for i, j in zip(self.first[pairs].tolist(), self.second[pairs].tolist(), strict=True)
@@ -481,7 +484,7 @@ class Near:
 
 
 def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
-    """The pairs of edges whose surroundings share a square of a grid: each once, by their numbers."""
+    """Return the pairs of edges whose surroundings share a square of a grid: each once, by their numbers."""
     import numpy as np
 
     corners = np.stack([ends.real, ends.imag])

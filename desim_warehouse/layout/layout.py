@@ -186,7 +186,7 @@ class Layout:
         return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
 
     def length(self, edge: Edge) -> float:
-        """Length of an edge; 0 of a node for both its ends."""
+        """Return the length of an edge; 0 of a node for both its ends."""
         return 0.0 if edge[0] == edge[1] else float(self.graph.edges[edge]["length"])
 
     def approaches(self, edge: Edge, offset: float) -> list[tuple[Edge, float]]:
@@ -199,7 +199,7 @@ class Layout:
         return {edge: length for edge, length, _, two_way in self.edges if two_way}
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
-        """The node, or the nodes of the station, that has this name."""
+        """Return the node, or the nodes of the station, that has this name."""
         if name in self.graph:
             return (name,)
         return tuple(node for node, station in self.stations.items() if station.zone == name)

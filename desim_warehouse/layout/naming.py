@@ -35,7 +35,7 @@ def block_nodes(columns: int, rows: int) -> tuple[tuple[str, ...], ...]:
 
 
 def wrong_part(pattern: str) -> str:
-    """The problem of a pattern of names; empty where there is none."""
+    """Return the problem of a pattern of names; empty where there is none."""
     try:
         parts = list(Formatter().parse(pattern))
     except ValueError as error:
@@ -46,7 +46,7 @@ def wrong_part(pattern: str) -> str:
 
 
 def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iterator[tuple[str, int]]:
-    """The numbers of storage places by names from a pattern; a place with several levels has a name for each.
+    """Yield the numbers of storage places by names from a pattern; a place with several levels has a name for each.
 
     An aisle is an edge beside which there are places, in the order in which they are listed; bays are counted along it.
     """

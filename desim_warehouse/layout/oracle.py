@@ -92,7 +92,7 @@ class RouteOracle:
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
 
     def length(self, origin: str, goal: str) -> float:
-        """Length of the route; inf where there is none."""
+        """Return the length of the route; inf where there is none."""
         row, node = self._row_of(origin, goal)
         return float(row[0][node])
 
@@ -105,12 +105,12 @@ class RouteOracle:
         return float(row[1][node])
 
     def counted(self, origin: str, goal: str) -> float:
-        """The cost by which a route is compared: more than its own if it leads against a preferred direction."""
+        """Return the cost by which a route is compared: more than its own if it leads against a preferred direction."""
         row, node = self._row_of(origin, goal)
         return float(row[3][node])
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Nodes of the route, both ends included; empty where there is none.
+        """Return nodes of the route, both ends included; empty where there is none.
 
         Another `tie` gives another of the routes of the same length and time, where there are several; none where turns
         take time.
@@ -141,7 +141,7 @@ class RouteOracle:
         return self._turns is not None and self.cost == "time"
 
     def beside(self, origin: str, goal: str) -> tuple[str, str]:
-        """The second and the last node but one of a route with two nodes or more, where turns count."""
+        """Return the second and the last node but one of a route with two nodes or more, where turns count."""
         forward = self._forward(origin, goal)
         root, node = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
         near, far = (self.names[nodes[node]] for nodes in self._besides(root, forward=forward))
@@ -187,7 +187,7 @@ class RouteOracle:
         ]
 
     def _tied(self, row: Row, node: int, root: int, tie: int, *, forward: bool) -> int:
-        """The next node towards the root on a route drawn from the routes of equal cost, length and time."""
+        """Return the next node towards the root on a route drawn from the routes of equal cost, length and time."""
         lengths, times, _, costs = row
         length, time, cost = lengths[node] * TIE, times[node] * TIE, costs[node] * TIE
         nexts = [
@@ -202,7 +202,11 @@ class RouteOracle:
         return nexts[_drawn(tie, node, root) % len(nexts)] if nexts else int(row[2][node])
 
     def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
-        """By node the nodes that a route to the root may go on to, with length, time and cost of the edge to them."""
+        """For each node, its neighbours one edge closer to the root of a shortest-path search: edge length, time, cost.
+
+        Routes begin at the root with `forward`, so the neighbours are a node's predecessors; else routes end at the
+        root, and they are its successors.
+        """
         if forward not in self._steps:
             neighbours: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
@@ -224,9 +228,10 @@ class RouteOracle:
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 
     def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
-        """A row for each origin and a column for each goal, from values that are `read` for all nodes at once.
+        """Make a matrix with a row for each origin and a column for each goal, from one shortest-path search for each.
 
-        `read` has a root, and whether the search begins there: at the origin (True) or the goal.
+        `read(root, begins)` returns the values of all nodes for the routes that begin at the root (`begins`, where the
+        root is an origin), or that end there (where the root is a goal).
         """
         import numpy as np
 
@@ -300,7 +305,7 @@ class RouteOracle:
 
     @cached_property
     def _columns(self) -> tuple[Any, ...]:
-        """From, to, length and time of every edge, in the order of the successors."""
+        """Return arrays of the start node, end node, length and time of every edge, sorted by start node."""
         import numpy as np
 
         edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
@@ -337,7 +342,7 @@ class RouteOracle:
             edges[left] += 1
 
         def along(what: Cost) -> Any:
-            """Length or time of the routes found."""
+            """Return the length or time of the routes found."""
             if what == self.cost and not self._counted:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
@@ -390,6 +395,6 @@ class RouteOracle:
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
-    """A pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    """Return a pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
     mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
     return mixed >> 15 ^ mixed >> 7

@@ -32,7 +32,7 @@ def travel_on(
     node_times: tuple[tuple[str, float], ...] = (),
     slowness: float = 0.0,
 ) -> FreeTravel:
-    """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
+    """Return the travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
     times = dict(node_times)
     return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, times, slowness)
 
@@ -76,13 +76,13 @@ class FreeTravel:
         return time + self.stop_time if time else time
 
     def at(self, speed: float) -> FreeTravel:
-        """The travel times of robots at another speed."""
+        """Return the travel times of robots at another speed."""
         node_time, node_times, slowness = self._given
         ways = self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness
         return FreeTravel(*ways)
 
     def oracle(self, cost: Cost) -> RouteOracle:
-        """The oracle for routes that are cheapest by a cost."""
+        """Return the oracle for routes that are cheapest by a cost."""
         oracle = self._oracles.get(cost)
         if oracle is None:
             oracle = self._oracles[cost] = RouteOracle(
@@ -198,7 +198,7 @@ class FreeTravel:
         return self.oracle(self.cost)
 
     def distance(self, origin: str, goal: str) -> float:
-        """Length of the shortest route."""
+        """Return the length of the shortest route."""
         return self.oracle("length").length(origin, goal)
 
     def time(self, origin: str, goal: str) -> float:
@@ -211,7 +211,7 @@ class FreeTravel:
         return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 
     def way(self, origin: str, goal: str) -> list[str]:
-        """The nodes that a robot drives from origin to goal, both included."""
+        """Return the nodes that a robot drives from origin to goal, both included."""
         return self.ways.way(origin, goal)
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
@@ -224,7 +224,7 @@ class FreeTravel:
 
 
 def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[list[str], list[str]]:
-    """The nodes between which routes lead: from the ends of goods' edges, and to their starts."""
+    """Return the nodes between which routes lead: from the ends of goods' edges, and to their starts."""
     return (
         [origin if isinstance(origin, str) else origin[1] for origin in origins],
         [goal if isinstance(goal, str) else goal[0] for goal in goals],
@@ -232,7 +232,7 @@ def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[l
 
 
 def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
-    """The edge by which a robot has come to the end of a good's edge; to a good at a node only one may lead."""
+    """Return the edge by which a robot has come to the end of a good's edge; to a good at a node only one may lead."""
     if isinstance(place, str) or place[0] != place[1]:
         return None if isinstance(place, str) else place
     before = list(highways.predecessors(place[1]))
@@ -240,5 +240,5 @@ def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
 
 
 def _edge_from(place: Edge | str) -> Edge | None:
-    """The edge of a good, which a robot drives onto; None of a node and of a good at a node."""
+    """Return the edge of a good, which a robot drives onto; None of a node and of a good at a node."""
     return None if isinstance(place, str) or place[0] == place[1] else place

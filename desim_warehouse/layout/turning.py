@@ -23,7 +23,7 @@ def turning(highways: nx.DiGraph, edge: Edge, other: Edge) -> float:
 
 
 def heading(highways: nx.DiGraph, edge: Edge) -> float:
-    """The angle of an edge, drawn straight."""
+    """Return the angle of an edge, drawn straight."""
     (x0, y0), (x1, y1) = ((highways.nodes[node]["x"], highways.nodes[node]["y"]) for node in edge)
     return math.atan2(y1 - y0, x1 - x0)
 
@@ -34,7 +34,7 @@ def quarters(angle: Any) -> Any:
 
 
 def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
-    """How long turns take, and the stops for them: by quarters of a turn, a number or an array of them."""
+    """Return how long turns take, and the stops for them: by quarters of a turn, a number or an array of them."""
     return turn_time * quarters + stop_time * (quarters > 0)
 
 
@@ -74,7 +74,7 @@ class Turns:
         return np.where((steps != here) & (further != steps), self._times(incoming - outgoing), 0.0)
 
     def _times(self, angles: Any) -> Any:
-        """How long turns by some angles take."""
+        """Return how long turns by some angles take."""
         return turn_times(quarters(angles), self.turn_time, self.stop_time)
 
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
@@ -110,7 +110,7 @@ class Turns:
         return sums[0], sums[1], steps, costs
 
     def far_ends(self, *, forward: bool) -> Any:
-        """The node at the root's side of every edge."""
+        """Return the node at the root's side of every edge."""
         return self.source if forward else self.target
 
     def _graph(self, *, forward: bool) -> Any:
@@ -147,7 +147,7 @@ def sums_along(steps: Any, first: Any) -> Any:
 
 
 def last_steps(steps: Any, root: int) -> Any:
-    """The node before the root on every chain of `steps`; the node itself on chains that do not lead there."""
+    """Return the node before the root on every chain of `steps`; the node itself on chains that do not lead there."""
     import numpy as np
 
     last = np.where(steps == root, np.arange(len(steps)), steps)

@@ -158,15 +158,15 @@ class RunsSoFar:
         return self.results.estimate(self.rows[:n], indicator)
 
     def scale(self, indicator: str) -> Scale:
-        """The scale on which the indicator is written."""
+        """Return the scale on which the indicator is written."""
         return words.scale_of(indicator, self.model, [self.estimate(indicator)])
 
     def reached(self, value: str) -> str:
-        """The main indicator with a value, inside a sentence."""
+        """Return the main indicator with a value, inside a sentence."""
         return words.reached(self.main, value)
 
     def values(self, by: float) -> list[float | None]:
-        """The main indicator in each run, times `by`."""
+        """Return the main indicator in each run, times `by`."""
         values = (by * row.value(self.main) for row in self.rows)
         return [value if math.isfinite(value) else None for value in values]
 
@@ -183,7 +183,7 @@ class RunsSoFar:
         return None
 
     def met(self, target: Target | None) -> Verdict:
-        """The verdict on a target, which stands once it fell."""
+        """Return the verdict on a target, which stands once it fell."""
         if target not in self._met:
             self._met[target] = self._verdict(target)
         return self._met[target]
@@ -221,7 +221,7 @@ class RunsSoFar:
         )
 
     def told(self, target: Target | None) -> str:
-        """The main indicator with its one interval, from the verdict; none before the first look at a target."""
+        """Return the main indicator with its one interval, from the verdict; none before the first look at a target."""
         estimate, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
         assert estimate is not None
         if target is None or not self._can_meet(target):
@@ -233,7 +233,7 @@ class RunsSoFar:
         return scale.within(look.mean, look.low, look.high, target.value)
 
     def said(self, target: Target | None) -> Said:
-        """The verdict with its sentence."""
+        """Return the verdict with its sentence."""
         verdict, design = self.met(target), self.design.words
         estimate = self.estimate(self.main)
         if verdict == "fails":
@@ -258,12 +258,12 @@ class RunsSoFar:
         return Said(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
-        """The cost of a year, where the model has prices."""
+        """Return the cost of a year, where the model has prices."""
         estimate = self.estimate("annual_cost") if self.main != "annual_cost" else None
         return "" if estimate is None else f", {self.scale('annual_cost').value(estimate.mean)} a year"
 
     def measured(self, target: Target | None) -> list[Measured]:
-        """The indicators, each with its one interval."""
+        """Return the indicators, each with its one interval."""
         measured = []
         for name in self.indicators:
             estimate = self.estimate(name)
@@ -290,12 +290,12 @@ class RunsSoFar:
         return measured
 
     def busy(self) -> Busy:
-        """Say which group is busiest, with the load of each group, the largest first."""
+        """Find the busiest group of a design so far, and the load of each group, the largest first."""
         return busy(self.rows, self.model, CONFIDENCE)
 
 
 def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], seed: int, target: str = "") -> Results:
-    """The runs of some designs of a model as the results of a study."""
+    """Return the runs of some designs of a model as the results of a study."""
     from desim_warehouse.study.execution.cache import versions
 
     levels = tuple(Level(design.words, design.changes, ()) for design, _ in designs)
@@ -319,5 +319,5 @@ def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], 
 
 
 def _short(error: str) -> str:
-    """An error without the name of its type."""
+    """Return an error without the name of its type."""
     return numbers.sentence(error.partition(": ")[2] or error)

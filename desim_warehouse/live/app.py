@@ -65,7 +65,7 @@ HEADERS = {
 
 
 def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
-    """The server of a desk, for anybody who has the token."""
+    """Return the server of a desk, for anybody who has the token."""
     calls = Calls(desk, about, frames)
     routes = [
         Route("/", calls.page, methods=["GET"]),
@@ -83,7 +83,7 @@ def application(desk: Desk, about: About, token: str, hosts: frozenset[str], fra
 
 
 def page(name: str) -> str:
-    """The page as one text; its policy comes with the answer."""
+    """Return the page as one text; its policy comes with the answer."""
     import html
 
     return joined("desim_warehouse.live", {"title": html.escape(name), "frozen": ""}, SHARED, policy="")
@@ -125,7 +125,7 @@ class Guard:
 
 
 def refused(status: int, *problems: str) -> JSONResponse:
-    """An answer that says why nothing was done."""
+    """Return an answer that says why nothing was done."""
     return JSONResponse({"problems": list(problems)}, status, HEADERS)
 
 

@@ -45,7 +45,7 @@ class Offer:
         return is_numeric(self.values)
 
     def place(self, value: Any) -> int | None:
-        """The rank of a value, which has the type that was offered; None for any other."""
+        """Return the rank of a value, which has the type that was offered; None for any other."""
         kind = (int, float) if self.is_number else str
         fits = isinstance(value, kind) and not isinstance(value, bool)
         return self.values.index(value) if fits and value in self.values else None
@@ -91,7 +91,7 @@ def levels_of(offered: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[
 
 
 def spoken_design(offered: Mapping[str, Offer], places: Mapping[str, int]) -> str:
-    """A design in words: its robots and chargers, and all else that is not as today."""
+    """Return a design in words: its robots and chargers, and all else that is not as today."""
     chosen = {}
     for key, offer in offered.items():
         counted = key == ROBOTS or key.endswith(".total_chargers")

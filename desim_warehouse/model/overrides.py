@@ -144,7 +144,7 @@ def _opened(section: Any, keys: Keys, positions: FilePositions, label: str) -> A
 
 
 def _closed(section: Any, here: str, key: str | int) -> str:
-    """Say why nothing can be set there."""
+    """Return the message that nothing can be set below a key, and why."""
     if isinstance(section, list):
         have = f"{len(section)} entries, 0 to {len(section) - 1}" if section else "no entries"
         return f"no entry {key} in '{here}' (it has {have}), expected one of these, or '{here}' as a whole"

@@ -296,7 +296,7 @@ class RunSpec(Part):
 
 
 def _instant_of(start: str) -> str | None:
-    """A time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
+    """Return a time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
 
     Both may be as people write them, in one reading, without a time zone.
     """
@@ -315,7 +315,7 @@ def _instant_of(start: str) -> str | None:
 
 
 def _without_end(tasks: Tasks) -> str:
-    """Say which work goes on for ever, for a message."""
+    """Return the words that say which work goes on for ever, for a message."""
     for name, flow in tasks.flows.items():
         if flow.never_ends:
             return f"as tasks.flows.{name} goes on for ever"

@@ -770,7 +770,7 @@ _CONDITION = re.compile(r"; (only (?:with|where) .+?)(?:$|, where|[;:]|\. )")
 
 
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
-    """Return the indicators that a run of this kind is judged by, first things first, as far as it has them."""
+    """Return the indicators by which a run of this kind is judged, the most important first, as far as it has them."""
     return [name for name in _JUDGED[never_ends] if name in names]
 
 
@@ -787,7 +787,7 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def no_run_has(name: str, has: Collection[str]) -> str:
-    """Return the message for an indicator that runs lack: what it takes, or the nearest of those that they have."""
+    """Return the message for an indicator that runs lack: what it takes, or the nearest that they have."""
     indicator = look_up(name)
     condition = None if indicator is None else _CONDITION.search(indicator.meaning)
     missing = hint(name, has) if condition is None else f"which is there {condition[1]}"
@@ -795,7 +795,7 @@ def no_run_has(name: str, has: Collection[str]) -> str:
 
 
 def hint(name: str, has: Collection[str]) -> str:
-    """Say which indicator was meant: by its name, another word, its title, or a flow beside it."""
+    """Return the hint on which indicator was meant: by its name, another word, its title, or a flow beside it."""
     names = name.split(",")
     if len(names) > 1:
         return f"expected one name at a time; the option may be repeated, for {spoken(map(str.strip, names))}"
@@ -866,19 +866,19 @@ def within(name: str) -> tuple[float, float]:
 
 
 def is_measured(name: str) -> bool:
-    """Whether an indicator is measured, as times and costs are: what is made of counts may agree by chance."""
+    """Whether an indicator is a measurement, as times and costs are; counts of two designs may agree by chance."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _MEASURED
 
 
 def is_of_due(name: str) -> bool:
-    """Whether an indicator is a share of what is done or comes due."""
+    """Whether an indicator is a share of the tasks or orders that are done or come due."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _COUNTS
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """Return the indicators of a run that count the tasks or orders behind a share of ours; empty if it is no share.
+    """Return the indicators that count the tasks or orders behind an indicator that is a share; else none.
 
     Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """

@@ -1,4 +1,4 @@
-"""Parts of a run: the tasks of one flow, or one part of the day with the tasks that come in it."""
+"""Parts of a run, for indicators such as `on_time@11:30-13:00`: the tasks of one flow, or of one part of the day."""
 
 from __future__ import annotations
 

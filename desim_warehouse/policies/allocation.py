@@ -178,7 +178,7 @@ class Hungarian:
         _at_least_one(self.candidates)
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """The optimal assignment for the table of driving times."""
+        """Return the optimal assignment for the table of driving times."""
         tasks = situation.first_tasks(self.candidates)
         return matched(situation, tasks, situation.approach(situation.robots, tasks))
 
@@ -209,7 +209,7 @@ class CostAware:
                 raise ValueError(f"{name} is {weight}, expected a weight of at least 0")
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """The optimal assignment for the table of expected costs."""
+        """Return the optimal assignment for the table of expected costs."""
         tasks = situation.first_tasks(self.candidates)
         return matched(situation, tasks, self.costs(situation, situation.robots, tasks))
 
@@ -244,7 +244,7 @@ def along(means: Mapping[tuple[str, str], float], way: Sequence[str]) -> float:
 
 
 def matched(situation: Situation, tasks: Sequence[Task], costs: Any) -> Iterable[tuple[int, int]]:
-    """The allowed pairs that assign as many tasks as possible at the least total cost."""
+    """Yield the allowed pairs that assign as many tasks as possible at the least total cost."""
     import numpy as np
     from scipy.optimize import linear_sum_assignment
 

@@ -65,7 +65,7 @@ def is_ours(policy: object) -> bool:
 
 
 def short(answer: object) -> str:
-    """An answer for a message, cut where it is long."""
+    """Return an answer for a message, cut where it is long."""
     text = shown(answer)
     return text if len(text) <= _LONG else f"{text[: _LONG - 4]} ..."
 

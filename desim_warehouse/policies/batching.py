@@ -95,7 +95,7 @@ class ByOrder:
         _at_least_one(self.size)
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """The tasks of each order in as few batches as there must be."""
+        """Yield the tasks of each order in as few batches as there must be."""
         orders: dict[tuple[str, str, int], list[Task]] = {}
         for task in waiting.tasks:
             alone = -1 if task.order else task.number

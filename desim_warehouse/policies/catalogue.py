@@ -155,7 +155,7 @@ def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
 
 @lru_cache(maxsize=64)
 def quantities_of(kind: str, name: str) -> dict[str, str]:
-    """The parameters of a policy of ours that are written with a unit, and its kind: `{"window": "time"}`.
+    """Return the parameters of a policy of ours that are written with a unit, and its kind: `{"window": "time"}`.
 
     Of the user's own nothing is known before its code is run.
     """
@@ -226,7 +226,7 @@ def user_source(name: str) -> bytes:
 
 
 def _module_file(name: str) -> Path | None:
-    """The file of a module; unlike `importlib.util.find_spec`, without importing the packages it lies in."""
+    """Return the file of a module; unlike `importlib.util.find_spec`, without importing the packages it lies in."""
     folders, whole, spec = None, "", None
     for part in name.split("."):
         whole = f"{whole}.{part}" if whole else part
@@ -274,7 +274,7 @@ def _defined(cls: type) -> str:
 
 @cache
 def _imported(place: str) -> type:
-    """A class of ours, by its module and name."""
+    """Return a class of ours, by its module and name."""
     module, _, cls = place.partition(":")
     policy_class: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
     return policy_class

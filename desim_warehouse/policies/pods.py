@@ -97,7 +97,7 @@ class PodChoice(Protocol):
     """Which pod is brought to a station."""
 
     def choose(self, call: PodCall) -> int:
-        """The number of one of the given pods. Asked when a robot is free, for one station at a time."""
+        """Return the number of one of the given pods. Asked when a robot is free, for one station at a time."""
 
 
 class PodStorage(Protocol):
@@ -107,21 +107,21 @@ class PodStorage(Protocol):
     """
 
     def choose(self, call: StorageCall) -> int:
-        """The number of one of the given places."""
+        """Return the number of one of the given places."""
 
 
 class OrderAssignment(Protocol):
     """Which station an order goes to."""
 
     def choose(self, call: OrderCall) -> str:
-        """The node of one of the given stations."""
+        """Return the node of one of the given stations."""
 
 
 class PutChoice(Protocol):
     """Onto which pod goods are put that come in."""
 
     def choose(self, call: PutCall) -> int:
-        """The number of one of the given pods."""
+        """Return the number of one of the given pods."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class NearestPod:
     """
 
     def choose(self, call: PodCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return _soonest(call, call.pods)
 
 
@@ -144,7 +144,7 @@ class MostLines:
     """
 
     def choose(self, call: PodCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         most = max(len(pod.lines) for pod in call.pods)
         return _soonest(call, [pod for pod in call.pods if len(pod.lines) == most])
 
@@ -159,12 +159,12 @@ class RandomPod:
     random: ClassVar[bool] = True
 
     def choose(self, call: PodCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return call.pods[int(call.draw * len(call.pods))].number
 
 
 def _soonest(call: PodCall, pods: Sequence[PodView]) -> int:
-    """Number of the pod that arrives soonest; pods on the same edge tie."""
+    """Return the number of the pod that arrives soonest; pods on the same edge tie."""
     time, nodes, edges = call.travel.time, set(call.robots), {pod.edge for pod in pods}
     first = {begin: min(time(node, begin) for node in nodes) for begin in {begin for begin, _ in edges}}
     soon = {edge: first[edge[0]] + time(edge[1], call.station) for edge in edges}
@@ -181,7 +181,7 @@ class NearestPlace:
     keeps: ClassVar[bool] = False
 
     def choose(self, call: StorageCall) -> int:
-        """The number of the storage place."""
+        """Return the number of the storage place."""
         return _by_time(call)[0]
 
 
@@ -210,7 +210,7 @@ class RandomPlace:
     random: ClassVar[bool] = True
 
     def choose(self, call: StorageCall) -> int:
-        """The number of the storage place."""
+        """Return the number of the storage place."""
         return call.places[int(call.draw * len(call.places))].number
 
 
@@ -224,13 +224,13 @@ class ByTurnover:
     keeps: ClassVar[bool] = False
 
     def choose(self, call: StorageCall) -> int:
-        """The number of the storage place."""
+        """Return the number of the storage place."""
         places = _by_time(call)
         return places[min(int(call.pod.rank * len(places)), len(places) - 1)]
 
 
 def _by_time(call: StorageCall) -> list[int]:
-    """The free places, nearest to the station first."""
+    """Return the free places, nearest to the station first."""
     time = {node: call.travel.time(call.station, node) for node in {place.edge[0] for place in call.places}}
     ways = sorted((time[place.edge[0]], place.offset, place.number) for place in call.places)
     return [number for _, _, number in ways]
@@ -244,7 +244,7 @@ class FewestOrders:
     """
 
     def choose(self, call: OrderCall) -> str:
-        """The node of the station."""
+        """Return the node of the station."""
         return min(call.stations, key=lambda station: station.orders).node
 
 
@@ -256,7 +256,7 @@ class MostLinesInCommon:
     """
 
     def choose(self, call: OrderCall) -> str:
-        """The node of the station."""
+        """Return the node of the station."""
 
         def rank(station: StationView) -> tuple[int, int]:
             return -sum(line.item in station.items for line in call.lines), station.orders
@@ -272,7 +272,7 @@ class Emptiest:
     """
 
     def choose(self, call: PutCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return min(call.pods, key=lambda pod: (pod.units, pod.number)).number
 
 
@@ -286,5 +286,5 @@ class AnyPod:
     random: ClassVar[bool] = True
 
     def choose(self, call: PutCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return call.pods[int(call.draw * len(call.pods))].number

@@ -159,13 +159,13 @@ class Travel(Protocol):
     """Directed distances and free driving times between nodes, in the units of the model."""
 
     def distance(self, origin: str, goal: str) -> float:
-        """Length of the shortest route."""
+        """Return the length of the shortest route."""
 
     def time(self, origin: str, goal: str) -> float:
         """Time of the fastest route: node times and speed limits included, waiting not."""
 
     def way(self, origin: str, goal: str) -> list[str]:
-        """The nodes that a robot drives from origin to goal, both included."""
+        """Return the nodes that a robot drives from origin to goal, both included."""
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
         """Free driving times of the routes that robots take: origins x goals, in the model's time unit."""
@@ -184,7 +184,7 @@ class Oracle(Protocol):
         """Free driving time of the route."""
 
     def counted(self, origin: str, goal: str) -> float:
-        """The cost by which routes are compared: more where the route goes against a preferred direction."""
+        """Return the cost by which routes are compared: more where the route goes against a preferred direction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +231,7 @@ class Routing(Protocol):
     """Which route a robot takes."""
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
-        """The nodes from origin to goal, both included."""
+        """Return the nodes from origin to goal, both included."""
 
 
 class Charging(Protocol):
@@ -242,7 +242,7 @@ class Charging(Protocol):
     """
 
     def levels(self, robot: RobotView) -> Levels:
-        """The battery levels that hold for a robot now."""
+        """Return the battery levels that hold for a robot now."""
 
 
 class TaskBatch(NamedTuple):

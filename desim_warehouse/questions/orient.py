@@ -34,7 +34,7 @@ class BetterDirections(Answered, SearchedDirections):
     """
 
     def in_short(self) -> str:
-        """Say how much is turned, and what it gains."""
+        """Return in a few words how many aisles are turned, and what that gains."""
         gain = "no gain" if self.gain is None else f"{self.indicator} {100 * self.gain.mean:+.3g} %"
         return f"{len(self.turned)} of {self.units} turned: {gain}"
 

@@ -172,7 +172,7 @@ class Results(Answering, ResultsData):
         return Comparison(**vars(super().compare(indicator, baseline, method)), indicator=indicator, results=self)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Say which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
+        """Find which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
 
         Raises:
             StudyError: nothing was varied, or no run has a value.
@@ -221,5 +221,5 @@ class Study(StudyEngine):
         return self.results.compare(indicator, baseline, method)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Say which factor matters: see `Results.main_effects`."""
+        """Find which factor matters: see `Results.main_effects`."""
         return self.results.main_effects(indicator)

@@ -38,7 +38,7 @@ class Reproduction:
     name: str
 
     def verdict(self) -> list[str]:
-        """The comparison in sentences."""
+        """Return the comparison in sentences."""
         table = self.table
         off = table["T_difference"].abs()
         same_s, same_c = table["S"] == table["S_program"], table["C"] == table["C_program"]

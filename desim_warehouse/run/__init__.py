@@ -1,4 +1,7 @@
-"""The data of one simulation run: how it is simulated, and its tables."""
+"""The data of one simulation run: how it is simulated, and its tables.
+
+For `desim run`, `replay` and `report`, and for the runs of a study; users hold `questions.run.Run`.
+"""
 
 from __future__ import annotations
 
@@ -107,7 +110,7 @@ class RunData:
         return int(self._of_the_paper("C"))
 
     def _of_the_paper(self, name: str) -> float:
-        """Compute one indicator alone, unless all are known."""
+        """Return one indicator of the paper, computed alone unless all indicators are known."""
         return self.kpis[name] if "kpis" in vars(self) else indicators.INDICATORS[name].compute(self.history)
 
     @cached_property
@@ -152,10 +155,10 @@ class RunData:
     def waits(self) -> pd.DataFrame:
         """Waits of robots for others: robot, other, start, end, and the node or edge; needs `log: all`.
 
-        `root`, `root_at`: what the chain of those who wait for one another ends at for most of the wait, and at which
-        node or edge: a state of a robot there (`loading`), a queue, a closure, a person, or `crossing`, `lane`,
-        `two_way_lane`, `ring` (see `desim_warehouse.outcome.chains`).
-        With closures or people also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
+        A robot may wait for a robot that itself waits for a third. `root` is the end of this chain for most of the
+        wait, and `root_at` the node or edge where it is: a state of a robot (`loading`), a queue, a closure, a person,
+        or `crossing`, `lane`, `two_way_lane`, `ring` (see `desim_warehouse.outcome.chains`). With closures or people
+        also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
         """
         import pandas as pd
 
@@ -191,7 +194,7 @@ class RunData:
         return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
-        """Where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
+        """Return where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
 
         Each row adds up to its whole, in the model's time unit.
 
@@ -281,7 +284,7 @@ class RunData:
         return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
     def floor(self, seconds: float = 600.0) -> dict[str, Any]:
-        """Return the first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
+        """Return the first minutes after the warm-up as the data that the replay page plays; needs `log: all`."""
         from desim_warehouse.replay import part
 
         return part(self.history, seconds)

@@ -121,7 +121,7 @@ def read_date(text: str, slashes: Slashes | None = None) -> dt.datetime | None:
 
 
 def _offset(zone: str | None) -> dt.timezone | None:
-    """The offset from UTC that `+01:00`, `-0530` or `Z` names; raises ValueError for one of a day or more."""
+    """Return the offset from UTC that `+01:00`, `-0530` or `Z` names; raises ValueError for one of a day or more."""
     if zone is None:
         return None
     digits = re.sub(r"\D", "", zone) + "0000"
@@ -246,7 +246,7 @@ def _number(text: str) -> float:
 
 
 def _parted(text: str) -> str:
-    """The date and the time of day of 20260302061500, apart."""
+    """Return the date and the time of day of 20260302061500, apart."""
     return f"{text[:8]} {text[8:]}".strip()
 
 
@@ -271,7 +271,7 @@ def are_days_of_excel(numbers: Sequence[float], *, whole: bool = False) -> bool:
 
 
 def of_excel(text: str) -> dt.datetime:
-    """A day since 1900 as a date: to the minute where its digits say no more, else to the second."""
+    """Return a day since 1900 as a date: to the minute where its digits say no more, else to the second."""
     text = text.replace(",", ".")
     seconds, digits = float(text) * _DAY, _FIXED.search(text)
     exact = _DAY / 10.0 ** (len(digits[1]) if digits else 0)
@@ -295,7 +295,7 @@ def instant(stamp: Any, slashes: Slashes | None = None) -> float:
 
 
 def _instant(time: Any) -> float:
-    """A date or a number in seconds since 1970, nan for what is none from 1970 to 2099."""
+    """Return a date or a number in seconds since 1970, nan for what is none from 1970 to 2099."""
     try:
         if isinstance(time, dt.datetime):
             seconds = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()

@@ -55,10 +55,16 @@ class OrderLine(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """Facts of a model that give rows a meaning: names of places, number of storage places, start, unit.
+    """Facts of a model by which the rows of an order list are read: names, number of storage places, start, time unit.
 
-    `stored`: names of storage places with their numbers. With pods rows name stations alone, and one of so many
-    `items`, by number or by its name in `sold`.
+    Attributes:
+        names: the nodes and zones that a row may name; with pods the stations alone.
+        places: the number of storage places; 0 with pods.
+        start: when the run starts, a time of day or a date with one.
+        seconds: the length of the model's time unit.
+        stored: names of storage places with their numbers.
+        items: with pods, the number of items that are sold: a row asks for one of them instead of a storage place.
+        sold: with pods, the names of the items; without names, rows have their numbers.
     """
 
     names: frozenset[str]

@@ -92,7 +92,7 @@ def without_earlier(named: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
 
 
 def not_plain(path: Path) -> list[str]:
-    """Say in which ways a file is no plain table, as far as its kind and its header show."""
+    """List in which ways a file is no plain table of orders, as far as its kind and its header show; each in words."""
     if path.suffix.lower() in EXCEL:
         return ["a workbook"]
     try:
@@ -118,7 +118,7 @@ def check_there(path: Path) -> tuple[int, int]:
 
 
 def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
-    """Say why a file of orders cannot be read."""
+    """Return the message that says why a file of orders cannot be read."""
     return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
 
 

@@ -51,7 +51,7 @@ def of_model(model: Model) -> list[str]:
 
 
 def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estimate: QuickEstimate) -> list[str]:
-    """Say what other places of fast movers would save, and what a choice of tasks saves."""
+    """Return the lines on time saved by other places of fast movers, and by a choice of tasks."""
     time, lines = model.units.time, []
     if nearer is not None:
         saved = f"{amount(nearer.saved)} of {amount(nearer.now)} {time} a task"

@@ -232,7 +232,7 @@ def warm_up_figures(run: RunData) -> list[Axes]:
 
 
 def _warm_up(run: RunData) -> Folded:
-    """Say from when on is counted, below the figure of the warm-up."""
+    """Return the section of the page that says from when on indicators count, below the figure of the warm-up."""
     begin = run.record.begin
     counted = f"Counted from {numbers.duration(begin, run.model.units.time)} on." if begin else ""
     return Folded(title="Warm-up", note=counted)
