@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 from desim_warehouse.world.robots.settled import SettledFleets
+from tests.brief import probe_briefly
 from tests.costs import Costs
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
@@ -68,6 +69,13 @@ def settles_once(monkeypatch):
 def _one_processor(monkeypatch):
     """`--workers auto` starts no processes beside those in which tests run; those of executors ask for two."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+
+
+@pytest.fixture
+def brief_probes(request, monkeypatch):
+    """For tests of what a check says; proofs have whole probes."""
+    if request.node.get_closest_marker("long") is None:
+        probe_briefly(monkeypatch)
 
 
 def pytest_terminal_summary(terminalreporter):
