@@ -1,4 +1,4 @@
-"""Short probes, for tests of what a check says and not of its figures: a fifth of the tasks leads to the same findings."""
+"""Short probes, for tests of what a check says and not of its figures: a fifth of the tasks leads to the same words."""
 
 from functools import lru_cache
 

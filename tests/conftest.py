@@ -73,9 +73,14 @@ def _one_processor(monkeypatch):
 
 @pytest.fixture
 def brief_probes(request, monkeypatch):
-    """For tests of what a check says; proofs have whole probes."""
-    if request.node.get_closest_marker("long") is None:
+    """For tests of what a check says; proofs have whole probes, as have those that ask for `whole_probes`."""
+    if request.node.get_closest_marker("long") is None and "whole_probes" not in request.fixturenames:
         probe_briefly(monkeypatch)
+
+
+@pytest.fixture
+def whole_probes():
+    """For tests of the figures of a check, in files of others."""
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -17,7 +17,7 @@ from desim_warehouse.layout import build
 from desim_warehouse.questions.check import check
 from tests.world.test_hours import SQUARE
 
-BRIEFLY = pytest.mark.usefixtures("brief_probes")
+pytestmark = pytest.mark.usefixtures("brief_probes")
 
 PLANNER = Path(__file__).with_name("planner.yaml")
 DEFAULTS = {"policies": {}, "battery.charge_rate": 0.009}
@@ -56,7 +56,6 @@ def test_every_code_is_given_somewhere_and_none_that_is_not_listed():
     assert given == set(CODES)
 
 
-@BRIEFLY
 def test_robots_that_park_without_chargers_run_low_together():
     # 100 at 0.005 a second: all at 25 after 15,000 s. Four chargers take 75 / 0.009 = 8,333 s for a first group, and 25
     # last 5,000. Robots take turns, but eight draw 0.04 a second, and four chargers give 0.036.
@@ -65,7 +64,6 @@ def test_robots_that_park_without_chargers_run_low_together():
         dw.simulate(planner({**DEFAULTS, "run.length": 172800}))
 
 
-@BRIEFLY
 def test_robots_that_run_low_together_take_turns_where_chargers_give_enough():
     # With 0.02 a charger four give 0.08. A third group would wait 8,437 s for full batteries, on one that lasts 5,000.
     enough = {**DEFAULTS, "battery.charge_rate": 0.02}
@@ -74,7 +72,6 @@ def test_robots_that_run_low_together_take_turns_where_chargers_give_enough():
     assert run.kpis["energy_lowest"] > 0.05
 
 
-@BRIEFLY
 @pytest.mark.parametrize(
     "cure",
     [
@@ -89,6 +86,7 @@ def test_the_cures_help(cure):
     assert dw.simulate(planner(changes), seed=1).kpis["tasks"] > 1100
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_two_chargers_do_not_last_though_a_shift_looks_well():
     found = codes(TWO)["CHARGERS_SHORT"]
     assert "2 chargers give 0.03999 per s" in found.text  # 0.02 each, but for a rounding of the probe
@@ -102,7 +100,6 @@ def test_two_chargers_do_not_last_though_a_shift_looks_well():
     assert "CHARGERS_SHORT" not in codes(three)
 
 
-@BRIEFLY
 def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
     none = {"layout.bays.chargers.chargers": 0, "run.warm_up": 0}
     # 75 above the threshold at 0.005 a second: 15,000 s
@@ -113,7 +110,6 @@ def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
     assert "NO_CHARGER" in codes({**none, "run.length": 5100, "fleet.start_energy": 0.5})
 
 
-@BRIEFLY
 def test_without_chargers_batteries_that_last_by_the_bound_alone_are_a_warning():
     """Standing draws a tenth of driving: certain is only what tasks cost that are asked for, without empty drives."""
     states = {"standing": 0.001, "empty": 0.02, "loaded": 0.01, "handling": 0.01}
@@ -151,7 +147,6 @@ def desim_says(*arguments):
     return CliRunner().invoke(desim, [str(word) for word in arguments])
 
 
-@BRIEFLY
 def test_an_accepted_error_is_recorded_with_the_run_and_said_in_its_report(tmp_path):
     wide = ["--set", "layout.blocks.aisle_width=0.9", "--set", "run={length: 4000}"]
     refused = desim_says("run", PLANNER, *wide, "--out", tmp_path / "wide")
@@ -182,7 +177,6 @@ def test_what_nothing_can_be_simulated_without_is_not_accepted():
     assert desim_says("check", PLANNER, "--accept", "NO_BAYS").exit_code == 2
 
 
-@BRIEFLY
 def test_check_gives_the_verdict_first():
     said = desim_says("check", PLANNER, *NONE).stdout.splitlines()
     assert said[0] == "1 error: this model would be refused"
@@ -294,7 +288,6 @@ def test_a_run_that_stalls_names_what_robots_have_and_need_and_nothing_that_does
         assert unproven not in str(caught.value)
 
 
-@BRIEFLY
 def test_slots_beside_chargers_without_one_are_noted():
     bays = {"at": ["A", "C", "F", "H"], "places": 2, "total_chargers": 6}
     found = codes({"layout.bays.chargers": bays})["CHARGER_SLOTS"]

@@ -6,7 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 from tests.world.test_flows import RING, first
 
-BRIEFLY = pytest.mark.usefixtures("brief_probes")
+pytestmark = pytest.mark.usefixtures("brief_probes")
 
 HOUR = {"run.length": 3 * 3600}
 
@@ -39,6 +39,7 @@ def test_from_storage_to_storage():
     assert (report.calculation.cycle.empty, report.calculation.cycle.loaded) == pytest.approx((65, 15))
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_several_flows_are_mixed_by_their_rates():
     flows = {
         "over": {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}, "load_time": 8},
@@ -52,7 +53,6 @@ def test_several_flows_are_mixed_by_their_rates():
     assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4, rel=0.01)
 
 
-@BRIEFLY
 def test_the_busiest_hour_is_worked_out_apart():
     report = checked({"from": "dock", "to": "pack", "arrivals": {"profile": {"per_hour": [10, 60, 10]}}})
     assert report.calculation.rate * 3600 == pytest.approx(80 / 3)
@@ -63,7 +63,6 @@ def test_the_busiest_hour_is_worked_out_apart():
     assert checked(quarter, run__length=4500).calculation.peak * 3600 == pytest.approx(40)
 
 
-@BRIEFLY
 def test_more_than_the_fleet_can_do():
     report = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 50}})
     assert found(report)["DEMAND_ABOVE_FLEET"].place == "tasks.flows"
@@ -73,14 +72,12 @@ def test_more_than_the_fleet_can_do():
     assert "60 tasks an hour" in found(twice)["DEMAND_ABOVE_FLEET"].text
 
 
-@BRIEFLY
 def test_due_before_it_can_be_delivered():
     flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 10}}
     assert found(checked({**flow, "due_within": 49}))["DUE_TOO_SOON"].place == "tasks.flows.flow.due_within"
     assert "DUE_TOO_SOON" not in found(checked({**flow, "due_within": 51}))
 
 
-@BRIEFLY
 def test_a_battery_that_does_not_last_for_a_task_of_a_flow():
     battery = {"capacity": 80, "threshold": 5, "consumption": 1, "charge_rate": 5}
     flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 10}}
@@ -90,7 +87,6 @@ def test_a_battery_that_does_not_last_for_a_task_of_a_flow():
     assert "BATTERY_TOO_SMALL" not in found(checked(flow, battery={**battery, "capacity": 95}))
 
 
-@BRIEFLY
 def test_turns_and_nodes_of_their_own_time_are_counted():
     flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 20}}
     # out of a station a robot faces its way: it turns at A with nothing, at C with its load
@@ -108,6 +104,7 @@ def test_turns_and_nodes_of_their_own_time_are_counted():
     assert (cycle.empty, cycle.loaded) == pytest.approx((15 + 3, 65 + 6))
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_no_task_goes_from_a_place_to_itself():
     report = checked({"from": "storage", "to": "storage", "arrivals": {"poisson": 20}})
     # with the load from one of the two places to the other: 65 or 15; empty also round to the same: 80
@@ -119,7 +116,6 @@ def test_no_task_goes_from_a_place_to_itself():
         assert (cycle.empty, cycle.loaded) == pytest.approx((20, 40), rel=0.05)
 
 
-@BRIEFLY
 @pytest.mark.parametrize(
     "ends",
     [("storage", "pack"), ("storage", "storage"), (first(1), first(0))],

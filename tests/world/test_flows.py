@@ -19,6 +19,8 @@ from tests.accounting import faults
 from tests.auditor import audit
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 RING = {
     "name": "ring",
     "layout": {

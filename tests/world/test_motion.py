@@ -15,6 +15,8 @@ from tests.world import ring
 from tests.world.closed_form import drive_time
 from tests.world.floor import PARK, Floor, line
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 near = pytest.approx
 HALF = Motion(2.0, 2.0)
 """Half a length unit per time unit squared, up and down: 1 is gathered in 2, over a length of 1."""
