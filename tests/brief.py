@@ -1,4 +1,7 @@
-"""Short probes, for tests of what a check says and not of its figures: a fifth of the tasks leads to the same words."""
+"""Short probes, and fits with few samples, for tests of what is said and not of figures.
+
+A fifth of the tasks of a probe leads to the same words.
+"""
 
 from functools import lru_cache
 
@@ -16,6 +19,9 @@ KEPT = ((probe, "_probe"), (probe, "_calm"), (together, "_pace"), (examined, "_e
 """What keeps measurements."""
 OWN = [(module, name, lru_cache(getattr(module, name).__wrapped__)) for module, name in KEPT]
 """Each with a memory of its own, so that no other test is given short ones."""
+
+FEWER_SAMPLES = 39
+"""Of the test of a fit: they can say 0.05, and 0.025 at the least."""
 
 
 def probe_briefly(monkeypatch):

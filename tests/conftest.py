@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 from desim_warehouse.world.robots.settled import SettledFleets
-from tests.brief import probe_briefly
+from tests.brief import FEWER_SAMPLES, probe_briefly
 from tests.costs import Costs
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
@@ -81,6 +81,13 @@ def brief_probes(request, monkeypatch):
 @pytest.fixture
 def whole_probes():
     """For tests of the figures of a check, in files of others."""
+
+
+@pytest.fixture
+def fewer_samples(request, monkeypatch):
+    """For tests of what a fit says; proofs have all."""
+    if request.node.get_closest_marker("long") is None:
+        monkeypatch.setattr("desim_warehouse.study.fit.SAMPLES", FEWER_SAMPLES)
 
 
 def pytest_terminal_summary(terminalreporter):

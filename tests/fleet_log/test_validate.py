@@ -39,7 +39,7 @@ def test_an_error_in_all_days_is_seen_though_no_day_shows_it():
 @pytest.fixture(scope="module")
 def days(a_plant):
     """The real day of a plant, and its true model with a shorter day."""
-    model = dw.load(a_plant.sheet, a_plant.truth | {"run.length": 1200})
+    model = dw.load(a_plant.sheet, a_plant.truth | {"run.length": 700})
     return model, from_run(dw.simulate(model, 77))
 
 

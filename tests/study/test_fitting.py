@@ -7,14 +7,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.fit import Counted, families, fit
 from tests.daily import some
 
-FEWER = 39
-"""Samples of the test of a fit that can say 0.05, and 0.025 at the least."""
-
-
-@pytest.fixture(autouse=True)
-def _fewer_samples(request, monkeypatch):
-    if request.node.get_closest_marker("long") is None:
-        monkeypatch.setattr("desim_warehouse.study.fit.SAMPLES", FEWER)
+pytestmark = pytest.mark.usefixtures("fewer_samples")
 
 
 DRAWN = {
