@@ -157,6 +157,7 @@ def until(condition, seconds=30.0):
         sleep(0.01)
 
 
+@pytest.mark.long  # every day one that executors share, in tests/study
 def test_a_worker_that_is_killed_changes_no_number(page):
     desk, changes = page.live.desk, {"policies.allocation": "regret"}
     design = page.design(**changes)["id"]
@@ -197,7 +198,7 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         assert found[number]["values"][0] == pytest.approx(run.T / 60)
 
 
-@pytest.mark.parametrize("moves", [12, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize("moves", [6, pytest.param(50, marks=pytest.mark.long)])
 def test_of_many_moves_only_the_last_design_stays_at_work(slow, moves):
     desk = slow.live.desk
     for move in range(moves):

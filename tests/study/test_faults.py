@@ -286,7 +286,7 @@ def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monke
     assert lines(tmp_path) == 0
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parking, workers):
     cases = {"exits": parking("exit"), "good": "home"}
     with pytest.warns(RuntimeWarning, match="failed"):

@@ -11,6 +11,7 @@ from tests.theory.cases import CASES, TURN, entries, headways
 from tests.theory.formulas import headway_of_a_turn, m_d_c_wait, m_g_1_wait, m_m_c_wait, repairman
 
 PROOFS = {
+    "M/M/1//6, 6 robots and 1 picker",
     "M/D/1, one robot, load 0.3",
     "machine repairman M/D/1//1: 1 robot, one place to swap batteries",
     "ring of 80 D, 60 robots",
