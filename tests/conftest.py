@@ -8,6 +8,8 @@ from collections import Counter
 
 import pytest
 from hypothesis import settings
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 
 from desim_warehouse.world.robots.settled import SettledFleets
 from tests.brief import FEWER_SAMPLES, probe_briefly
@@ -63,6 +65,26 @@ def settles_once(monkeypatch):
         return of(fleets, model, once, waiting)
 
     monkeypatch.setattr(SettledFleets, "of", remembered)
+
+
+_COMPOSED = {}
+_LONGEST = 20_000
+"""Characters of a text whose nodes are kept."""
+
+
+@pytest.fixture(autouse=True)
+def composes_once(monkeypatch):
+    """The nodes of a YAML text are given to all tests of its process: its values are made of them each time."""
+    compose = YAML.compose
+
+    def remembered(yaml, text):
+        if yaml.Composer is not Composer or len(text) > _LONGEST:
+            return compose(yaml, text)
+        if text not in _COMPOSED:
+            _COMPOSED[text] = compose(yaml, text)
+        return _COMPOSED[text]
+
+    monkeypatch.setattr(YAML, "compose", remembered)
 
 
 @pytest.fixture(autouse=True)
