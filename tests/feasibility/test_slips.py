@@ -23,6 +23,8 @@ from desim_warehouse.values.units import UnitNames
 from tests.daily import some
 from tests.feasibility import fresh_slips, slips
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 SLIPS = tuple(CODES)[tuple(CODES).index("BATTERY_RATES") :]
 BANK = {**slips.KNOWN, **slips.OURS}
 
