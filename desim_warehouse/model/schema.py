@@ -162,7 +162,7 @@ class Tasks(Part):
         return len(self.unload_at) > 1 or any(len(model.floor.nodes_of(name)) > 1 for name in named)
 
     def handling_of(self, flow: FlowSpec) -> tuple[float | Distribution, float | Distribution]:
-        """Return the times of loading and unloading a flow's tasks: its own, else those of all tasks."""
+        """Return the times of loading and unloading a task: set by its flow, else by `load_time` and `unload_time`."""
         loading = self.load_time if flow.load_time is None else flow.load_time
         return loading, self.unload_time if flow.unload_time is None else flow.unload_time
 
