@@ -161,7 +161,7 @@ class Scale:
         return self.within(mean.mean, *mean.interval, target) + few
 
     def within(self, mean: float, low: float, high: float, target: float | None = None) -> str:
-        """A mean with its unit and the ends of its interval, by the digits that this deserves: `97.4 % (97.1 to 97.7)`.
+        """Return a mean with its unit and the ends of its interval, to the digits needed: `97.4 % (97.1 to 97.7)`.
 
         None of them is written as the target, or as 0 or 100 %, that is not exactly so.
         """

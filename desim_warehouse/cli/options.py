@@ -142,7 +142,7 @@ def write_files(files: Mapping[Path, str], *, force: bool) -> None:
 
 
 def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model:
-    """The model of a file that is to be simulated or checked, with `--set` applied, and before that `besides`."""
+    """Load the model of a file that is to be simulated or checked, with `--set` applied, and before it `besides`."""
     from desim_warehouse.model import load, parse_assignment
 
     overrides: dict[str, Any] = {**besides, **dict(parse_assignment(text) for text in assignments)}
@@ -179,7 +179,7 @@ def run_of(
 
 
 def simulated(model: Model, seed: int, *, until: float | None = None) -> Run:
-    """A run of a model, up to a moment, with its settled fleet from the user's cache, which keeps it for the next.
+    """Simulate a run of a model, up to a moment, with its settled fleet from the user's cache.
 
     A terminal shows how far it is.
     """

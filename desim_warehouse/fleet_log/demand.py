@@ -49,7 +49,7 @@ def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> lis
 
 
 def _by_clock(rates: list[float], start: str) -> list[float]:
-    """Rates of the hours of a log; a whole day is turned to begin at midnight, as profiles of a day do."""
+    """Return the rates of the hours of a log; a whole day is turned to begin at midnight, as profiles do."""
     late = round(clock_of(start) / HOUR)
     return rates[-late:] + rates[:-late] if late and len(rates) == DAY_HOURS else rates
 
@@ -115,7 +115,7 @@ def _popularity(tracks: Tracks) -> KeyEstimate:
 
 
 def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:
-    """Overrides that replace the goods of a model by a flow with these arrivals."""
+    """Return overrides that replace the goods of a model by a flow with these arrivals."""
     tasks = model.tasks.content()
     flows = tasks.get("flows")
     if flows:
@@ -129,5 +129,5 @@ def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:
 
 
 def as_they_are(model: Model, orders: Path) -> dict[str, Any]:
-    """Overrides by which a model takes its orders from a file."""
+    """Return overrides by which a model takes its orders from a file."""
     return as_flow(model, {"orders": {"file": str(orders.resolve())}})

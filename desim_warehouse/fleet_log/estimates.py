@@ -52,7 +52,7 @@ class KeyEstimate:
         return self.value is not None
 
     def words(self) -> str:
-        """Interval and evidence: `1.31 (1.29 to 1.33), from 812 stretches`."""
+        """Return interval and evidence: `1.31 (1.29 to 1.33), from 812 stretches`."""
         if math.isnan(self.low):
             return self.why
         return f"{self.mean:.4g} ({self.low:.4g} to {self.high:.4g}), from {self.evidence}"
@@ -76,12 +76,12 @@ def short(value: float) -> float:
 
 
 def t_quantile(degrees: float) -> float:
-    """Student's quantile for the two-sided interval."""
+    """Return Student's quantile for the two-sided interval."""
     return intervals.t_quantile(max(degrees, 1), (1 + CONFIDENCE) / 2)
 
 
 def poisson_interval(n: int) -> tuple[float, float]:
-    """Exact confidence interval of a Poisson mean after n events."""
+    """Return the exact confidence interval of a Poisson mean after n events."""
     from scipy.stats import chi2
 
     tail = (1 - CONFIDENCE) / 2
@@ -89,7 +89,7 @@ def poisson_interval(n: int) -> tuple[float, float]:
 
 
 def densest(values: Floats) -> float:
-    """Mean of the values in the shortest interval that holds a fifth of them (an estimate of the mode)."""
+    """Return the mean of the values in the shortest interval that holds a fifth of them (an estimate of the mode)."""
     ordered = np.sort(values)
     many = max(len(ordered) // 5, 2)
     spans = ordered[many - 1 :] - ordered[: len(ordered) - many + 1]

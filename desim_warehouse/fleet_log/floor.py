@@ -122,7 +122,7 @@ def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
 
 
 def _day(model: Model, log: FleetLog) -> tuple[dict[str, Any], list[str]]:
-    """Columns of `Tracks` for one log, and remarks on the log."""
+    """Return the columns of `Tracks` for one log, and remarks on the log."""
     layout, table = model.floor, log.table
     number = {node: rank for rank, node in enumerate(layout.graph)}
     ranks = np.array([number.get(node, -1) for node in log.nodes])
@@ -206,7 +206,7 @@ def _similar(here: Any, target: Any) -> tuple[complex, complex]:
 
 
 def _on_edges(model: Model, positions: Any, node: Ints, robot: Ints, driving: Flags) -> dict[str, Any]:
-    """Columns x, y, onto (next node), edge and along (way from its start) for every message."""
+    """Return columns x, y, onto (next node), edge and along (way from its start) for every message."""
     layout = model.floor
     names, points = list(layout.graph), np.array(list(layout.points.values()))
     turns = np.flatnonzero((np.diff(node) != 0) | (np.diff(robot) != 0))

@@ -87,7 +87,7 @@ def _unwrapped(value: Any) -> list[Any]:
 
 
 def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
-    """Value at a key of a message; None where there is none. Raises ValueError for a value of another kind."""
+    """Return the value at a key of a message; None where it is missing. Raises ValueError for another kind."""
     value = section.get(key)
     if value is None:
         return None

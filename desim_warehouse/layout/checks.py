@@ -37,7 +37,7 @@ SHARPEST_MERGE = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload.
+    """The use of a layout by a model: D, the number of robots, where they start, where they work and unload.
 
     `free`: nodes that are open to all; `timed`: those at which robots spend a time of their own; `people`: the share of
     the time for which people have each lift.
@@ -56,7 +56,7 @@ class Use:
 
     @property
     def at(self) -> dict[str, str]:
-        """What robots do at nodes, whatever stands there."""
+        """The work of robots at each node, whatever stands there."""
         return {**dict.fromkeys(self.unload_at, "handling"), **dict.fromkeys(self.start, "the start of a robot")}
 
 
@@ -83,7 +83,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
 
 
 def worst_first(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings by severity, otherwise in their order."""
+    """Sort findings by severity, otherwise in their order."""
     order = {"error": 0, "warning": 1, "note": 2}
     return sorted(findings, key=lambda finding: order[finding.level])
 
@@ -107,7 +107,7 @@ def some(names: Iterable[str]) -> str:
 
 
 def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Strong connectivity of everything that is used (condition 1)."""
+    """Check that everything that is used is strongly connected: condition 1 of docs/why.md, "Never stalled"."""
     import networkx as nx
 
     graph = layout.graph
@@ -179,7 +179,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Bays in the lane leave everything else connected without them, and no other robot has to go where they are.
+    """Check that bays in the lane leave everything else connected, and that no other robot has to go where they are.
 
     Else a parked robot would hold up others for as long as there is no task for it ("well-formed infrastructure":
     Cap, Vokrinek and Kleiner, ICAPS 2015).
@@ -242,7 +242,7 @@ def _are(things: Sized) -> str:
 
 
 def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Stops in a lane that keep others from passing: they cost throughput, but the chain of waiting never closes."""
+    """Find stops in a lane that keep others from passing: they cost throughput, but never close a chain of waiting."""
     graph = layout.graph
     for node in dict.fromkeys(use.unload_at):
         if node not in layout.stations and graph.in_degree(node) > 1:
@@ -280,7 +280,7 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Station slots bound the number of robots on tasks: a full station holds work back in the bays, not in lanes."""
+    """Find stations whose slots limit the number of robots on tasks: a full station holds work back in the bays."""
     used = dict.fromkeys(use.unload_at)
     if all(node in layout.stations for node in used):
         places = sum(layout.stations[node].places for node in used)
@@ -308,7 +308,7 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _shared_names(layout: Layout) -> Iterator[Finding]:
-    """Levels that share a stand are one storage place: a robot picks at either, and what is written has one name."""
+    """Find levels that share a stand: they are one storage place, and what is written has one name."""
     others = {number: name for name, number in layout.place_names.items() if name != layout.called[number]}
     if others:
         number, name = next(iter(others.items()))
@@ -390,7 +390,7 @@ def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
 
 
 def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
-    """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once, `closed` ones not."""
+    """Return the number of robots that can stand in the lanes at once, clear of the nodes; not in `closed` lanes."""
     return sum(
         max(way_home.room(layout.length(lane), contact), 0)  # the first stands at the stop line
         for lane in layout.lanes
@@ -399,7 +399,7 @@ def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> in
 
 
 def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
-    """Robots that can stand in the lanes at once: clear of the nodes, and one on each node before a short edge."""
+    """Return the number of robots that can stand in the lanes at once, with one on each node before a short edge."""
     short = [
         lane for lane in layout.lanes if lane not in closed and contact - EPS <= layout.length(lane) < 2 * contact - EPS
     ]

@@ -62,6 +62,6 @@ def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iter
 
 
 def _letters(number: int) -> str:
-    """A, B, ... Z, AA, AB, as columns of a sheet."""
+    """Return the n-th of A, B, ... Z, AA, AB, as columns of a sheet are called."""
     number, rest = divmod(number - 1, len(ascii_uppercase))
     return (_letters(number) if number else "") + ascii_uppercase[rest]

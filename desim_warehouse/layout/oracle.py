@@ -97,7 +97,7 @@ class RouteOracle:
         return float(row[0][node])
 
     def time(self, origin: str, goal: str) -> float:
-        """Free driving time of the route; inf where there is none."""
+        """Return the free driving time of the route; inf where there is none."""
         return self._time(origin, goal)
 
     def _looked_up(self, origin: str, goal: str) -> float:
@@ -148,7 +148,7 @@ class RouteOracle:
         return (far, near) if forward else (near, far)
 
     def beside_all(self, origins: Sequence[str], goals: Sequence[str]) -> tuple[Any, Any]:
-        """`beside` from every origin (rows) to every goal (columns): tables of nodes by number, also if it has one."""
+        """Return `beside` from every origin (rows) to every goal (columns), as tables of node numbers."""
         import numpy as np
 
         second = self._table(origins, goals, lambda root, forward: self._besides(root, forward=forward)[forward])
@@ -156,7 +156,7 @@ class RouteOracle:
         return second.astype(np.intp), last.astype(np.intp)
 
     def _besides(self, root: int, *, forward: bool) -> tuple[Any, Any]:
-        """For every node the next towards the root, and the last before the root."""
+        """Return for every node the next node towards the root, and the last node before the root."""
         import numpy as np
 
         steps = self._row(root, forward=forward)[2]
@@ -179,7 +179,7 @@ class RouteOracle:
         )
 
     def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
-        """All edges by the numbers of their nodes, with length, time and the cost by which routes are compared."""
+        """Return all edges by the numbers of their nodes, with length, time, and the cost that compares routes."""
         return [
             (source, target, length, time, count * time)
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
@@ -218,7 +218,7 @@ class RouteOracle:
         return self._steps[forward]
 
     def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
-        """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
+        """Return lengths or times from every origin (rows) to every goal (columns), a numpy array."""
         import numpy as np
 
         if len(origins) * len(goals) <= FEW:
@@ -261,7 +261,7 @@ class RouteOracle:
         return self._row(self.index[goal], forward=False), self.index[origin]
 
     def _row(self, root: int, *, forward: bool) -> Row:
-        """Lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
+        """Return lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
         key = root, forward
         row = self._rows.get(key)
         if row is None:
@@ -284,7 +284,7 @@ class RouteOracle:
         return lengths, times, before, lengths
 
     def _from(self, root: int) -> Found:
-        """Algorithm 1 (breadth first): every node is reached from the first node found before it that leads there."""
+        """Search with Algorithm 1 (breadth first): every node is reached from the first node found that leads there."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))
@@ -312,7 +312,7 @@ class RouteOracle:
         return tuple(np.array(column) for column in zip(*edges, strict=True))
 
     def _cheapest(self, root: int, *, forward: bool) -> tuple[Any, Any]:
-        """The cost of every node from or to one, and the next node towards that; negative where there is none."""
+        """Return the cost of every node from or to a root, and the next node towards it; negative where none is."""
         from scipy.sparse.csgraph import dijkstra
 
         if self._edges is None:
@@ -360,7 +360,7 @@ class RouteOracle:
         return lengths, times, before, lengths if self.cost == "length" else times
 
     def _without_passing(self, graph: Any, root: int, *, forward: bool) -> Any:
-        """The Highways, from or towards a node, without edges by which a route would go on beyond a bay in a lane."""
+        """Return the Highways, from or towards a node, without edges that lead on beyond a bay in a lane."""
         import numpy as np
         from scipy.sparse import csr_array
 
@@ -373,7 +373,7 @@ class RouteOracle:
         return self._open[key]
 
     def _matrices(self) -> dict[bool, tuple[Any, Any, Any, dict[str, Any]]]:
-        """For routes from a node (True) and to one: the Highways with their costs, and their edges node by node.
+        """Return the Highways with their costs, and their edges node by node, for routes from a node (True) and to one.
 
         Of each node the first edge by which a route comes (or goes on), of each edge its other node, length and time.
         """

@@ -58,7 +58,7 @@ def orient_lanes(
     cost: Callable[[Edge], float],
     trials: int = _TRIALS,
 ) -> Orientation:
-    """Directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
+    """Choose directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
 
     Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
     edge. Parallel aisles prefer alternating directions, and each of the four ways to begin with is tried. The best is
@@ -200,7 +200,7 @@ class _Floor:
         return has_none
 
     def _annealed(self, ways: np.ndarray, free: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """Ways with a short mean trip, found by turning aisles and lanes at random, less and less for the worse.
+        """Return ways with a short mean trip, found by simulated annealing: aisles and lanes are turned at random.
 
         Source: Kirkpatrick, Gelatt and Vecchi (1983).
         """
@@ -255,7 +255,7 @@ class _Floor:
 
 
 def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
-    """Whether there is a path."""
+    """Whether there is a path between two nodes."""
     seen, layer = {start}, [start]
     while layer:
         following = set().union(*(onward[node] for node in layer)) - seen
@@ -296,7 +296,7 @@ class Aisles:
         return cls(along_x, rank, np.where(along_x, spans[:, 0], spans[:, 1]) >= 0)
 
     def alternating(self, rows: int, columns: int) -> np.ndarray:
-        """Ways of lanes with the direction changing from aisle to aisle; the first row and column lead up if 0."""
+        """Return ways of lanes whose direction changes from aisle to aisle; the first row and column lead up if 0."""
         is_up = (self.rank + np.where(self.along_x, rows, columns)) % 2 == 0
         return np.where(is_up == self.upwards, _AS_LISTED, _TURNED)
 

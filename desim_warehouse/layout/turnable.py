@@ -79,7 +79,7 @@ class Turnable:
                 yield from _new((*design[:unit], way, *design[unit + 1 :]), seen)
 
     def step(self, design: tuple[Way, ...], random: Random) -> tuple[Way, ...]:
-        """A design with an aisle or a unit drawn at random driven a way drawn at random: perhaps the one it has."""
+        """Return a design with an aisle or a unit drawn at random, driven a way drawn at random, maybe its own."""
         number = random.randrange(len(self.aisles) + len(self.units))
         if number < len(self.aisles):
             aisle = self.aisles[number]
@@ -155,7 +155,7 @@ def turnable_blocks(blocks: Blocks) -> Turnable:
 
 
 def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ...]]:
-    """Lanes that follow each other through nodes without another lane, in order: they can only be turned together."""
+    """Yield lanes that follow each other through nodes without another lane: they can only be turned together."""
     lanes_at: dict[str, list[Edge]] = {}
     for lane in lanes:
         for node in lane:
@@ -190,7 +190,7 @@ def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ..
 
 
 def _aisles(graph: nx.DiGraph, units: Sequence[tuple[Edge, ...]]) -> Iterator[tuple[tuple[int, Way], ...]]:
-    """Aisles of several units, each with the way in which it leads towards larger x or y."""
+    """Yield aisles of several units, each with the way in which it leads towards larger x or y."""
     lanes = [lane for unit in units for lane in unit]
     if not lanes:
         return

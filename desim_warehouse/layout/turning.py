@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def turning(highways: nx.DiGraph, edge: Edge, other: Edge) -> float:
-    """Quarters of a turn from the heading of one edge to the heading of another, drawn straight."""
+    """Return the quarters of a turn from the heading of one edge to the heading of another, drawn straight."""
     return float(quarters(heading(highways, edge) - heading(highways, other)))
 
 
@@ -29,7 +29,7 @@ def heading(highways: nx.DiGraph, edge: Edge) -> float:
 
 
 def quarters(angle: Any) -> Any:
-    """Quarters of a turn by an angle, a number or an array of them."""
+    """Return the quarters of a turn by an angle, a number or an array of them."""
     return abs((angle + math.pi) % (2 * math.pi) - math.pi) / (math.pi / 2)
 
 
@@ -66,7 +66,7 @@ class Turns:
         self._graphs: dict[bool, Any] = {}
 
     def between(self, steps: Any) -> Any:
-        """Time of the turn between the first two edges of every chain of nodes; 0 for chains of one edge or none."""
+        """Return the time of the turn between the first two edges of every chain of nodes; 0 for shorter chains."""
         import numpy as np
 
         here, further = np.arange(len(steps)), steps[steps]
@@ -78,7 +78,7 @@ class Turns:
         return turn_times(quarters(angles), self.turn_time, self.stop_time)
 
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
-        """Lengths and times from a node to all (or to it), the steps towards it, and the costs.
+        """Return lengths and times from a node to all (or to it), the steps towards it, and the costs.
 
         Steps are over states: the nodes, then the edges. The step of a node is the edge of its route at this end. The
         step of an edge is the edge that follows on the way to the root or, after the last, the root.
@@ -136,7 +136,7 @@ class Turns:
 
 
 def sums_along(steps: Any, first: Any) -> Any:
-    """Sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
+    """Return the sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
     total = first
     while True:
         further = steps.take(steps)

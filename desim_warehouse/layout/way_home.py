@@ -218,7 +218,7 @@ class HomeSearch(Generic[R, S]):
         self.at[robot], self.own[robot] = index, refuge
 
     def _waiting_for(self, refuge: S) -> dict[R, None]:
-        """Robots that have still to use a refuge, also if no robot has stood there up to now."""
+        """Return the robots that have still to use a refuge, also if no robot has stood there up to now."""
         users = self.waiting.get(refuge)
         if users is None:
             users = self.waiting[refuge] = {}

@@ -107,7 +107,7 @@ def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
 
 
 def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
-    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes.
+    """Return the edges of some members, in both directions if they have them, and edges that lead to member nodes.
 
     Of the node of a lift those are the lanes to its doors, not the rides. It stands for all cabins of the lift.
     """
@@ -152,7 +152,7 @@ def _is_about(length: float, exact: float) -> bool:
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:
-    """Zones that name missing nodes or edges, zones that can stall all work, and nodes in two zones."""
+    """Find zones that name missing nodes or edges, zones that can stall all work, and nodes in two zones."""
     zones = zones_on(layout, specs)
     for zone in zones:
         place = f"traffic.zones.{zone.name}"

@@ -45,7 +45,7 @@ _SHOWN = 6
 
 
 class ByHand(NamedTuple):
-    """The quick estimate of a design: a sentence, one more, and by key the value that would be enough."""
+    """The quick estimate of a design in words: two sentences, and by key the value that would be enough."""
 
     sentence: str
     more: str
@@ -97,7 +97,7 @@ def _needed(quick: QuickEstimate, model: Model) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Said:
-    """A verdict, its sentence, and further sentences."""
+    """A verdict on a design in words: its sentence, and further sentences."""
 
     verdict: Verdict
     sentence: str
@@ -107,13 +107,13 @@ class Said:
 
     @property
     def label(self) -> str:
-        """The label of the verdict, for people; before the first look how many of its runs there are."""
+        """The label of the verdict for people; before the first look (interim analysis) the number of its runs."""
         return f"{self.runs} of {FIRST_OF_MEANS} runs" if self.runs else label(self.verdict)
 
 
 @dataclass(frozen=True)
 class Named:
-    """A design of a page: its name in words, its changes, and its model."""
+    """A design of a shared page: its name in words, its changes, and its model."""
 
     words: str
     changes: Mapping[str, object]
@@ -133,12 +133,12 @@ class RunsSoFar:
 
     @property
     def n(self) -> int:
-        """How many runs there are."""
+        """The number of runs."""
         return len(self.rows)
 
     @cached_property
     def exact(self) -> bool:
-        """Whether chance plays no part, so that one run is enough."""
+        """Whether the models use no random numbers, so that one run is enough."""
         return self.results.deterministic
 
     @cached_property
@@ -154,7 +154,7 @@ class RunsSoFar:
         return [name for name in dict.fromkeys([self.main, *usual]) if name in names][:_SHOWN]
 
     def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
-        """Mean and usual interval, over the first n runs."""
+        """Return mean and usual interval of an indicator, over the first n runs."""
         return self.results.estimate(self.rows[:n], indicator)
 
     def scale(self, indicator: str) -> Scale:
@@ -172,7 +172,7 @@ class RunsSoFar:
 
     @cached_property
     def lasting(self) -> Wrong | None:
-        """The problem that makes the time to come unlike the runs; looked for where a verdict may fall, and kept.
+        """Return the problem by which the long run will be worse than the runs; it is kept once it is found.
 
         That work piles up the first run says by itself, as chance is allowed for in its own arrivals.
         """
@@ -206,7 +206,7 @@ class RunsSoFar:
         return target is not None and all(math.isfinite(row.value(self.main)) for row in self.rows)
 
     def look(self, target: Target | None) -> DesignVerdict[None] | None:
-        """The verdict of the first look that decided, or of the last one; its bounds are the interval of the page."""
+        """Return the verdict of the first look that decided, or of the last; its bounds are the page's interval."""
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]

@@ -73,7 +73,7 @@ class Design:
 
     @property
     def n(self) -> int:
-        """How many runs there are from the first on without a gap, whatever the speed of workers."""
+        """The number of runs from the first on without a gap, whatever the speed of workers."""
         n = 0
         while n in self.outcomes:
             n += 1
@@ -298,7 +298,7 @@ class Desk:
             self._submit(chosen, run)
 
     def _next(self, design: Design, most: int, watched: bool) -> int | None:
-        """The next run of a design: the latest once more, for its floor, where that is watched and not made yet."""
+        """Return the next run of a design; if its floor is watched, the latest once more, for a replay."""
         under_way = any(r in design.outcomes for r in design.handles)
         if watched and design.n and design.floor is None and not under_way:
             return design.n - 1

@@ -111,7 +111,7 @@ class Measured(Message):
 
 
 class Tried(Message):
-    """A design that has runs."""
+    """A design that has runs, as the page lists it."""
 
     id: str
     words: str

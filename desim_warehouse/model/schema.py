@@ -148,7 +148,7 @@ class Tasks(Part):
     )
 
     def is_random(self, model: Model) -> bool:
-        """Whether stations are drawn, or something else of it is."""
+        """Whether chance decides anything of the work, such as the stations of tasks."""
         if self.station_choice == "random" and self._choice_of_nodes(model):
             return True
         return super().is_random(model)
@@ -233,7 +233,7 @@ class Tasks(Part):
 
     @property
     def grow(self) -> bool:
-        """Whether it `has_rates`, and none of it ends, as a schedule does."""
+        """Whether tasks arrive at rates (`has_rates`), and none of the work ends, as a schedule does."""
         return self.has_rates and all(flow.never_ends for flow in self.flows.values())
 
     @model_validator(mode="after")
@@ -581,7 +581,7 @@ class Model(Part):
 
     @property
     def waits_apart(self) -> tuple[str, ...]:
-        """Kinds of waits that its runs may have beside those for other robots."""
+        """The kinds of waits that runs of the model may have beside waits for other robots."""
         return tuple(name for name, state in APART.items() if state.applies(self))
 
     def hours(self, calendar: str | None) -> Hours:
@@ -658,5 +658,5 @@ def _check_orders(model: Model, source: str) -> None:
 
 
 def reading(model: Model, layout: Layout) -> Reading:
-    """Return how files of orders are understood on a layout of a model."""
+    """Return the facts by which files of orders are read on a layout of a model."""
     return Reading.of(layout, model.run.start, model.units.seconds, model.pods)

@@ -197,7 +197,7 @@ def _by_hour(history: History) -> Found:
 
 
 def counted_tasks(history: History) -> dict[int, TaskHistory]:
-    """Return the tasks that `account` has rows for, by number: all but those done before the counted time."""
+    """Return the tasks that `account` has rows for, by number: all but those done before the evaluation period."""
     return {number: task for number, task in history.tasks.items() if history.counts(task.done)}
 
 

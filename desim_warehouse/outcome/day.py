@@ -162,7 +162,7 @@ def _robots(history: History, bounds: Numbers) -> dict[str, Numbers]:
 
 
 def shares_of_robots(history: History) -> dict[str, Numbers]:
-    """Return for each robot the shares of its counted time by what it does, in the order of `DOING`.
+    """Return for each robot the shares of its evaluation period by what it does, in the order of `DOING`.
 
     They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
     far as `day` does.

@@ -43,7 +43,7 @@ class Halt(NamedTuple):
 
 
 def halts(history: History) -> list[Halt]:
-    """Return the standstills of deliveries in the counted time, in order."""
+    """Return the standstills of deliveries in the evaluation period, in order."""
     if len(history.cycle_times) < LEAST_DONE:
         return []
     longest = quantile(history.cycle_times, 0.95)

@@ -122,7 +122,7 @@ class History:
 
     @cached_property
     def totals(self) -> dict[str, float]:
-        """The tallies of all robots together (see `Run.robots`), in the counted time."""
+        """The tallies of all robots together (see `Run.robots`), in the evaluation period."""
         return {key: math.fsum(robot[key] for robot in self.log.robots) for key in self.log.robots[0]}
 
     # Tasks
@@ -202,17 +202,17 @@ class History:
 
     @cached_property
     def counted_deliveries(self) -> list[TaskHistory]:
-        """The tasks that were delivered in the counted time, in order of delivery."""
+        """The tasks that were delivered in the evaluation period, in order of delivery."""
         return [task for task in self.delivered if self.counts(task.delivered)]
 
     @cached_property
     def counted_done(self) -> list[TaskHistory]:
-        """The tasks that were done in the counted time, in that order."""
+        """The tasks that were done in the evaluation period, in that order."""
         return [task for task in self.done if self.counts(task.done)]
 
     @cached_property
     def cycle_times(self) -> list[float]:
-        """The cycle times of the tasks done in the counted time, shortest first."""
+        """The cycle times of the tasks done in the evaluation period, shortest first."""
         return sorted(task.cycle_time for task in self.counted_done)
 
     @cached_property
@@ -234,17 +234,17 @@ class History:
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of tasks that fall in the counted time, in order of time."""
+        """The due times of tasks that fall in the evaluation period, in order of time."""
         return self.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The due times of work on load units for stations with workers, in the counted time, in order."""
+        """The due times of work on load units for stations with workers, in the evaluation period, in order."""
         return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
     def order_deadlines(self) -> list[Deadline]:
-        """The due times of orders that fall in the counted time, in order of time."""
+        """The due times of orders that fall in the evaluation period, in order of time."""
         return self.falling_due(order.deadline for order in self.orders)
 
     @cached_property
@@ -258,7 +258,7 @@ class History:
 
     @cached_property
     def counted_orders(self) -> list[OrderHistory]:
-        """The orders whose last task was done in the counted time."""
+        """The orders whose last task was done in the evaluation period."""
         return [order for order in self.orders if self.counts(order.done) and order.done <= self.end]
 
     @cached_property
@@ -461,7 +461,7 @@ class History:
 
     @cached_property
     def charged(self) -> float:
-        """The energy charged into all batteries together in the counted time."""
+        """The energy charged into all batteries together in the evaluation period."""
         return math.fsum(
             span.after - self._level_when_counting_begins(span) for span in self.chargings if self.counts(span.end)
         )
@@ -472,7 +472,7 @@ class History:
 
     @cached_property
     def lowest_levels(self) -> list[float]:
-        """The lowest level of each battery in the counted time, as a share of its capacity; empty without batteries.
+        """The lowest level of each battery in the evaluation period, as a share of its capacity; else empty.
 
         At every level of the log. Levels only fall between charging stops, so the lowest is at the beginning of a
         state, or at an end.
@@ -489,7 +489,7 @@ class History:
 
     @cached_property
     def charger_wait(self) -> float:
-        """The counted time that all robots together queued for a charger. Their other queueing was for a server.
+        """The evaluation period that all robots together queued for a charger. Their other queueing was for a server.
 
         Robots that rest too low to work are not in the queue.
         """

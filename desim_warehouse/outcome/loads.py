@@ -55,9 +55,9 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
 
 
 def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
-    """Measure the load of each group in the counted time of a run, by its history and its indicators.
+    """Measure the load of each group in the evaluation period of a run, by its history and its indicators.
 
-    Lanes are among them where robots wait in traffic longer than they work. Without counted time there are none.
+    Lanes are among them where robots wait in traffic longer than they work. Without evaluation period there are none.
     """
     model, measured = history.model, list[Load | None]()
     factor, (carried, worked) = peak_factor(model), _asked_for(history)

@@ -164,7 +164,7 @@ def tardiness(tasks: History | PartHistory) -> float:
 
 
 def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
-    """Return the tasks of flows with departures (`due_at`) that come due in the counted time."""
+    """Return the tasks of flows with departures (`due_at`) that come due in the evaluation period."""
     whole = tasks.history
     flows = {name for name, flow in whole.model.tasks.flows.items() if flow.due_at}
     until = whole.model.run.end if whole.ended_with_its_work else whole.end
@@ -411,7 +411,7 @@ def _pickers(history: History) -> dict[str, tuple[int, Hours]]:
 
 
 def lines_per_picker(part: History | PartHistory) -> float:
-    """Return the loads handled by the end of a pick in the counted time, for each hour of a picker at work."""
+    """Return the loads handled by the end of a pick in the evaluation period, for each hour of a picker at work."""
     ends = [span.end for span in part.history.pickers_work if span.picks]
     lines = sum(begin <= end <= until for end in ends for begin, until in part.stretches)
     at_work = math.fsum(

@@ -28,7 +28,7 @@ def cost_per_task(history: History) -> float:
 
 
 def late(history: History) -> int:
-    """Count the orders that came due in the counted time, its end included, and were not done by then.
+    """Count the orders that came due in the evaluation period, its end included, and were not done by then.
 
     A task of no order counts as an order by itself.
     """

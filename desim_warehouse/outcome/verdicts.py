@@ -14,9 +14,9 @@ Fewer robots under way may do more. Whether one run shows that, `past_knee` says
 with more of them. A floor has a most that it lets through, with some number of robots under way, and lets less
 through with more of them: the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation
 Research B 42 (2008) 759-770). A run draws a part of that curve only where the number under way changes, and long enough
-that jams have time to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on
-average. Windows with many robots under way are compared with those with fewer. Where the number hardly changes, as with
-work always waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
+that jams have time to form or to dissolve. So the evaluation period is cut into windows in which a robot does two tasks
+on average. Windows with many robots under way are compared with those with fewer. Where the number hardly changes, as
+with work always waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
 
 
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
-    """Return the counted time in the unit of the model. A run that ends before its warm-up does counts as a whole."""
+    """Return the evaluation period in the unit of the model; the whole run if it ends before its warm-up does."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
     return end - warm_up if end >= warm_up else end
 
@@ -298,7 +298,7 @@ def _shown(value: float) -> str:
 
 
 def drifts_of_robots(history: History) -> list[float]:
-    """Return by how much the level of each robot moved in the counted time: shares of the capacity an hour."""
+    """Return by how much the level of each robot moved in the evaluation period: shares of the capacity an hour."""
     import numpy as np
 
     hours = history.counted / history.model.units.hour
@@ -384,7 +384,7 @@ class Window(NamedTuple):
 
 
 def past_knee(history: History) -> PastKnee | None:
-    """Return the finding that fewer robots under way do more, if the counted part of a run shows it, or None."""
+    """Return the finding that fewer robots under way do more, if the evaluation period shows it; else None."""
     fleet = history.counted * len(history.log.robots)
     if not fleet or history.totals["waiting"] < LEAST_WAITING * fleet:
         return None
@@ -411,7 +411,7 @@ def _done(band: list[Window]) -> float:
 
 
 def windows(history: History) -> list[Window]:
-    """Cut the counted time in windows of equal length, about as long as a robot takes for `TASKS_A_WINDOW` tasks."""
+    """Cut the evaluation period in windows of equal length, in which a robot does about `TASKS_A_WINDOW` tasks."""
     changes: defaultdict[float, int] = defaultdict(int)
     for spans in history.changes:
         for span in spans:

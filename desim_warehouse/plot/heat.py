@@ -46,8 +46,8 @@ def congestion(
 
     Args:
         run: the run, at any level of log.
-        by: "blocked" colours by the time waited there, as a part of the counted time, on a scale that is the same for
-            all runs; "waits" by waiting episodes. Width and size show it, too.
+        by: "blocked" colours by the time waited there, as a part of the evaluation period, on a scale that is the same
+            for all runs; "waits" by waiting episodes. Width and size show it, too.
     """
     if by not in ("blocked", "waits"):
         raise ReportError(f"by {by!r}: expected blocked or waits")

@@ -58,7 +58,7 @@ class ReachAware:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """No fixed level but the margin."""
+        """Return no fixed level but the margin."""
         margin = self.margin * robot.capacity
         return Levels(margin, margin, robot.capacity, robot.capacity, margin=margin, charger=self.charger)
 
@@ -84,7 +84,7 @@ class Opportunity:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """To a charger at any level; free again as soon as it is above the minimum."""
+        """Return levels that send the robot to a charger at any level, and free it above the minimum."""
         full, low = robot.capacity, self.minimum * robot.capacity
         return Levels(low, full, low, full, margin=self.margin * full, charger=self.charger)
 

@@ -47,7 +47,9 @@ class StationView(NamedTuple):
 
 
 class PodCall(NamedTuple):
-    """A station has lines to pick and room for a robot: which of `pods`, each with some of them, is brought?
+    """A station has lines to pick and room for a robot: the policy chooses which of `pods` is brought.
+
+    Each of them has some of these lines.
 
     `robots`: the nodes of the robots that are free, at least one.
     """
@@ -61,7 +63,7 @@ class PodCall(NamedTuple):
 
 
 class StorageCall(NamedTuple):
-    """A pod is about to leave a station: on which of some free `places` is it put down?"""
+    """A pod is about to leave a station: the policy chooses on which of some free `places` it is put down."""
 
     time: float
     station: str
@@ -72,7 +74,7 @@ class StorageCall(NamedTuple):
 
 
 class OrderCall(NamedTuple):
-    """The oldest order may go to one of some stations with room for it: its lines, and these."""
+    """The oldest order may go to one of some stations with room for it: the policy chooses which."""
 
     time: float
     lines: Sequence[Task]
@@ -81,7 +83,7 @@ class OrderCall(NamedTuple):
 
 
 class PutCall(NamedTuple):
-    """Some units of an item have come to a station: onto which of the `pods` are they put?
+    """Some units of an item have come to a station: the policy chooses onto which of the `pods` they are put.
 
     Pods that stand, or are bound for that station already.
     """
@@ -195,7 +197,7 @@ class OwnPlace:
     keeps: ClassVar[bool] = True
 
     def choose(self, call: StorageCall) -> int:
-        """Its home."""
+        """Return the place where the pod stood at the start."""
         return call.pod.home
 
 

@@ -68,12 +68,12 @@ class Task:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """The tasks that are done with it: its members, or itself."""
+        """The tasks that one robot does on this tour: its members, or the task itself."""
         return self.members or (self,)
 
     @property
     def is_tour(self) -> bool:
-        """Whether it is more than one load from one place to another."""
+        """Whether the task is more than one load from one place to another."""
         return bool(self.members or self.via)
 
 
@@ -162,26 +162,26 @@ class Travel(Protocol):
         """Return the length of the shortest route."""
 
     def time(self, origin: str, goal: str) -> float:
-        """Time of the fastest route: node times and speed limits included, waiting not."""
+        """Return the time of the fastest route: node times and speed limits included, waiting not."""
 
     def way(self, origin: str, goal: str) -> list[str]:
         """Return the nodes that a robot drives from origin to goal, both included."""
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
-        """Free driving times of the routes that robots take: origins x goals, in the model's time unit."""
+        """Return free driving times of the routes that robots take: origins x goals, in the model's time unit."""
 
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
-        """Lengths of the routes that robots take: origins x goals, in the model's length unit."""
+        """Return lengths of the routes that robots take: origins x goals, in the model's length unit."""
 
 
 class Oracle(Protocol):
     """Routes that are cheapest by one cost of an edge."""
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Nodes of the route, both ends included; empty where there is none. Another `tie`: another route as good."""
+        """Return the nodes of the route, both ends included; empty without one. `tie` chooses among equal routes."""
 
     def time(self, origin: str, goal: str) -> float:
-        """Free driving time of the route."""
+        """Return the free driving time of the route."""
 
     def counted(self, origin: str, goal: str) -> float:
         """Return the cost by which routes are compared: more where the route goes against a preferred direction."""
@@ -223,7 +223,7 @@ class Roads:
     """The speed limit on an edge now; None: it is always the `speed` of the graph."""
 
     def time_at(self, node: str) -> float:
-        """Time spent at a node that is reached: `node_time`, or its own."""
+        """Return the time spent at a node that is reached: `node_time`, or the node's own."""
         return self.node_times.get(node, self.node_time)
 
 

@@ -82,7 +82,7 @@ class BestOfMany(Answered, SearchedDesigns):
         )
 
     def in_short(self) -> str:
-        """Name the best design and its value."""
+        """Return in a few words the best design and its value."""
         return f"{self.design}: {self.indicator} {self.mean:g}"
 
 

@@ -44,7 +44,7 @@ def bar(label: str, value: SaidNumber, standing: str = "") -> Bar:
 
 
 def figure(title: str, bars: Iterable[Bar], value: float, at_words: str) -> Rows | None:
-    """Rows beside a line at some value; None where there are no rows."""
+    """Return a figure of rows beside a line at some value; None where there are no rows."""
     rows = tuple(bars)
     return Rows(title=title, at=value, at_words=at_words, rows=rows) if rows else None
 

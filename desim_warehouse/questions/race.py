@@ -48,7 +48,7 @@ class Best(Answered, Raced):
         return self.selection.means[self.selection.best]
 
     def in_short(self) -> str:
-        """Name the best design and its mean."""
+        """Return in a few words the best design and its mean."""
         return f"{self.design}: {self.indicator} {self.mean:g}"
 
 

@@ -171,7 +171,7 @@ class _Studied:
     # Sentences with a target
 
     def _on_target(self) -> tuple[list[str], str | None]:
-        """Sentences on the first option for each demand that meets the target, the cheapest where there are prices."""
+        """Return sentences on the first, or cheapest, option for each demand that meets the target, and its name."""
         judged_ones = [design for design in self.tried if design in self.study.judged]
         if not judged_ones:
             return [f"No run has a value that {self.study.plan.target} could be judged by."], None
@@ -352,7 +352,7 @@ class _Studied:
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
 
     def _effects(self) -> Folded | None:
-        """Largest minus smallest mean over each factor's levels; None for one factor."""
+        """Return the table of the largest minus smallest mean over each factor's levels; None for one factor."""
         study, varied = self.study, self.study.varied
         if len(varied) < 2 or study.plan.rule == "paired":  # noqa: PLR2004
             return None  # one factor, or factors varied together: their effects cannot be told apart

@@ -57,7 +57,7 @@ class TippingPoints(Answered, Thresholds):
         )
 
     def in_short(self) -> str:
-        """Name the inputs with their thresholds."""
+        """Return in a few words the inputs with their thresholds."""
         return ", ".join(
             f"{threshold.key} {'no threshold' if threshold.at is None else f'{threshold.at:g}'}"
             for threshold in self.inputs

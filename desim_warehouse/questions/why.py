@@ -81,7 +81,7 @@ class Why(Answered, HeldUp):
         return pd.DataFrame(rows).astype({name: float for name in rows[0] if "gain" in name} if rows else {})
 
     def in_short(self) -> str:
-        """Name the bottleneck."""
+        """Return in a few words the bottleneck."""
         if 0 in self.failures:
             return fails(self.failures[0])
         if not self.is_held_up:
@@ -292,7 +292,7 @@ class _Held:
         return "less" if gain.beaten or gain.high <= 0 else "perhaps"
 
     def _options(self) -> list[Option]:
-        """A row for each change, competing changes by the gain of 10 %; changes without an effect share one row."""
+        """Return a row for each change, competing changes by the gain of 10 %; changes without effect share a row."""
         same = [suspect.relief for suspect, gain in self.costs.found if gain.same]
         rows = []
         for suspect, gain in self.costs.found:

@@ -111,7 +111,7 @@ def state_table(run: RunData) -> pd.DataFrame:
 
 
 def trace(run: RunData) -> dict[str, Any]:
-    """A run in the Trace Event Format: a process per robot with tracks for states, tasks and waits, and its battery.
+    """Return a run in the Trace Event Format: a process per robot, tracks for states, tasks, waits, and battery.
 
     A wait is a slice of the robot that waits, and a flow to it from the state of the robot it waits for.
     Timestamps are microseconds of the warehouse's time. Gridlock rotations are marks of a process of their own.

@@ -87,7 +87,7 @@ class Reproduction:
             save(self.figure(indicator), folder, f"figure_{number}")
 
     def figure(self, indicator: str) -> Figure:
-        """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
+        """Draw a figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
         from matplotlib.figure import Figure
 
         number, axis = FIGURES[indicator]

@@ -182,7 +182,7 @@ class RunData:
     def lost_time(self) -> pd.DataFrame:
         """The time lost to each root of waits, most first: root, root_at, time, share, robots; needs `log: all`.
 
-        A row for each root (see `waits`). `time`: that all robots together waited for it in the counted time, in
+        A row for each root (see `waits`). `time`: that all robots together waited for it in the evaluation period, in
         traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all
         waiting.
         """
@@ -198,7 +198,7 @@ class RunData:
 
         Each row adds up to its whole, in the model's time unit.
 
-        - A robot: the counted time.
+        - A robot: the evaluation period.
         - A task: the time from its release to its delivery, or to the end of the run if it is open then. Tasks
           delivered in the warm-up are left out.
         - A flow: the mean of its tasks. A station: the mean of the tasks delivered there.
@@ -228,7 +228,7 @@ class RunData:
         return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
 
     def positions(self, times: Iterable[float]) -> pd.DataFrame:
-        """Where every robot is at some times: time, robot, x, y, heading and node, a row for each; needs `log: all`.
+        """Return where every robot is at some times: time, robot, x, y, heading, node, a row each; needs `log: all`.
 
         Args:
             times: in the model's time unit, in any order; before and after the run robots stand.
@@ -274,7 +274,9 @@ class RunData:
         palette: str = "safe",
         beside: RunData | None = None,
     ) -> Replay:
-        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself.
+        """Return a page that plays the run, or a window of it, in a browser; needs `log: all`.
+
+        In Jupyter the page shows itself.
 
         With `beside`, another run is shown next to it on the same clock.
         """

@@ -83,7 +83,7 @@ def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> Non
 
 
 def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
-    """The zone as given, else 0.01 of a share or 1 % of the target; at most halfway from that to the range's end.
+    """Return the zone as given, else 0.01 of a share or 1 % of the target; at most halfway to the range's end.
 
     Raises:
         StudyError: no amount of the indicator, or one in which nearly all designs lie.

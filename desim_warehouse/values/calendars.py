@@ -50,7 +50,7 @@ class Hours:
         return begin <= time
 
     def following(self, time: float) -> Stretch:
-        """Return the stretch that a time is in, or the next one after it, (inf, inf) where there is none.
+        """Return the stretch that a time is in, or the next one after it; (inf, inf) where there is none.
 
         Where one touches the next, at the end of a period, it goes on.
         """
@@ -63,12 +63,12 @@ class Hours:
         return (begin, end) if end - begin < self.period else (begin, math.inf)
 
     def changes(self, time: float) -> float:
-        """Return the next time after a given one at which it opens or closes, or inf."""
+        """Return the next time after a given one at which the calendar opens or closes, or inf."""
         begin, end = self.following(time)
         return end if begin <= time else begin
 
     def open_time(self, time: float) -> float:
-        """Return the time for which it has been open from the start of the run to a time."""
+        """Return the time for which the calendar has been open from the start of the run to a time."""
         total, now = 0.0, 0.0
         if math.isfinite(self.period) and time - max(self.since, 0.0) > self.period:
             start = max(self.since, 0.0)
@@ -84,7 +84,7 @@ class Hours:
         return total
 
     def when_open(self, amount: float) -> float:
-        """Return the time by which it has been open for that long since the start of the run, or inf."""
+        """Return the time by which the calendar has been open for so long since the start of the run, or inf."""
         now = max(self.since, 0.0)
         a_period = math.fsum(b - a for a, b in self.stretches)
         if math.isfinite(self.period) and amount > a_period:
@@ -112,7 +112,7 @@ class Hours:
             now = last
 
     def share(self, begin: float, end: float) -> float:
-        """Return the part of the time between two times in which it is open.
+        """Return the share of the time between two times in which the calendar is open.
 
         If there is no end, of a period, else of the time until it closes for good.
         """
@@ -138,7 +138,7 @@ class Hours:
 
 
 def clock_time(text: str) -> float:
-    """Seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
+    """Return the seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
 
     Nothing else is taken, such as offsets from UTC: the times of a run have no time zone.
 
@@ -154,7 +154,7 @@ def clock_time(text: str) -> float:
 
 
 def in_24_hours(text: str) -> str:
-    """A time of day such as `6 am`, `10:30 pm` or `22 Uhr` as `06:00`, `22:30` or `22:00`; any other text as it is."""
+    """Rewrite a time of day such as `6 am` or `22 Uhr` as `06:00` or `22:00`; any other text stays."""
     seconds = None if _CLOCK.fullmatch(text) else time_of_day(text)
     if seconds is None or seconds % 1:
         return text
@@ -205,7 +205,7 @@ class Shifts(Part):
     )
 
     def hours(self, start: str, second: float) -> Hours:
-        """On the clock of a run that starts at `start`, in its time units (`second`: a second in them)."""
+        """Return the stretches on the clock of a run that starts at `start`; `second`: a second in its time units."""
         day, _, clock = start.rpartition("T")
         weekday = dt.date.fromisoformat(day or MONDAY).weekday()
         phase = weekday * DAY + clock_time(clock)
@@ -250,7 +250,7 @@ class Pattern(Part):
         return lasts
 
     def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
-        """On the clock of a run."""
+        """Return the stretches on the clock of a run."""
         return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
 
     def words(self, unit: str) -> str:
@@ -276,7 +276,7 @@ class Stretches(Part):
         return stretches
 
     def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
-        """On the clock of a run."""
+        """Return the stretches on the clock of a run."""
         return Hours(merged(self.between))
 
     def words(self, unit: str) -> str:
@@ -333,7 +333,7 @@ ALWAYS = Hours([(0.0, math.inf)])
 
 
 def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
-    """Stretches in order, with those that touch or overlap joined."""
+    """Sort stretches, and join those that touch or overlap."""
     joined: list[Stretch] = []
     for begin, end in sorted(stretches):
         if joined and begin <= joined[-1][1]:
@@ -344,7 +344,7 @@ def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
 
 
 def wrapped(stretches: Iterable[Stretch], period: float) -> list[Stretch]:
-    """Stretches of one period, with the part beyond its end moved to its beginning."""
+    """Move the part of stretches beyond the end of one period to its beginning."""
     cut = [(begin, min(end, period)) for begin, end in stretches]
     return merged([*cut, *((0.0, end - period) for _, end in stretches if end > period)])
 

@@ -72,7 +72,7 @@ _FIXED = re.compile(r"\.(\d+)")
 
 
 def time_of_day(text: str) -> float | None:
-    """Seconds from midnight to a time of day, such as 06:15, 6:15:30 pm, 6 am or 22 Uhr; None for anything else.
+    """Return the seconds from midnight to a time such as 06:15, 6:15:30 pm or 22 Uhr; None for anything else.
 
     24:00 ends the day, and 25:10 is 01:10 on the next, as timetables write it.
     """
@@ -83,7 +83,7 @@ def time_of_day(text: str) -> float | None:
 
 
 def _seconds(parts: re.Match[str], below: int) -> float | None:
-    """Seconds of a clock, if its hour is below a bound."""
+    """Return the seconds of a clock, if its hour is below a bound; else None."""
     hour, half = int(parts["hour"] or 0), parts["half"]
     if half and not 1 <= hour <= _MONTHS_OF_A_YEAR:
         return None
@@ -130,7 +130,7 @@ def _offset(zone: str | None) -> dt.timezone | None:
 
 
 def _in_digits(text: str) -> str:
-    """`Mo, 2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; any other text as it is."""
+    """Rewrite `Mo, 2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; any other text stays."""
     text = _AROUND.sub("", text)
     match = _WORDED.match(text)
     month = match and _MONTHS.get((match["month"] or match["month2"]).casefold())
@@ -140,7 +140,7 @@ def _in_digits(text: str) -> str:
 
 
 def settled(texts: Iterable[str]) -> Slashes | None:
-    """The order of day and month in dates with slashes or hyphens, where some have one reading only; else None."""
+    """Return the order of day and month in dates with slashes, if some dates have one reading only; else None."""
     readings: set[Slashes] = set()
     for text in texts:
         if (parts := _SLASHES.match(text)) is not None:
@@ -170,7 +170,10 @@ class Times:
     notes: list[str] = field(default_factory=list)
 
     def since_1970(self) -> list[float]:
-        """Seconds since 1970, nan for what is none; dates without an offset are UTC, times of day of the first day."""
+        """Return seconds since 1970, nan for other cells; dates without an offset from UTC are taken as UTC.
+
+        Times of day are those of the first day.
+        """
         return [
             _instant(date or (number if math.isnan(clock) else clock))
             for number, clock, date in zip(self.numbers, self.clocks, self.dates, strict=True)

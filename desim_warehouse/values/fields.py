@@ -318,7 +318,7 @@ class Known:
 
 
 def known(info: ValidationInfo) -> Known:
-    """The parts of the model read before the value that is checked; nothing for a section that is read by itself."""
+    """Return the parts of the model read before this value; none for a section that is read by itself."""
     return info.context if isinstance(info.context, Known) else Known()
 
 
@@ -330,7 +330,10 @@ def sections_in(annotation: Any) -> list[type[Part]]:
 
 
 def parts_in(value: Any, wanted: tuple[type[Part], ...], place: str = "") -> Iterator[tuple[str, Part]]:
-    """The sections of some kinds in a section, each with its dotted key; long lists that hold none are passed over."""
+    """Yield the sections of some kinds in a section, each with its dotted key.
+
+    Long lists that hold none are passed over.
+    """
     if isinstance(value, Part):
         if isinstance(value, wanted):
             yield place, value
@@ -355,7 +358,7 @@ def _with_parts(section: type[Part], wanted: tuple[type[Part], ...]) -> tuple[st
 
 @cache
 def _with_chance(section: type[Part]) -> tuple[str, ...]:
-    """The keys of a section that may hold something random, so that long lists of edges are not searched for it."""
+    """Return the keys of a section that may hold something random, so that long lists of edges are skipped."""
     return tuple(
         name
         for name, info in section.model_fields.items()

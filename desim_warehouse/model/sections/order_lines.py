@@ -98,7 +98,7 @@ class Reading:
 
     @classmethod
     def of(cls, layout: Layout, start: str, seconds: float, pods: PodsSpec | None = None) -> Reading:
-        """Make it of a layout; `start`: of the run, `seconds`: in a time unit."""
+        """Make the facts from a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
         if pods is not None:
             stations = frozenset(layout.stations) | zones
@@ -144,7 +144,7 @@ class Problems:
                 counts[text] += 1
 
     def told(self) -> list[str]:
-        """Return a line for each kind, up to 20."""
+        """Return a line for each kind of problem, up to 20."""
         lines = []
         for (column, wrong), (count, row, expected) in islice(self.kinds.items(), _MOST):
             counts, where = self.values[column, wrong], self.file
@@ -241,7 +241,7 @@ class OrderRows:
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """Return how many tasks each quantity is."""
+        """Return the number of tasks that each quantity is."""
         return quantities
 
     def hands(self, text: pd.Series[Any]) -> Any:

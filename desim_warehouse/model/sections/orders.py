@@ -170,7 +170,7 @@ def framed(rows: Iterable[Sequence[str]], names: Sequence[Any], begin: int) -> p
 
 
 def parquet_chunks(path: Path, names: Sequence[str]) -> Iterator[tuple[int, list[list[str]]]]:
-    """Columns of a Parquet file as text, in chunks of rows: the number of the first row, from 1, and the cells.
+    """Yield the columns of a Parquet file as text, in chunks: number of the first row, from 1, and the cells.
 
     Raises ValueError for columns that are no text, numbers or times, and for more text than is held at once.
     """

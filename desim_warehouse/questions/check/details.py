@@ -162,7 +162,7 @@ def _stations(estimate: QuickEstimate, hour: float) -> str:
 
 
 def _lift(lift: LiftLoad, estimate: QuickEstimate, hour: float) -> str:
-    """What a lift can do, and what is asked of it."""
+    """Return the line on what a lift can do, and on the demand for it."""
     text = f"lift {lift.name}: it can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
     return text if estimate.rate is None else f"{text}; {amount(estimate.rate * lift.share * hour)} are asked for"
 

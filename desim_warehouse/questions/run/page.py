@@ -141,7 +141,7 @@ def answer(run: RunData, folder: Path | None = None) -> Answer:
 
 
 def question(run: RunData) -> str:
-    """Return the question that a run answers: what a design achieves in the counted time."""
+    """Return the question that a run answers: what a design achieves in the evaluation period."""
     model = run.model
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:

@@ -80,7 +80,7 @@ def waited(run: RunData) -> list[str]:
 
 
 def counted_time(run: RunData) -> str:
-    """Write the counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
+    """Write the evaluation period, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
     unit = run.model.units.time
     phrase = numbers.duration(run.history.counted, unit)
     if unit not in SECONDS:

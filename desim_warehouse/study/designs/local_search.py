@@ -71,7 +71,7 @@ class Space(Protocol[D]):
         ...
 
     def effort(self, design: D) -> float:
-        """The effort of changing the model into a design; among equally good designs the least effort is best."""
+        """Return the effort of changing the model into a design; among equally good designs the least is best."""
         ...
 
 

@@ -163,7 +163,7 @@ def judged(
 
 
 def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
-    """The verdict on several targets from the verdicts on each, at one look; at these levels all hold at once."""
+    """Return the verdict on several targets from the verdicts on each, at one look; all of them hold at once."""
     left = [verdict for verdict in each if verdict.verdict == "undecided"]
     fails = any(verdict.verdict == "fails" for verdict in each)
     return replace(

@@ -181,7 +181,7 @@ class _Race:
         return ours == theirs and len(set(ours)) > 1
 
     def within(self, delta: float, level: float | None) -> tuple[int, ...]:
-        """Designs less than `delta` worse than the leader, by bounds with `level` (None: exact), on common runs."""
+        """Return designs less than `delta` worse than the leader, by bounds with `level` (None: exact)."""
         best, tied = self.leader(), []
         for i in range(len(self.data)):
             n = min(self.judged_on[i], self.judged_on[best])

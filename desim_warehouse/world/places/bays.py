@@ -69,9 +69,9 @@ class Guest(Protocol):
         """Return the share of its battery's capacity that is left."""
 
     def need_of_charger(self) -> tuple[float, float]:
-        """Return the energy level at which the robot needs a charger more than one that is being charged.
+        """Return when the robot will need a charger more than a robot at one, and by how much the other must have more.
 
-        With it comes the difference in capacity that the other must have left.
+        The latter is a share of its capacity.
         """
 
 

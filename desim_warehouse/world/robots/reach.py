@@ -290,7 +290,7 @@ class Reach:
         return max(levels.critical, self.consumption.empty * self.out_of(robot.node, robot) + levels.margin)
 
     def rests_elsewhere_from(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot at a charger can drive to any bay without one, and rest there for a while."""
+        """Return the level at which a robot can leave its charger for any bay without one, and rest there."""
         key = robot.node, levels
         if key not in self._rests_elsewhere:
             needed = (

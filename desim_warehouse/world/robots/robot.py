@@ -422,9 +422,9 @@ class Robot:
         return self.battery.level(self.env.now) / self.battery.capacity
 
     def need_of_charger(self) -> tuple[float, float]:
-        """Return the level at which the robot needs a charger more than one that is being charged.
+        """Return when the robot will need a charger more than a robot at one, and by how much the other must have more.
 
-        With it comes by how much more of its capacity the other must have left.
+        The latter is a share of its capacity.
         """
         view = self.view()
         level, ahead = self.reach.in_need(view, self.reach.levels(view))

@@ -167,7 +167,10 @@ def any_of(fleets: Sequence[Fleet], streams: Streams) -> Fleet:
 
 
 def nodes_at_start(fleet: Fleet, homes: Sequence[str], bays: Mapping[str, Bay], on_lanes: Iterable[int]) -> list[str]:
-    """The bay node in which each robot begins: where it charges, home, or the first with a slot; `on_lanes` first."""
+    """Return the bay node where each robot begins: where it charges, home, or the first with a slot.
+
+    Robots `on_lanes` have their slots first.
+    """
     nodes, free = list(homes), {node: bay.places for node, bay in bays.items()}
     stays = set(on_lanes)
     order = sorted(range(len(homes)), key=lambda robot: (robot not in stays, fleet[robot].charges_at is None, robot))

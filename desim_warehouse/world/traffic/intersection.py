@@ -350,7 +350,7 @@ class FreeIntersection(Intersection):
         return True
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002
-        """Return the present: the intersection never closes."""
+        """Return -inf: the intersection never closes."""
         return -math.inf
 
     def grant(self, robot: Body, lane: Lane | None) -> None:

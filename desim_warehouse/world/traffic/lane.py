@@ -322,7 +322,7 @@ class Lane:
         return free
 
     def _clear_at(self, ahead: Body | None, place: float, pace: float) -> float:
-        """Return when the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
+        """Return when the robot ahead, or the last that left, is D beyond a position, at `pace` or faster."""
         if ahead is not None:
             return ahead.passes(place + self.headway)
         beyond = place - (self.length - self.headway)

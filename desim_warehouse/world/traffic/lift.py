@@ -91,7 +91,7 @@ class LiftCrossing(Intersection):
         return False
 
     def _stands_open(self, robot: Body, node: str, now: float) -> bool:
-        """Whether the cabin stands open for a robot, or a robot of a turning ring gets out where this one gets in."""
+        """Whether the cabin stands open for a robot, or a robot of a ring gets out at the node where it gets in."""
         if self.free_at > now + EPS:
             return self.ready_for is None and self.shaft.nodes[self.floor] == node
         return self.ready_for is robot
