@@ -1,6 +1,6 @@
 """The version, in one place."""
 
-__version__ = "0.4.0.dev0"
+__version__ = "0.4.0"
 
 
 def simulated_with(version: str) -> str:

@@ -120,7 +120,7 @@ class AllocationContract(_Contract):
             made.tell(answer)
 
     def test_the_situation_is_left_as_it_was(self) -> None:
-        """The same situation gives the same answer again (except for policies that draw at random)."""
+        """A policy answers alike when it is asked again (except for policies that draw at random)."""
         from desim_warehouse.learn.asktell import steps
 
         policy = self.make()

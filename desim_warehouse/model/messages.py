@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import got, nearest, spoken, synonym
+from desim_warehouse.errors import did_you_mean, got, nearest, spoken, synonym
 from desim_warehouse.values.fields import TOP
 
 if TYPE_CHECKING:
@@ -187,9 +187,8 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
 def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
     """Return the words that say what to write instead, where the wrong value shows it; else an empty text."""
     if isinstance(value, str):
-        near = nearest(value, re.findall(r"'(.*?)'", context.get("expected", "")))
-        if near is not None:
-            return f"; did you mean '{near}'?"
+        if hint := did_you_mean(value, re.findall(r"'(.*?)'", context.get("expected", ""))):
+            return hint
         if kind in _NUMBERS and _numeric(value):
             return "; write it without quotes"
         if kind == "tuple_type" and value:

@@ -56,7 +56,7 @@ from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time, in_24_hours
 from desim_warehouse.values.dates import has_time, read_times
-from desim_warehouse.values.distributions import Varying, mean_of
+from desim_warehouse.values.distributions import Distribution, Varying
 from desim_warehouse.values.fields import (
     TOP,
     Duration,
@@ -161,15 +161,10 @@ class Tasks(Part):
         named = {item.to for item in listed if isinstance(item, Good) and item.to is not None}
         return len(self.unload_at) > 1 or any(len(model.floor.nodes_of(name)) > 1 for name in named)
 
-    @property
-    def mean_load(self) -> float:
-        """The mean time of loading, which estimates take."""
-        return mean_of(self.load_time)
-
-    @property
-    def mean_unload(self) -> float:
-        """The mean time of unloading, which estimates take."""
-        return mean_of(self.unload_time)
+    def handling_of(self, flow: FlowSpec) -> tuple[float | Distribution, float | Distribution]:
+        """Return the times of loading and unloading a task: set by its flow, else by `load_time` and `unload_time`."""
+        loading = self.load_time if flow.load_time is None else flow.load_time
+        return loading, self.unload_time if flow.unload_time is None else flow.unload_time
 
     @property
     def has_via(self) -> bool:

@@ -417,7 +417,7 @@ INDICATORS = {
             "Worked on in time",
             "share of load units",
             "the same of load units for stations with workers, and of the work on them: one that comes due before it "
-            "is put down is late, too, if it can go nowhere else; only where they have due times",
+            "is put down is late, too, if it can go nowhere else; only where loads have due times",
             "more",
             measures.worked_on_time,
             measures.has_due_work,
@@ -428,7 +428,7 @@ INDICATORS = {
             "loads_due",
             "Loads come due",
             "count",
-            "the load units that `worked_on_time` is a share of; only where they have due times",
+            "the load units that `worked_on_time` is a share of; only where loads have due times",
             None,
             measures.loads_due,
             measures.has_due_work,
@@ -765,6 +765,10 @@ def kpis(history: History) -> RunIndicators:
     return values
 
 
+_CONDITION = re.compile(r"; (only (?:with|where) .+?)(?:$|, where|[;:]|\. )")
+"""Which models have an indicator, as its meaning says."""
+
+
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
     """Return the indicators by which a run of this kind is judged, the most important first, as far as it has them."""
     return [name for name in _JUDGED[never_ends] if name in names]
@@ -783,8 +787,11 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def no_run_has(name: str, has: Collection[str]) -> str:
-    """Return the message for an indicator that runs lack, naming the nearest of the indicators that they have."""
-    return f"indicator {name!r}: no run has it, {hint(name, has)}"
+    """Return the message for an indicator that runs lack: what it takes, or the nearest that they have."""
+    indicator = look_up(name)
+    condition = None if indicator is None else _CONDITION.search(indicator.meaning)
+    missing = hint(name, has) if condition is None else f"which is there {condition[1]}"
+    return f"indicator {name!r}: no run has it, {missing}"
 
 
 def hint(name: str, has: Collection[str]) -> str:

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason, spoken
 from desim_warehouse.plants.lines import CURVE, Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
@@ -191,9 +191,8 @@ def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str
     for name in asked:
         same = {layer for layer in layers if layer.casefold() == name.casefold()}
         if not same:
-            near = nearest(name, layers)
-            hint = f"; did you mean {got(near)}?" if near else ""
-            raise ModelError([f"{path}: no lines on a layer {got(name)}, expected one of {have}{hint}"])
+            text = f"{path}: no lines on a layer {got(name)}, expected one of {have}"
+            raise ModelError([text + did_you_mean(name, layers)])
         chosen |= same
     if not layers:
         raise ModelError([f"{path}: no lines in the model space, nor in its blocks, expected lanes drawn as lines"])

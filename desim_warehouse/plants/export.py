@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Literal, get_args
 from xml.sax.saxutils import escape, quoteattr
 
-from desim_warehouse.errors import ReportError, got, nearest, reason
+from desim_warehouse.errors import ReportError, did_you_mean, got, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.model import Model, Source, as_model
@@ -53,8 +53,7 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
         LayoutError: where two things claim one node.
     """
     if format not in LAYOUT_FORMATS:
-        near = nearest(format, LAYOUT_FORMATS)
-        hint = f"; did you mean {got(near)}?" if near else ""
+        hint = did_you_mean(format, LAYOUT_FORMATS)
         raise ReportError(f"format {got(format)}: expected one of {', '.join(LAYOUT_FORMATS)}{hint}")
     path, plant = Path(path), drawn(as_model(model))
     plain_names(plant)

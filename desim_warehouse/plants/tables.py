@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason, spoken
 from desim_warehouse.model.workbook import rows_of, sheets_of
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
@@ -59,7 +59,6 @@ _SHORTEST = 0.001
 """Of a length in metres, and of a speed in metres a second: what is below is a slip."""
 _METRES = UnitNames()
 _SHOWN = 30  # names in a message, at most
-_COMPARED = 1000  # names to search for a similar one, at most
 
 EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
 NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"
@@ -170,12 +169,9 @@ class Columns:
         """Refuse a table without one of these columns."""
         for name in names:
             if name not in self.named:
-                near = nearest(name, self.unread)
-                hint = f"; did you mean {got(near)}?" if near else ""
                 have = [title[:_SHOWN] for title in (*self.named.values(), *self.unread)][:12]
-                raise ModelError(
-                    [f"{where}: no column {name} (got {spoken(have) if have else 'none'}), expected it{hint}"]
-                )
+                shown, hint = spoken(have) if have else "none", did_you_mean(name, self.unread)
+                raise ModelError([f"{where}: no column {name} (got {shown}), expected it{hint}"])
 
 
 def _size(unit: str, name: str, where: str) -> float:
@@ -300,8 +296,7 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
     ends = record.text("from"), record.text("to")
     for column, end in zip(("from", "to"), ends, strict=True):
         if end not in plant.points:
-            near = nearest(end, plant.points) if len(plant.points) <= _COMPARED else None
-            hint = f"; did you mean {got(near)}?" if near else ""
+            hint = did_you_mean(end, plant.points)
             record.refuse(column, f"no such node (got {got(end)}), expected the name of a node{hint}")
     speed, both = record.above_0("speed") or math.inf, record.flag("two_way")
     back = speed if record.get("speed_back") is None else record.above_0("speed_back") or math.inf

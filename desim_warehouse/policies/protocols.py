@@ -215,7 +215,7 @@ class Roads:
     stay, and later visits are not known. None: no edge ever closes.
     """
     shut_for: Callable[[tuple[str, str], float], float] | None = None
-    """The same by `traffic.closures` alone, which are known for all times; None: there are none.
+    """How long a robot that reaches an edge will wait for `traffic.closures` alone, known for all times; None: none.
 
     It counts from the stop line before the edge, where a robot is let in or waits.
     """

@@ -54,6 +54,13 @@ class Handling(Generic[T]):
         at_pick, at_drop = task.edge[0] if task.good < 0 else None, node if task.drop is None else None
         return self.at_stop("load", task.flow, at_pick), self.at_stop("unload", task.flow, at_drop)
 
+    def least(self: Handling[float], flow: str) -> float:
+        """Return the least time that loading and unloading a task of a flow takes together, wherever it is done."""
+        load, unload = self.flows.get(flow, (self.load_time, self.unload_time))
+        loads = [load, *(time for time, _ in self.stations.values() if time is not None)]
+        unloads = [unload, *(time for _, time in self.stations.values() if time is not None)]
+        return min(loads) + min(unloads)
+
     def means(self) -> Handling[float]:
         """Return the handling times with every distribution replaced by its mean."""
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import Indicator, refuse_unknown
+from desim_warehouse.model.facts.ahead import handling_of
+from desim_warehouse.outcome.indicators import Indicator, refuse_unknown, split
 from desim_warehouse.outcome.targets import Target, amount_of, parse_target
 from desim_warehouse.study.statistics.checks import is_constant
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
@@ -141,7 +142,9 @@ def too_short(text: str, model: Model) -> str:
     """
     goal, units = read_target(text, model.units.names), model.units
     refuse_unknown(goal.indicator, [model])
-    handled = model.tasks.mean_load + model.tasks.mean_unload
+    least = handling_of(model, model.floor).means().least
+    _, mark, flow = split(goal.indicator)
+    handled = min(map(least, [flow] if mark == ":" else model.tasks.flows or [""]))
     if "cycle_time_" not in goal.indicator or goal.indicator.endswith("cv") or goal.sign > 0 or goal.value >= handled:
         return ""
     times = ((name, float(SECONDS[name]) / units.seconds) for name in ("min", "h"))

@@ -105,7 +105,7 @@ class Acyclic:
         return None
 
     after_change = after_step
-    """The same of a robot that has taken another route."""
+    """Find the cycle that a robot closes as it takes another route."""
 
 
 def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
