@@ -245,7 +245,7 @@ CASES = [
 ]
 
 
-FEW = [(path, changes | {"run": {"length": 2700}}) for path, changes in CASES[4:]]
+FEW = [CASES[0], *((path, changes | {"run": {"length": 2700}}) for path, changes in CASES[4:])]
 
 
 @pytest.mark.parametrize("cases", [FEW, pytest.param(CASES, marks=pytest.mark.long)], ids=["few", "all"])

@@ -39,6 +39,7 @@ from desim_warehouse.states import (
     OPENING,
     PACKING,
     PERSON_AHEAD,
+    PICKER,
     SERVER,
     SHOWN,
     Phase,
@@ -76,6 +77,8 @@ LEAST_CHARGING = 0.05
 HALF = 0.5
 DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
 """Decisions that move the lines for each visit of a pod; where pods are stored hardly does."""
+AT_PLACES = names(lambda state: state.phase in (Phase.LOADING, Phase.UNLOADING) or state.queue == PICKER)
+"""In which a robot stands in its lane at a storage place, unless the aisle is wide."""
 
 
 @dataclass(frozen=True)
@@ -356,8 +359,8 @@ def _aisles(run: RunData) -> Iterator[Suspect]:
     if model.pods is not None:
         return
     _, more_edges = widened(model)
-    loading = {Root("loading", ">".join(edge)) for edge in more_edges}
-    waited = sum(time for root, (time, _) in lost_to(run.history).items() if root in loading)
+    in_lanes = {Root(state, ">".join(edge)) for state in AT_PLACES for edge in more_edges}
+    waited = sum(time for root, (time, _) in lost_to(run.history).items() if root in in_lanes)
     share = waited / (run.history.counted * model.fleet.size or 1.0)
     if share >= LEAST_HELD_UP:
         yield Suspect("narrow aisles", "wide aisles, with robots beside the lanes", {"layout.aisles": "wide"}, share)
