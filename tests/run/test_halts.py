@@ -65,6 +65,19 @@ STANDS = {
         "calendars": {"cleaning": {"between": [[3600, 6000]]}},
         "traffic.closures": {"aisle": {"members": [["B", "C"]], "hours": "cleaning", "tasks": "go"}},
     },
+    "pickers": {
+        **POISSON,
+        "fleet.size": 1,
+        "tasks.goods": {"poisson": 20},
+        "calendars": {"shift": {"between": [[0, 3600], [6000, 14400]]}},
+        "pickers": {"count": 3, "speed": 1, "hours": "shift"},
+    },
+    "pickers, by the clock, who stay": {
+        **POISSON,
+        "run.start": "06:00",
+        "calendars": {"shift": {"open": ["06:00-12:00"], "breaks": ["08:00-08:30"]}},
+        "pickers": {"count": 3, "speed": 1, "stay": "order", "hours": "shift"},
+    },
     "broken": {
         **POISSON,
         "fleet.size": 1,
