@@ -115,6 +115,7 @@ class LiftLoad:
 class PickerLoad:
     """Pickers who come to robots at storage places: `count` of them, at work for a part of the run (`open`).
 
+    `in_duty`: each task needs one, so that the time in which robots can work is within their hours.
     `share`: stops of a task that need one. `pick`: the mean time of each. `walks`: the mean walk to it, in time, of the
     nearest of 1, 2, ... pickers of a zone who are free, or from a picker to the nearest of so many robots that wait.
     """
@@ -124,11 +125,17 @@ class PickerLoad:
     share: float
     pick: float
     walks: tuple[float, ...]
+    in_duty: bool = False
 
     @property
     def most(self) -> float:
         """Stops per time unit of pickers who never walk."""
         return self.open * self.count / self.pick if self.pick else math.inf
+
+    def most_tasks(self, on_duty: float) -> float:
+        """Return the tasks per time unit of pickers who never walk, with robots that are on duty for such a part."""
+        part = on_duty if self.in_duty else on_duty * self.open
+        return part * self.count / self.pick / self.share if self.pick and self.share else math.inf
 
     @property
     def least(self) -> float:
