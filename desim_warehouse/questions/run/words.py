@@ -175,8 +175,8 @@ def _gone_home(run: RunData) -> list[str]:
     hours, end = run.model.hours(spec.hours), history.end
     waiting = sum(robot[-1].seen == FOR_PICKER for robot in history.states)
     stretches = list(hours.between(0.0, end))
-    told = any(halt.cause == "pickers" and halt.end >= end for halt in halts(history))
-    if not waiting or told or not stretches or stretches[-1][1] >= end:
+    stood = any(halt.cause == "pickers" and halt.end >= end for halt in halts(history))
+    if not waiting or stood or not stretches or stretches[-1][1] >= end:
         return []
     last = moment(run.model, stretches[-1][1])
     when = f"at {last}" if run.model.run.start != "00:00" else f"after {last}"
