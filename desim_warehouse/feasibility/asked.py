@@ -23,8 +23,9 @@ def orders_asked_for(model: Model) -> Iterator[str]:
     Without pods a trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as
     many as that.
     """
-    size, rates = most_loads(model), flow_rates(model)
-    exact = model.policies.batching.name in {"single", "by-order"}
+    size, rates, batching = most_loads(model), flow_rates(model), model.policies.batching
+    together = batching.params.get("orders", 1) if batching.name == "by-order" else 1
+    exact = batching.name in {"single", "by-order"} and together == 1
     for name, flow in model.tasks.flows.items():
         if flow.lines == 1 or isinstance(flow.when, SaturatedArrivals):
             continue
@@ -34,7 +35,7 @@ def orders_asked_for(model: Model) -> Iterator[str]:
             yield f"flow {name}: {text}, each a task"
             continue
         a_trip = math.fsum(share * math.ceil(count / size) for count, share in shares_of(flow.lines).items())
-        trips = orders * a_trip if exact else lines / size
+        trips = orders * a_trip if exact else max(lines / size, orders / together if together > 1 else 0.0)
         least = "" if exact else "at least "
         yield f"flow {name}: {text}, each a task, in {least}{amount(trips)} trips"
 
