@@ -36,7 +36,8 @@ def on_duty(model: Model) -> float:
         model.hours(spec_of[node].hours) if node in spec_of else ALWAYS for node in destinations(model, layout)
     ] or [ALWAYS]
     names = model.fleet.hours_of_robots()
-    people = model.hours(model.pickers.hours) if need_one(model.pickers, model.tasks.flows) else ALWAYS
+    pickers = model.pickers
+    people = model.hours(pickers.hours) if pickers is not None and need_one(pickers, model.tasks.flows) else ALWAYS
     share = {name: _share_of_all(model.hours(name), people, stations, end) for name in set(names)}
     return fmean(share[name] for name in names)
 

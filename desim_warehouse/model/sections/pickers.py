@@ -101,9 +101,9 @@ def fit_for_pickers(pickers: PickersSpec, flows: Mapping[str, FlowSpec]) -> None
             raise wrong(f"{what} (got {got(name)}), expected {expected}", "flows", rank)
 
 
-def need_one(pickers: PickersSpec | None, flows: Mapping[str, FlowSpec]) -> bool:
+def need_one(pickers: PickersSpec, flows: Mapping[str, FlowSpec]) -> bool:
     """Whether each task needs a picker, so that no work is done outside their hours."""
-    return pickers is not None and all(pickers.serves(name) and _is_stored(flow) for name, flow in flows.items())
+    return all(pickers.serves(name) and _is_stored(flow) for name, flow in flows.items())
 
 
 def _is_stored(flow: FlowSpec) -> bool:
