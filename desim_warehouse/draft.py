@@ -302,7 +302,7 @@ def _spread(names: tuple[str, ...], count: int) -> list[str]:
 
 
 def _passing(floor: _Floor) -> str:
-    """Say whether robots may drive past one that loads, by the width of the aisles."""
+    """Return the words that say whether robots may drive past a robot that loads, by the width of the aisles."""
     need = f"{2 * KEPT:g} m"
     return f"to pass they would need {need}" if floor.aisle < 2 * KEPT else f"(!) wide: they pass, in {need}"
 

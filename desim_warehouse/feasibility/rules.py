@@ -1,4 +1,7 @@
-"""Findings by the quick estimate: what cannot work or is probably a mistake, in dimensions, times and demand."""
+"""Findings by the quick estimate: what cannot work or is probably a mistake, in dimensions, times and demand.
+
+For `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ _ROUNDING = 1e-9
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find what `simulate` refuses; the layout has no errors of its own."""
+    """Find errors that the quick estimate shows, for which `simulate` refuses a model whose layout has none."""
     yield from starts.errors(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
@@ -49,7 +52,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find what a planner should know."""
+    """Find probable mistakes that the quick estimate shows, which a planner should know."""
     yield from _nothing_to_drive(estimate)
     yield from _units(model, estimate)
     yield from _length(model, estimate)
@@ -98,7 +101,7 @@ def _nothing_to_drive(estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _spread(model: Model) -> Iterator[Finding]:
-    """Find routes that cannot be shared, as their times differ."""
+    """Find routes among which robots cannot be spread, as the routes take different times."""
     if model.traffic.turn_time and model.policies.routing.params.get("spread", 1) != 1:
         yield Finding(
             "SPREAD_WITH_TURNS",
@@ -254,7 +257,7 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
-    """Find lifts of which more rides are asked than they can do."""
+    """Find lifts with a demand for more rides than they can do."""
     keys = {lift.name: lift.model_name for lift in model.floor.lifts}
     for lift in estimate.lifts:
         rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
@@ -291,7 +294,7 @@ def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iter
 
 
 def _one_load(model: Model) -> Iterator[Finding]:
-    """Find robots that could carry more than they do, and batches that come to nothing."""
+    """Find robots that could carry more than they do, and batching policies that never put two tasks together."""
     most, batching = model.fleet.largest_capacity, model.policies.batching.name
     if most > 1 and batching == "single":
         yield Finding(

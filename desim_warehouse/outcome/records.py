@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Deadline(NamedTuple):
-    """When something was due, and when it was done (inf: not by the end of the run)."""
+    """A deadline: when something was due, and when it was done (inf: not by the end of the run)."""
 
     due: float
     done: float
@@ -27,7 +27,7 @@ class Deadline(NamedTuple):
         return self.done > self.due
 
     def overrun(self, end: float) -> float:
-        """Return by how much it is late: 0 if it is not, and up to `end` where it is not done by then."""
+        """Return the lateness: 0 if it was done in time, and up to `end` if it was not done by then."""
         return max(min(self.done, end) - self.due, 0.0)
 
 

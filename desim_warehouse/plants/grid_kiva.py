@@ -1,5 +1,7 @@
 """Warehouses of the benchmarks of pickup and delivery (MAPD, RHCR): kiva maps, and their files of tasks.
 
+For `desim import`.
+
 A map has four lines of numbers: its size in rows and columns, endpoints, agents, horizon. Then come the rows: `@`
 shelf, `e` endpoint (goods are picked and delivered there), `r` home of a robot, `.` aisle. A file of tasks has their
 number, perhaps a line with the horizon, then lines `release pickup delivery ...`. An endpoint's number is its rank

@@ -1,5 +1,7 @@
 """Plant models of openTCS: XML, versions 0.0.2 to 7.0.0, in mm and mm/s, y upwards.
 
+For `desim import`.
+
 - A path with a reverse velocity is used in both directions. One that is driven back at less than a tenth of the speed
   is named: it is meant one-way, as a rule. A velocity of 0 forbids a direction, and locked paths are not used at all.
 - Blocks are zones: one robot at a time, or one direction at a time. In a block of one vehicle the points at the ends of

@@ -1,4 +1,4 @@
-"""Pickers on the replay page: the ways that they walk, what they do for which robot, and who was busiest."""
+"""Pickers on the replay page (`desim replay`): their ways, what they do for which robot, and the busiest of them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 
 def picker_columns(history: History, scale: MapScale) -> dict[str, Any]:
-    """Nothing without pickers. A spot is the number of an edge, below 0 the node -1 - n, and grains from its start.
+    """Return the columns of pickers; none without pickers.
+
+    A spot is the number of an edge, below 0 the node -1 - n, and grains from the start of the edge.
 
     `picker_edge`, `picker_at`: where each begins. `act_count`: what each does in the window, in order: `act_time`,
     `act_length`, `act_robot`. `act_nodes`: how many nodes they walk past (`act_node`), up to `act_edge`, `act_at`; -1:

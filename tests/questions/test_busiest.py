@@ -18,6 +18,8 @@ from desim_warehouse.replay.payload import payload
 from desim_warehouse.run.quick import estimate
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALL = {
     "name": "hall",
     "layout": {

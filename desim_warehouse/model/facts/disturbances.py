@@ -27,7 +27,7 @@ def disturbances(model: Model, layout: Layout) -> list[str]:
 
 
 def left_out(model: Model) -> list[str]:
-    """Name what may keep robots, chargers and people from work, and does not in this model."""
+    """List the disturbances of robots, chargers and people that the model leaves out."""
     layout, traffic = model.layout, model.traffic
     parts = {
         "breakdowns": bool(breakdowns(model)),
@@ -118,7 +118,7 @@ def closures(model: Model) -> Iterator[str]:
 
 
 def at_times(model: Model) -> dict[str, tuple[str, str]]:
-    """Return closures, and slow zones with hours: what they are then, and their calendars."""
+    """Return the closures, and slow zones with hours, each with its effect and its calendar."""
     closures, slow = model.traffic.closures.items(), model.traffic.slow.items()
     closed = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
     return closed | {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}

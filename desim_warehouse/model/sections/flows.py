@@ -67,7 +67,7 @@ class PoissonArrivals(Part):
     poisson: Annotated[Rate, limited("hourly")] = Field(title="tasks", description="tasks per hour")
 
     def is_random(self, _model: Any) -> bool:
-        """They arrive at random."""
+        """Return True: tasks arrive at random."""
         return True
 
 
@@ -108,7 +108,7 @@ class ProfileArrivals(Part):
     profile: Profile = Field(description="the rates")
 
     def is_random(self, _model: Any) -> bool:
-        """They arrive at random."""
+        """Return True: tasks arrive at random."""
         return True
 
 
@@ -162,7 +162,7 @@ class OrdersArrivals(Part):
     orders: OrdersFile = Field(description="the file")
 
     def is_random(self, _model: Any) -> bool:
-        """Rows may leave to chance where a load comes from; whether they do, a run knows."""
+        """Return True: rows may leave to chance where a load comes from; whether they do, a run knows."""
         return True
 
 

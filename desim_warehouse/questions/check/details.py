@@ -51,7 +51,7 @@ def of_model(model: Model) -> list[str]:
 
 
 def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estimate: QuickEstimate) -> list[str]:
-    """Say what other places of fast movers would save, and what a choice of tasks saves."""
+    """Return the lines on time saved by other places of fast movers, and by a choice of tasks."""
     time, lines = model.units.time, []
     if nearer is not None:
         saved = f"{amount(nearer.saved)} of {amount(nearer.now)} {time} a task"
@@ -162,7 +162,7 @@ def _stations(estimate: QuickEstimate, hour: float) -> str:
 
 
 def _lift(lift: LiftLoad, estimate: QuickEstimate, hour: float) -> str:
-    """What a lift can do, and what is asked of it."""
+    """Return the line on what a lift can do, and on the demand for it."""
     text = f"lift {lift.name}: it can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
     return text if estimate.rate is None else f"{text}; {amount(estimate.rate * lift.share * hour)} are asked for"
 

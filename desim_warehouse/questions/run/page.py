@@ -141,7 +141,7 @@ def answer(run: RunData, folder: Path | None = None) -> Answer:
 
 
 def question(run: RunData) -> str:
-    """Return the question that a run answers: what a design achieves in the counted time."""
+    """Return the question that a run answers: what a design achieves in the evaluation period."""
     model = run.model
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:
@@ -232,7 +232,7 @@ def warm_up_figures(run: RunData) -> list[Axes]:
 
 
 def _warm_up(run: RunData) -> Folded:
-    """Say from when on is counted, below the figure of the warm-up."""
+    """Return the section of the page that says from when on indicators count, below the figure of the warm-up."""
     begin = run.record.begin
     counted = f"Counted from {numbers.duration(begin, run.model.units.time)} on." if begin else ""
     return Folded(title="Warm-up", note=counted)

@@ -1,4 +1,4 @@
-"""Never stalled: full rings of waiting robots are found when they close, and turned.
+"""Deadlock resolution: full rings of waiting robots are found when they close, and turned; work never stalls.
 
 A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection it
 claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work can only stop
@@ -64,7 +64,7 @@ class Gridlock:
         self._resting[robot] = None
 
     def goes_on(self, robot: Body) -> None:
-        """Note that it no longer does."""
+        """Note that a robot no longer rests where it stands."""
         self._resting.pop(robot, None)
 
     def is_waited_for(self, robot: Body) -> bool:
@@ -101,7 +101,7 @@ class Gridlock:
             self._turn(ring)
 
     def _is_open(self, ring: list[Body]) -> bool:
-        """Whether all in the ring can go: no intersection is still closing behind a robot, and no robot turns on one.
+        """Whether all robots of a ring can go: no intersection is still closing behind one, and none turns on one.
 
         Nor does one wait for the cabin of a lift, which is called for it.
 

@@ -31,7 +31,7 @@ class Claiming(Protocol):
 
     @property
     def begun(self) -> float:
-        """Since when it waits."""
+        """Return the time since which the claim waits."""
 
 
 class Passer(Protocol):
@@ -39,7 +39,7 @@ class Passer(Protocol):
 
     @property
     def claim(self) -> Claiming | None:
-        """The claim with which it waits."""
+        """The claim with which the robot waits."""
 
 
 class Visit(NamedTuple):
@@ -62,12 +62,12 @@ class Aisle:
         self.busy_since = self.busy_until = -math.inf
 
     def closed_until(self, now: float) -> float:
-        """Return when all who are in it now will have left."""
+        """Return when all people who are in the aisle now will have left."""
         self.source.come(now)
         return self.busy_until
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """Return when all in it have left, or step aside for a robot that waits."""
+        """Return when all people in the aisle have left, or step aside for a robot that waits."""
         until, give_way = self.closed_until(now), self.source.spec.give_way
         if give_way is None or robot.claim is None:
             return until

@@ -224,7 +224,7 @@ class WideLane(Lane):
     # Back onto it
 
     def _joins(self, robot: Body) -> bool:
-        """Come back now, if there is room."""
+        """Put a robot back onto the lane now, if there is room."""
         twin, guard, last = self.twin, self.rules.guard, self.last
         if self.entering is not None or (twin is not None and (twin.last is not None or twin.entering is not None)):
             return False
@@ -249,7 +249,7 @@ class WideLane(Lane):
         return ahead, behind
 
     def _clear_for(self, robot: Body, ahead: Body | None) -> float:
-        """Return when the one ahead is D beyond a robot beside the lane; inf: it is not sure to get that far.
+        """Return when the robot ahead is D beyond one beside the lane; inf: it is not sure to get that far.
 
         And when the last that came the other way is through.
         """
@@ -259,7 +259,7 @@ class WideLane(Lane):
         return max(self._clear_at(ahead, robot.pos, robot.pace), through)
 
     def _change_places(self, robot: Body, other: Body) -> bool:
-        """Let the one beside the lane take the place of one that stands in it, at once, if that is safe.
+        """Let a robot beside the lane take the place of one that stands in it, at once, if that is safe.
 
         The guard is asked as if it came onto the lane behind that one, which leaves it only then.
         """
@@ -309,7 +309,7 @@ class WideLane(Lane):
     # As the node of their claims
 
     def freed(self, now: float | None = None) -> None:
-        """Look at those that wait to come back, when all else has happened at this instant, or at a later time."""
+        """Look at robots that wait to come back, at the end of this instant or at a later time."""
         side, env = self.side, self.rules.env
         if not side.claims:
             return
@@ -320,7 +320,7 @@ class WideLane(Lane):
             event.callbacks.append(self._look)
 
     def wait_for_opening(self, claim: RoomClaim, now: float) -> None:
-        """Nothing to do: it is not closed to a robot that is in the aisle already."""
+        """Do nothing: the lane is not closed to a robot that is in the aisle already."""
 
     def count_claim(self, claim: RoomClaim, other: Body | None, end: float) -> None:
         """Count a wait for room, beside the lane or on it, as one behind a robot on the lane."""
@@ -347,4 +347,4 @@ class WideLane(Lane):
 
 
 class WideRestrictedLane(WideLane, RestrictedLane):
-    """A lane in a wide aisle that is closed or slow at times. To come back onto it is not to enter it."""
+    """A lane in a wide aisle that is closed or slow at times. Coming back onto it is not entering it."""
