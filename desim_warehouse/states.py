@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, Literal, NamedTuple
 
-Role = Literal["idle", "empty", "loaded", "charging", "wait", "broken"]
+Role = Literal["idle", "empty", "loaded", "charging", "wait", "picker", "broken"]
 ROLES = {
     "idle": ("#5b6670", "#9aa7b3"),
     "empty": ("#0062a3", "#56b4e9"),
     "loaded": ("#d55e00", "#ff8a3d"),
     "charging": ("#00735a", "#2fc79b"),
     "wait": ("#9c5c00", "#ffd34d"),
+    "picker": ("#c2185b", "#ff6fa5"),
     "broken": ("#22272c", "#f2f5f8"),
 }
 """How the replay page draws robots: colours on light and on dark ground, safe for colour-blind people."""
@@ -306,7 +307,7 @@ STATES = {
             draws="standing",
             phase=Phase.QUEUE,
             queue=PICKER,
-            role="wait",
+            role="picker",
             colour="#B07AA1",
             stacked=17,
             applies=lambda model: model.pickers is not None,
@@ -398,6 +399,8 @@ FOR_CHARGER = replace(
     colour="#882255",
 )
 """The two kinds of queueing, which reports and the account of time tell apart; in the log they are one state."""
+FOR_PICKER = next(state for state in STATES.values() if state.queue == PICKER)
+"""In which a robot waits for a person who picks beside it."""
 SHOWN = {
     shown.name: shown
     for shown in (*(FOR_SERVER if state is _QUEUEING else state for state in STATES.values()), FOR_CHARGER)

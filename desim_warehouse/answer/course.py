@@ -35,6 +35,7 @@ _HELD = {
     "lanes": "lanes were closed, or people in them",
     "broken": "robots had broken down",
     "queues": "robots waited for each other",
+    "pickers": "robots waited for pickers",
     "no task": "robots were given no task",
 }
 """What robots did while deliveries stood still, by the cause of `outcome.halts`."""

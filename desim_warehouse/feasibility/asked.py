@@ -26,8 +26,9 @@ def orders_asked_for(model: Model) -> Iterator[str]:
     It has orders, lines and trips. A trip serves one line without pods. If tasks are batched by order, it serves as
     many lines of an order as a robot carries, and with other batching at least as many.
     """
-    size, rates = most_loads(model), flow_rates(model)
-    exact = model.policies.batching.name in {"single", "by-order"}
+    size, rates, batching = most_loads(model), flow_rates(model), model.policies.batching
+    together = batching.params.get("orders", 1) if batching.name == "by-order" else 1
+    exact = batching.name in {"single", "by-order"} and together == 1
     for name, flow in model.tasks.flows.items():
         if flow.lines == 1 or isinstance(flow.when, SaturatedArrivals):
             continue
@@ -37,7 +38,7 @@ def orders_asked_for(model: Model) -> Iterator[str]:
             yield f"flow {name}: {text}, each a task"
             continue
         a_trip = math.fsum(share * math.ceil(count / size) for count, share in shares_of(flow.lines).items())
-        trips = orders * a_trip if exact else lines / size
+        trips = orders * a_trip if exact else max(lines / size, orders / together if together > 1 else 0.0)
         least = "" if exact else "at least "
         yield f"flow {name}: {text}, each a task, in {least}{amount(trips)} trips"
 

@@ -145,7 +145,7 @@ class QuickEstimate:
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         limits |= {f"the lift {item.name}": self.on_duty * item.capacity / item.share for item in self.lifts}
         if self.pickers is not None and self.pickers.share:
-            limits[PICKERS] = self.on_duty * self.pickers.most / self.pickers.share
+            limits[PICKERS] = self.pickers.most_tasks(self.on_duty)
         if math.isfinite(charged := self._charged(1)):
             limits[CHARGERS] = charged
         if self.most_out is not None and self.cycle.time:
@@ -223,11 +223,11 @@ class QuickEstimate:
         if self.crossing is not None and self.crossing_capacity is not None:
             limits[f"the intersection {self.crossing}"] = self.crossing_capacity * self.on_duty
         limit = min(limits, key=limits.__getitem__, default="")
+        if limit and limits[limit] <= 0:
+            return 1, limit
         if not limit or limits[limit] * self.round >= most * self.on_duty:
             return most, why
         robots, does = 1, self.throughput(1)
-        if limits[limit] <= 0:
-            return robots, limit
         while min(self.throughput(2 * robots), limits[limit]) >= MORE * min(does, limits[limit]):
             robots += 1
             does = self.throughput(robots)

@@ -16,6 +16,7 @@ from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.sections.orders import summary
+from desim_warehouse.model.sections.pickers import need_one
 from desim_warehouse.values.calendars import ALWAYS, merged
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 def on_duty(model: Model) -> float:
     """Return the share of the run in which a robot can work, on average over the fleet.
 
-    It is in its hours then, and one of the stations that tasks go to is open: tasks for closed stations are held
-    back.
+    It is in its hours then, one of the stations that tasks go to is open (tasks for closed stations are held back), and
+    pickers are at work, if each task needs one.
     """
     layout, end = model.floor, model.run.end
     spec_of = specs(model, layout)
@@ -38,17 +39,19 @@ def on_duty(model: Model) -> float:
         model.hours(spec_of[node].hours) if node in spec_of else ALWAYS for node in destinations(model, layout)
     ] or [ALWAYS]
     names = model.fleet.hours_of_robots()
-    share = {name: _share_of_both(model.hours(name), stations, end) for name in set(names)}
+    pickers = model.pickers
+    people = model.hours(pickers.hours) if pickers is not None and need_one(pickers, model.tasks.flows) else ALWAYS
+    share = {name: _share_of_all(model.hours(name), people, stations, end) for name in set(names)}
     return fmean(share[name] for name in names)
 
 
-def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float:
-    """Return the part of the time in which a robot is on duty and one of the stations is open; see `Hours.share`."""
-    if ALWAYS in stations:
+def _share_of_all(robot: Hours, pickers: Hours, stations: Sequence[Hours], end: float) -> float:
+    """Return the part of the time in which a robot and pickers are at work and a station is open; see `Hours.share`."""
+    if ALWAYS in stations and pickers is ALWAYS:
         return robot.share(0.0, end)
     time = together = 0.0
-    for begin, time in _between_changes((robot, *stations), 0.0, end):
-        both = robot.is_open(begin) and any(station.is_open(begin) for station in stations)
+    for begin, time in _between_changes((robot, pickers, *stations), 0.0, end):
+        both = robot.is_open(begin) and pickers.is_open(begin) and any(station.is_open(begin) for station in stations)
         if math.isinf(time):  # it stays so for ever; a state that ends counts until it ends
             return together / begin if begin and not both else float(both)
         together += (time - begin) * both

@@ -132,7 +132,8 @@ class PickerLoad:
 
     `open`: the share of the run in which they work. `share`: stops of a task that need a picker, on average. `pick`:
     mean time of picking at one of these. `walks`: mean time of the walk to a stop for the nearest of 1, 2, ... free
-    pickers of a zone, or from a picker to the nearest of as many waiting robots.
+    pickers of a zone, or from a picker to the nearest of as many waiting robots. `in_duty`: each task needs a picker,
+    so that robots can work only within the pickers' hours.
     """
 
     count: int
@@ -140,11 +141,17 @@ class PickerLoad:
     share: float
     pick: float
     walks: tuple[float, ...]
+    in_duty: bool = False
 
     @property
     def most(self) -> float:
         """The stops per time unit that pickers can serve if they never walk."""
         return self.open * self.count / self.pick if self.pick else math.inf
+
+    def most_tasks(self, on_duty: float) -> float:
+        """Return the tasks per time unit of pickers who never walk, with robots that are on duty for such a part."""
+        part = on_duty if self.in_duty else on_duty * self.open
+        return part * self.count / self.pick / self.share if self.pick and self.share else math.inf
 
     @property
     def least(self) -> float:

@@ -8,6 +8,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     import networkx as nx
 
     from desim_warehouse.layout.layout import Edge, Layout
@@ -30,12 +32,12 @@ class Walking:
                 self._lanes.add_edge(a, b, length=length)
         self._ends = {end for place in layout.storage for end in place.edge}
         self._rows: dict[str, dict[str, float]] = {}
+        self._paths: dict[str, dict[str, list[str]]] = {}
 
     def distance(self, start: Spot, goal: Spot) -> float:
         """Return the length of the shortest way between two spots of storage places; inf where there is none."""
-        (edge, offset), (other, beyond) = start, goal
-        if other == edge[::-1] and math.isclose(self._length(other), self._length(edge), rel_tol=1e-6):
-            other, beyond = edge, self._length(other) - beyond  # the lane back is beside this one, or the same
+        edge, offset = start
+        other, beyond = self._as_beside(edge, goal)
         if edge == other:
             return abs(beyond - offset)
         return min(
@@ -43,6 +45,32 @@ class Walking:
             for node, near in self._ways_out(edge, offset)
             for end, far in self._ways_out(other, beyond)
         )
+
+    def nodes(self, start: Spot, goal: Spot) -> list[str]:
+        """Return the nodes passed on the shortest way between two spots of storage places; none on one lane."""
+        import networkx as nx
+
+        edge, offset = start
+        other, beyond = self._as_beside(edge, goal)
+        if edge == other:
+            return []
+        node, end = min(
+            ((node, end) for node, _ in self._ways_out(edge, offset) for end, _ in self._ways_out(other, beyond)),
+            key=lambda ends: self._from(start, ends[0]) + self._between(*ends) + self._from(goal, ends[1]),
+        )
+        if node not in self._paths:
+            self._paths[node] = nx.single_source_dijkstra_path(self._lanes, node, weight="length")
+        return self._paths[node][end]
+
+    def _from(self, spot: Spot, node: str) -> float:
+        return dict(self._ways_out(*spot))[node]
+
+    def _as_beside(self, edge: Edge, spot: Spot) -> Spot:
+        """Return a spot on the lane back of an edge as one on the edge, which is beside it, or the same lane."""
+        other, beyond = spot
+        if other == edge[::-1] and math.isclose(self._length(other), self._length(edge), rel_tol=1e-6):
+            return edge, self._length(other) - beyond
+        return spot
 
     def _ways_out(self, edge: Edge, offset: float) -> tuple[tuple[str, float], ...]:
         """Return both ends of an edge and how far they are; one of a spot on a node."""
@@ -83,3 +111,11 @@ def zones_of(layout: Layout, zones: int) -> tuple[tuple[Spot, ...], ...]:
     parts = min(zones, len(spots))
     bounds = [rank * len(spots) // parts for rank in range(parts + 1)]
     return tuple(tuple(spots[begin:end]) for begin, end in pairwise(bounds))
+
+
+def at_start(count: int, zones: Sequence[Sequence[Spot]]) -> Iterator[tuple[int, Spot]]:
+    """Iterate over the zone and spot of each of so many people, shared out among zones and spread evenly in each."""
+    for number in range(count):
+        zone, rank = number % len(zones), number // len(zones)
+        spots, of_zone = zones[zone], len(range(zone, count, len(zones)))
+        yield zone, spots[(2 * rank + 1) * len(spots) // (2 * of_zone)]

@@ -48,7 +48,7 @@ SHARED = (
     *(f"replay/js/{name}.js" for name in ("01-unpack", "02-tracks", "03-story", "04-counts", "05-colours", "06-view")),
     *(
         f"replay/js/{name}.js"
-        for name in ("07-floor", "08-ground", "09-lifts", "09-pods", "09-scene", "10-robots", "11-heat")
+        for name in ("07-floor", "08-ground", "09-lifts", "09-pods", "09-scene", "10-people", "10-robots", "11-heat")
     ),
     *(f"replay/js/{name}.js" for name in ("12-side", "15-player", "18-legend")),
 )

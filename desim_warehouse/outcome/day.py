@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from desim_warehouse.outcome.halts import Halt, halts, parts_of_robots, parts_of_time
-from desim_warehouse.states import CHARGER, OFF_DUTY, SHOWN, Phase
+from desim_warehouse.states import CHARGER, FOR_PICKER, FOR_SERVER, OFF_DUTY, PICKER, SHOWN, WAITING, Phase
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -36,8 +36,9 @@ _COARSER = (600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 43200.0, 86400.0)
 
 DOING = {
     "work": "at work",
-    "queue": "queueing at a station",
-    "traffic": "waiting in traffic",
+    "queue": FOR_SERVER.doing,
+    "traffic": WAITING.doing,
+    "picker": FOR_PICKER.doing,
     "charging": "charging",
     "empty": "waiting for a charger",
     "broken": "broken down",
@@ -150,7 +151,7 @@ def doing(part: str) -> str:
         return "traffic"
     state = SHOWN[part]
     if state.queue is not None:
-        return "empty" if state.queue == CHARGER else "queue"
+        return {CHARGER: "empty", PICKER: "picker"}.get(state.queue, "queue")
     return "off" if part in OFF_DUTY else _REST.get(state.phase, "work")
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.outcome.account import booked
 from desim_warehouse.outcome.measures import quantile
-from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, SHOWN, Phase
+from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, PICKER, SHOWN, Phase, Queue
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import History
 
-Cause = Literal["batteries", "off duty", "closed", "lanes", "broken", "queues", "no task"]
+Cause = Literal["batteries", "off duty", "closed", "lanes", "broken", "queues", "pickers", "no task"]
 """What robots do meanwhile: charge or wait for that, rest outside their hours, wait for a station to open, ..."""
 LEAST_DONE = 20
 """Tasks done that tell the quantile of their cycle times."""
@@ -108,7 +108,8 @@ def _what(part: str) -> Cause | None:
         return "queues"
     state = SHOWN[part]
     if state.queue is not None:
-        return "closed" if state.queue == OPENING else "batteries" if state.queue == CHARGER else "queues"
+        by_queue: dict[Queue, Cause] = {OPENING: "closed", CHARGER: "batteries", PICKER: "pickers"}
+        return by_queue.get(state.queue, "queues")
     if state.phase is Phase.REST:
         return "no task" if part == AT_START else "off duty"
     held: dict[Phase | None, Cause] = {
@@ -120,10 +121,11 @@ def _what(part: str) -> Cause | None:
 
 
 def _cause(history: History, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
-    """Return the cause of a standstill: what most robots did in it."""
+    """Return the cause of a standstill: what most robots did in it, or what those waited for that stood before them."""
     cause = max(spent, key=spent.__getitem__)
-    if cause == "queues" and spent.get("lanes", 0.0) > MOST_AT_WORK * (end - start):
-        return "lanes"
+    if cause == "queues":
+        roots: tuple[Cause, ...] = ("lanes", "pickers")
+        cause = next((root for root in roots if spent.get(root, 0.0) > MOST_AT_WORK * (end - start)), cause)
     if cause != "no task":
         return cause
     return "broken" if _waits_for_repair(history, (start + end) / 2) else _shut(history.model, start, end)

@@ -84,26 +84,53 @@ class TimeWindow:
 class ByOrder:
     """Tasks of one order that are known together go together, as many as a robot carries; others by themselves.
 
-    Source: strict order picking, in which an order is not mixed with others; de Koster, Le-Duc and Roodbergen, European
-    J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour; by default as many as a robot carries.
+    Source: strict order picking, in which an order is not mixed with others; with several `orders`, sort-while-pick;
+    de Koster, Le-Duc and Roodbergen, European J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour;
+    by default as many as a robot carries. `orders`: whole orders of a tour, in the order of release; fewer, where one
+    more is too large for the rest of it, or no other tasks are to come. `window`: in the model's time unit, the longest
+    that orders wait for others; by default until there are enough.
     """
 
     size: int | None = None
+    orders: int = 1
+    window: Annotated[float | None, Unit("time"), Usual("5 s", "2 h")] = None
 
     def __post_init__(self) -> None:
-        """Check the parameter."""
+        """Check the parameters."""
         _at_least_one(self.size)
+        _at_least_one(self.orders, "orders")
+        if self.window is not None and not 0 <= self.window < math.inf:
+            raise ValueError(f"window is {self.window}, expected a time of at least 0")
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Yield the tasks of each order in as few batches as there must be."""
+        """Yield full batches of whole orders, a large order in several, and the rest when it need not wait."""
         orders: dict[tuple[str, str, int], list[Task]] = {}
         for task in waiting.tasks:
             alone = -1 if task.order else task.number
             orders.setdefault((task.flow, task.order, alone), []).append(task)
         size = min(self.size or waiting.most, waiting.most)
+        gathered: list[list[Task]] = []
         for order in orders.values():
-            for tasks in _cut(order, size):
-                yield TaskBatch(nearest_next(tasks, waiting.travel))
+            if gathered and sum(map(len, gathered)) + len(order) > size:
+                yield _together(gathered, waiting)
+                gathered = []
+            if len(order) > size:
+                for tasks in _cut(order, size):
+                    yield TaskBatch(nearest_next(tasks, waiting.travel))
+                continue
+            gathered.append(order)
+            if len(gathered) == self.orders:
+                yield _together(gathered, waiting)
+                gathered = []
+        if gathered and not waiting.to_come:
+            yield _together(gathered, waiting)
+        elif gathered and self.window is not None:
+            first = min(task.release for order in gathered for task in order)
+            yield TaskBatch(_together(gathered, waiting).tasks, first + self.window)
+
+
+def _together(orders: Iterable[Sequence[Task]], waiting: WaitingTasks) -> TaskBatch:
+    return TaskBatch(nearest_next([task for order in orders for task in order], waiting.travel))
 
 
 def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
@@ -135,6 +162,6 @@ def _by_flow(by: str | None) -> None:
         raise ValueError(f"by is {by!r}, expected flow, or nothing")
 
 
-def _at_least_one(size: int | None) -> None:
-    if size is not None and size < 1:
-        raise ValueError(f"size is {size}, expected a whole number of at least 1")
+def _at_least_one(number: int | None, name: str = "size") -> None:
+    if number is not None and number < 1:
+        raise ValueError(f"{name} is {number}, expected a whole number of at least 1")

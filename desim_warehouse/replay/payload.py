@@ -30,6 +30,7 @@ from desim_warehouse.outcome.positions import Legs, Positions
 from desim_warehouse.outcome.resources import Resource, resources
 from desim_warehouse.outcome.zones import cell_size, robot_radii
 from desim_warehouse.replay.columns import LARGEST
+from desim_warehouse.replay.people import picker_columns
 from desim_warehouse.replay.scale import MapScale, scale_of
 from desim_warehouse.replay.stops import stops
 from desim_warehouse.replay.tiles import Tile, figures, tile_columns, tiles
@@ -149,6 +150,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
         **_resource_columns(places, scale),
         **_storage_columns(history, scale),
         **pod_columns(history, scale),
+        **picker_columns(history, scale),
     }
     return _header(history, positions, shown, places, scale), columns
 

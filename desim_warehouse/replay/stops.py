@@ -20,6 +20,7 @@ from desim_warehouse.outcome.indicators import kpis
 from desim_warehouse.outcome.loads import loads
 from desim_warehouse.outcome.resources import steps
 from desim_warehouse.outcome.verdicts import is_no_answer, judge
+from desim_warehouse.replay.people import busiest_picker
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.resources import Resource, Steps
@@ -40,11 +41,14 @@ def stops(
 ) -> list[dict[str, Any]]:
     """List the moments worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) shown.
 
+    Pickers are numbered on from robots.
+
     `at_end`: the indicators at the end of the window (`tiles.figures`).
     """
     moments = (
         _standstill(history, scale),
         _busiest(history, places, scale),
+        busiest_picker(history, scale),
         _longest_wait(history, scale),
         worst_jam(history, scale),
     )

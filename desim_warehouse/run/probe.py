@@ -303,6 +303,7 @@ def _undisturbed(model: Model, kinds: Mapping[str, Kind], changed: Mapping[str, 
         "fleet": fleet.model_copy(update=new),
         "layout": model.layout.model_copy(update={"stations": FrozenMap(stations), "lifts": FrozenMap(lifts)}),
         "traffic": model.traffic.model_copy(update={"closures": FrozenMap({})}),
+        "pickers": None if model.pickers is None else model.pickers.model_copy(update={"hours": None}),
         **_of_a_probe(model),
     }
     return model.model_copy(update=parts)

@@ -82,12 +82,22 @@ def test_orders_of_a_probe_become_known_whole():
         {},
         {"pickers.count": 2, "pickers.stay": "order"},
         pytest.param({"fleet.size": 4, "layout.aisles": "narrow"}, marks=pytest.mark.long),
+        {"calendars.shift": {"between": [[0, 2100]]}, "pickers.hours": "shift", "run.warm_up": 0},
     ],
 )
 def test_range_of_a_check_holds_what_a_run_does(changes):
     model = dw.load(HALL, changes)
     least, most = measured(model).range
     assert least <= dw.simulate(model, 1).kpis["throughput_per_hour"] / model.units.hour <= most
+
+
+@pytest.mark.parametrize(("flows", "part"), [({}, 0.25), ({"pickers.flows": ["out"]}, 1.0)])
+def test_robots_work_in_the_hours_of_pickers_where_each_task_needs_one(flows, part):
+    """A quarter of an hour; 60 of 80 tasks are picked, and those put away alone go on."""
+    hours = {"calendars.shift": {"between": [[0, 900]]}, "pickers.hours": "shift"}
+    quick = estimate(dw.load(RING, {**FLOWS, **hours, **flows}))
+    assert quick.on_duty == part
+    assert quick.limits["the pickers"] == pytest.approx(0.25 / quick.pickers.pick / quick.pickers.share)
 
 
 def test_pickers_who_never_come_are_an_error_and_not_an_endless_search():

@@ -56,3 +56,14 @@ def test_zones_are_parts_of_the_lanes_in_their_order(zones, sizes):
 def test_distance_between_parts_that_are_not_joined_is_infinite():
     walking = Walking(floor(*AROUND))
     assert walking._between("A", "elsewhere") == math.inf
+
+
+def test_nodes_of_a_way_are_those_passed_in_order():
+    """From 5 on A>B back over A and D to 10 on C>D; none on one lane, and the node itself where a place is on it."""
+    layout = floor(*AROUND, {"edge": ["A", "B"], "offset": 15}, {"node": "C"})
+    first, far, near, beside, corner = spots(layout)
+    walking = Walking(layout)
+    assert walking.nodes(first, far) == ["A", "D"]
+    assert walking.nodes(first, near) == ["A"]
+    assert walking.nodes(first, beside) == []
+    assert walking.nodes(corner, first) == ["C", "B"]

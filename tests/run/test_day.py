@@ -16,6 +16,7 @@ from desim_warehouse.states import SHOWN
 from tests.report.replay.floors import busy, busy_run, due_run, jammed_run, paper_run, people_run
 from tests.run.halls import RING
 from tests.run.test_halts import LOW_TOGETHER
+from tests.world.test_pickers import ring as pick_assist
 
 RUNS = {"busy": busy_run, "due": due_run, "paper": paper_run, "jammed": jammed_run, "people": people_run}
 
@@ -128,6 +129,16 @@ def test_every_state_of_a_robot_is_in_a_curve():
     assert {doing(name) for name in SHOWN} | {"traffic"} == set(DOING)
     assert doing("behind_robot") == "traffic"
     assert doing("too_low") == doing("queueing_charger") == "empty"
+
+
+def test_waiting_for_a_picker_is_a_curve_of_its_own_and_no_queue_at_a_station():
+    """The first robot waits from 5 to 15, the second from 33 to 53."""
+    course = day(pick_assist(tasks__goods=[0, 2], fleet__size=2).history)
+    spent = {name: float((values * np.diff(course.bounds)).sum()) for name, values in course.robots.items()}
+    assert DOING["picker"] == "waiting for a picker"
+    assert spent["picker"] == pytest.approx(10 + 20)
+    assert "queue" not in spent
+    assert not course.queue.any()
 
 
 @pytest.fixture(scope="module")

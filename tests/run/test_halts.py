@@ -67,6 +67,19 @@ STANDS = {
         "calendars": {"cleaning": {"between": [[3600, 6000]]}},
         "traffic.closures": {"aisle": {"members": [["B", "C"]], "hours": "cleaning", "tasks": "go"}},
     },
+    "pickers": {
+        **POISSON,
+        "fleet.size": 1,
+        "tasks.goods": {"poisson": 20},
+        "calendars": {"shift": {"between": [[0, 3600], [6000, 14400]]}},
+        "pickers": {"count": 3, "speed": 1, "hours": "shift"},
+    },
+    "pickers, by the clock, who stay": {
+        **POISSON,
+        "run.start": "06:00",
+        "calendars": {"shift": {"open": ["06:00-12:00"], "breaks": ["08:00-08:30"]}},
+        "pickers": {"count": 3, "speed": 1, "stay": "order", "hours": "shift"},
+    },
     "broken": {
         **POISSON,
         "fleet.size": 1,
@@ -166,3 +179,25 @@ def test_the_day_of_the_example_is_foreseen_by_the_clock():
     (text,) = (item.text for item in examined(dw.load("models/my_own_day.yaml"))[0] if item.code == "CHARGE_AT_ONCE")
     assert " at about 18:46, " in text
     assert "with 6 chargers for 20 robots, so that 14 wait" in text
+
+
+GONE = {
+    "at once": ([[0, 600]], "Pickers went home for good after 10 min: at the end 2 robots still waited for one."),
+    "back after the end": (
+        [[0, 600], [8000, 9000]],
+        "Pickers went home after 10 min: at the end 2 robots still waited",
+    ),
+    "there at the end": ([[0, 600], [4000, 9000]], ""),
+}
+
+
+@pytest.mark.parametrize("name", GONE)
+def test_run_says_when_pickers_went_home_where_too_little_is_done_for_a_standstill(name):
+    """Of three robots one waits behind another."""
+    stretches, text = GONE[name]
+    pickers = {"count": 1, "speed": 1, "hours": "day"}
+    work = {"tasks.goods": {"saturated": 10}, "tasks.unload_time": 10, "fleet.size": 3, "pickers": pickers}
+    hours = {"calendars.day": {"between": stretches}, "run.length": 7200, "run.warm_up": 600}
+    told = " ".join(words.sentences(dw.simulate(dw.load(RING, {**work, **hours}), 1)))
+    assert ("Pickers went home" in told) == bool(text)
+    assert text in told

@@ -203,7 +203,8 @@ def _due(model: Model) -> Iterator[Finding]:
                 "that comes in the counted time falls due in it"
             )
             yield Finding("NEVER_LATE", place, text, f"due_within is in {unit}; or a longer run")
-        window = policies.batching.params.get("window", 0.0) if policies.batching.name == "time-window" else 0.0
+        waits = policies.batching.name in {"time-window", "by-order"}
+        window = policies.batching.params.get("window") if waits else None
         for key, wait in (("batching.window", window), ("interval", policies.interval)):
             if isinstance(wait, int | float) and wait >= within:
                 text = f"tasks may wait {amount(wait)} {unit} for it, and are due after {amount(within)}"

@@ -37,6 +37,7 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
             yield Finding("CHANGES_NOTHING", f"calendars.{name}", text, f"hours: {name} where it should hold")
     yield from _priorities(model)
     yield from _by_order(model)
+    yield from _handed_over_whole(model)
     yield from _same_ends(model)
     yield from _nothing_to_work_on(model, layout)
     if model.prices is not None and not (model.prices.any or model.prices.turned_aisle):
@@ -144,6 +145,17 @@ def _by_order(model: Model) -> Iterator[Finding]:
         text = "by-order, but no two tasks are of one order, so every task is a tour of its own"
         cure = "lines of a flow, a file of orders with a column order (arrivals: {orders: ...}), or fixed-size"
         yield Finding("CHANGES_NOTHING", "policies.batching", text, cure)
+
+
+def _handed_over_whole(model: Model) -> Iterator[Finding]:
+    """Find orders that are to be handed over whole where no robot brings two of their lines at once."""
+    if model.tasks.flows and model.fleet.largest_capacity > 1 and model.policies.batching.name != "single":
+        return
+    for name, flow in model.tasks.flows.items():
+        if flow.unload_per == "order":
+            text = "order, but no robot brings several lines at once, so each line takes the time by itself"
+            cure = "fleet.robot.capacity, and policies.batching: by-order"
+            yield Finding("CHANGES_NOTHING", f"tasks.flows.{name}.unload_per", text, cure)
 
 
 def has_due(model: Model) -> bool:

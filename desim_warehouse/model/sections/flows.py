@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import PurePath
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -276,6 +276,12 @@ class FlowSpec(Part):
     )
     load_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(None, description="default: tasks.load_time")
     unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(None, description="default: tasks.unload_time")
+    unload_per: Literal["line", "order"] = Field(
+        "line",
+        title="unloading for each",
+        description="what unload_time is for: each line, or all lines of an order that a robot brings together, as in "
+        "a tote that is handed over whole",
+    )
     due_within: Annotated[Duration | None, DUE] = Field(
         None, title="time until due", description="due so long after release"
     )
@@ -366,6 +372,12 @@ class FlowSpec(Part):
             if is_given and self.lines != 1:
                 counts = "tasks, not orders" if key == "from_to" else "rows, each a line already (column order)"
                 raise wrong(f"lines of an order beside {key}, which counts {counts}; leave it out", "lines")
+        return self
+
+    @model_validator(mode="after")
+    def _hands_over_whole(self) -> FlowSpec:
+        if self.unload_per == "order" and any(isinstance(route.target, StorageEnd) for route in self.routes):
+            raise wrong("each line is put away at a storage place of its own, expected line", "unload_per")
         return self
 
     @property

@@ -101,6 +101,11 @@ def fit_for_pickers(pickers: PickersSpec, flows: Mapping[str, FlowSpec]) -> None
             raise wrong(f"{what} (got {got(name)}), expected {expected}", "flows", rank)
 
 
+def need_one(pickers: PickersSpec, flows: Mapping[str, FlowSpec]) -> bool:
+    """Whether each task needs a picker, so that no work is done outside their hours."""
+    return all(pickers.serves(name) and _is_stored(flow) for name, flow in flows.items())
+
+
 def _is_stored(flow: FlowSpec) -> bool:
     return any(isinstance(end, StorageEnd) for route in flow.routes for end in (route.source, route.target))
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from desim_warehouse.answer import busiest, numbers, words
-from desim_warehouse.answer.course import stood_still
+from desim_warehouse.answer.course import moment, stood_still
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber
 from desim_warehouse.answer.root_words import root as in_words
@@ -19,6 +19,7 @@ from desim_warehouse.outcome.indicators import chosen, judged_by
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
+from desim_warehouse.states import FOR_PICKER
 from desim_warehouse.study.rare import unknown
 from desim_warehouse.values.units import SECONDS
 
@@ -40,6 +41,7 @@ def sentences(run: RunData) -> list[str]:
         _delivered(run),
         *_asked(run),
         *_halts(run),
+        *_gone_home(run),
         *lasts,
         _busiest(run),
         *_pods(run),
@@ -166,6 +168,23 @@ def _halts(run: RunData) -> list[str]:
 def _longest(of_cause: list[Halt], run: RunData) -> str:
     longest = max(of_cause, key=lambda halt: halt.end - halt.start)
     return stood_still(longest, run.model, run.history.chargers, len(of_cause))
+
+
+def _gone_home(run: RunData) -> list[str]:
+    """Return the sentence on when pickers went home, if robots waited to the end and no standstill tells it."""
+    history, spec = run.history, run.model.pickers
+    if spec is None:
+        return []
+    hours, end = run.model.hours(spec.hours), history.end
+    waiting = sum(robot[-1].seen == FOR_PICKER for robot in history.states)
+    stretches = list(hours.between(0.0, end))
+    stood = any(halt.cause == "pickers" and halt.end >= end for halt in halts(history))
+    if not waiting or stood or not stretches or stretches[-1][1] >= end:
+        return []
+    last = moment(run.model, stretches[-1][1])
+    when = f"at {last}" if run.model.run.start != "00:00" else f"after {last}"
+    again = "" if math.isfinite(hours.following(end)[0]) else " for good"
+    return [f"Pickers went home{again} {when}: at the end {number_of(waiting, 'robot')} still waited for one."]
 
 
 def _busiest(run: RunData) -> str:

@@ -50,8 +50,9 @@ class Tracks {
     this.cursor = this.first.slice(0, this.count);
     this.on = new Int32Array(this.count);
     this.at = new Float64Array(this.count);
-    this.x = new Float64Array(this.count);
-    this.y = new Float64Array(this.count);
+    const all = this.count + (columns.picker_edge?.length ?? 0); // pickers after the robots
+    this.x = new Float64Array(all);
+    this.y = new Float64Array(all);
     this.heading = new Float64Array(this.count);
     this.moves = new Uint8Array(this.count);
   }

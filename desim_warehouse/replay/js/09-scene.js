@@ -55,17 +55,24 @@ class Scene {
 
   // A robot in a slot is not drawn over its neighbours.
   radius(robot) {
+    if (robot >= this.tracks.count) return this.size();
     const size = this.header.radii[robot] * this.view.scale;
-    const slot = this.tracks.on[robot] - this.edges.real;
-    if (slot < 0) return Math.max(size, this.small, 1.6);
-    const fits = Math.min(size, this.floor.room[slot] * this.view.scale);
+    const room = this.floor.room[this.tracks.on[robot] - this.edges.real];
+    if (room === undefined) return Math.max(size, this.small, 1.6); // on a lane, or beside one in a wide aisle
+    const fits = Math.min(size, room * this.view.scale);
     return Math.max(fits, Math.min(this.small, 1.25 * fits), 1.6);
+  }
+
+  // Everybody where they are at a time.
+  put(time) {
+    this.tracks.place(time);
+    this.people.place(time, this.tracks);
   }
 
   // As it is at a time; what is counted, up to another time.
   draw(time, upTo = time) {
     const { ctx, view } = this, colours = this.colours.now;
-    this.tracks.place(time);
+    this.put(time);
     if (this.chosen >= 0 && this.following) {
       view.centre(this.tracks.x[this.chosen], this.tracks.y[this.chosen]);
       this.stale = true;
@@ -104,6 +111,7 @@ class Scene {
     this.dots(colours);
     this.bars(time, colours);
     this.numbers(colours);
+    this.pickers(time, colours);
   }
 
   // The way that robots have just come, with and without a load: where there is much traffic lines lie over each other.
@@ -267,6 +275,8 @@ class Scene {
 
   // Where the chosen robot drives next, up to its next stop.
   ahead(time) {
+    const { count } = this.tracks;
+    if (this.chosen >= count) return { points: this.people.ahead(this.chosen - count, time), nodes: [], far: 0 };
     const row = this.story.row(this.chosen, time);
     return this.tracks.ahead(this.chosen, time, this.story.until(row, this.chosen));
   }
@@ -291,7 +301,7 @@ class Scene {
   // From the robot that is chosen or pointed at along those it waits for, to the root.
   chain(time, colours) {
     const robot = this.pointed >= 0 ? this.pointed : this.chosen;
-    if (robot < 0) return;
+    if (robot < 0 || robot >= this.tracks.count) return;
     const { ctx, view, tracks, story } = this, { waits, last } = story.chain(robot, time);
     if (!waits.length) return;
     const chain = [...waits.map((wait) => story.waitRobot[wait]), ...(last < 0 ? [] : [last])];

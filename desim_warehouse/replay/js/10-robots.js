@@ -163,7 +163,8 @@ Object.assign(Scene.prototype, {
     ctx.strokeStyle = colours.ink;
     ctx.lineWidth = 2;
     ctx.beginPath();
-    this.each([this.chosen], (robot, x, y, r) => {
+    this.each([this.chosen], (robot, _x, _y, r) => {
+      const [x, y] = this.standing(robot);
       const reach = Math.max(r * 1.9, r + 6);
       for (let quarter = 0; quarter < 4; quarter++) {
         const from = (quarter * Math.PI) / 2 + 0.35;

@@ -11,6 +11,7 @@ class Side {
     this.story = new Story(header, columns);
     this.tracks = new Tracks(header, columns, edges);
     this.pods = new Pods(columns, header.items);
+    this.people = new People(columns, edges, header);
     this.resources = resourcesOf(header, columns);
     this.span = Math.round((header.end - header.start) / header.tick);
     this.heat = new Heat(this.story, edges, colours.steps, this.span);
@@ -18,7 +19,7 @@ class Side {
     this.view = new View(floor.bounds);
     this.curves = Object.fromEntries(header.tiles.map(([key, , form]) => [key, this.curve(key, form, columns)]));
     this.scene = new Scene({ header, edges, floor, tracks: this.tracks, story: this.story, heat: this.heat, pods: this.pods,
-      resources: this.resources, view: this.view, colours }, root.querySelector("canvas"));
+      people: this.people, resources: this.resources, view: this.view, colours }, root.querySelector("canvas"));
   }
 
   curve(key, form, columns) {
@@ -75,6 +76,27 @@ class Side {
   place(node) {
     const zone = this.scene.floor.zones.find((one) => one.node === node && one.kind === "station");
     return zone ? `${isolated(zone.name)} (${isolated(this.name(node))})` : isolated(this.name(node));
+  }
+
+  // A robot or a picker by its number, in words.
+  who(number) {
+    const { count } = this.tracks;
+    return number < count ? `robot ${number}` : `picker ${number - count}`;
+  }
+
+  // What a picker does, for which robot and until when.
+  work(picker, time) {
+    const { does, robot, until } = this.people.doing(picker, time);
+    if (robot < 0) return DOES[FREE];
+    if (does === FREE) return `there before robot ${robot}`;
+    return `${DOES[does]} ${does === WALKS ? "to" : "into"} robot ${robot} until ${this.short(until)}`;
+  }
+
+  // Who comes to a robot that waits for a picker.
+  comes(robot, time) {
+    if (this.header.states[this.story.state[this.story.row(robot, time)]].role !== "picker") return "";
+    const picker = this.people.with(robot, time);
+    return picker < 0 ? "nobody is on the way" : `picker ${picker} is ${this.work(picker, time).replace(` to robot ${robot}`, "")}`;
   }
 
   // Why a robot waits, link by link to the root: "waits 4 s before V for robot 11, which waits behind robot 3, which ...".

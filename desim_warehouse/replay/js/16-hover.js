@@ -47,20 +47,21 @@ class Hover {
   }
 
   lines(sx, sy) {
-    const robot = this.robotAt(sx, sy);
-    this.scene.pointed = robot;
-    if (robot >= 0) return this.robotLines(robot);
+    const who = this.whoAt(sx, sy), picker = who - this.scene.tracks.count;
+    this.scene.pointed = who;
+    if (picker >= 0) return [[`Picker ${picker}`], [this.side.work(picker, this.time)]];
+    if (who >= 0) return this.robotLines(who);
     const [wx, wy] = this.scene.view.world(sx, sy);
     return this.nodeLines(wx, wy) ?? this.storageLines(wx, wy) ?? this.edgeLines(wx, wy);
   }
 
-  robotAt(sx, sy) {
-    const { tracks, view } = this.scene;
+  // The robot or picker at a point of the screen; -1: none.
+  whoAt(sx, sy) {
+    const { scene } = this;
     let best = -1, near = Infinity;
-    for (let robot = 0; robot < tracks.count; robot++) {
-      const x = tracks.x[robot] * view.scale + view.x, y = tracks.y[robot] * view.scale + view.y;
-      const away = Math.hypot(x - sx, y - sy);
-      if (away < near && away < this.scene.radius(robot) + 5) [best, near] = [robot, away];
+    for (let who = 0; who < scene.everybody(); who++) {
+      const [x, y] = scene.standing(who), away = Math.hypot(x - sx, y - sy);
+      if (away < near && away < scene.radius(who) + 5) [best, near] = [who, away];
     }
     return best;
   }
@@ -75,6 +76,8 @@ class Hover {
     }
     lines.push(...this.podLines(-1 - robot));
     if (wait >= 0) lines.push([this.side.why(robot, time)]);
+    const comes = this.side.comes(robot, time);
+    if (comes) lines.push([comes]);
     if (header.capacity !== null) lines.push([`battery ${percent(story.charge(robot, time))}`]);
     const edge = tracks.on[robot];
     if (edge < edges.real)

@@ -19,11 +19,12 @@ class Panel {
 
   draw(colours, many) {
     if (this.robot < 0) return;
+    if (this.robot >= this.side.tracks.count) return this.picker(this.robot - this.side.tracks.count, many);
     const { side, robot } = this, { story, header, scene } = side, time = this.player.in(side);
     const row = story.row(robot, time), task = story.task[row], wait = story.waiting(robot, time);
     const doing = header.states[story.state[row]].doing;
     this.say("title", `Robot ${robot}${many ? `, ${side.letter}` : ""}`);
-    this.say("doing", wait < 0 ? doing : `${doing}, ${side.why(robot, time)}`);
+    this.say("doing", [doing, wait < 0 ? side.comes(robot, time) : side.why(robot, time)].filter(Boolean).join(", "));
     this.say("task", this.taskText(task));
     this.say("pod", this.podText(robot, time));
     this.say("due", this.dueText(task, time));
@@ -32,6 +33,14 @@ class Panel {
     this.say("battery", level);
     this.canvas.hidden = !level;
     if (level) this.curve(colours, time);
+  }
+
+  picker(picker, many) {
+    const { side } = this;
+    for (const name in this.parts) this.say(name, "");
+    this.say("title", `Picker ${picker}${many ? `, ${side.letter}` : ""}`);
+    this.say("doing", side.work(picker, this.player.in(side)));
+    this.canvas.hidden = true;
   }
 
   // A line of the panel; a line without words is not shown.

@@ -11,6 +11,7 @@ function signsOf(sides) {
     if (!told.has(role)) signs.push([role, doing]);
     told.add(role);
   }
+  if (sides.some(({ people }) => people?.count)) DOES.forEach((does, i) => signs.push([i, `picker, ${does}`]));
   if (sides.some(({ pods }) => pods?.any)) signs.push(["pod", "pod"], ["good", "pod with lines to pick"]);
   else signs.push(["good", "item to pick"]);
   signs.push(["none", some((_, floor) => floor.cell) ? "storage" : "storage place"]);
@@ -65,6 +66,7 @@ function drawSign(ctx, sign, colours) {
     ctx.strokeRect(2.5, 2.5, 13, 13);
     return ctx.setLineDash([]);
   }
+  if (sign in DOES) return drawPicker(ctx, 9, 9, 6.5, sign, colours);
   ctx.fillStyle = colours[sign];
   if (sign === "person") return figure(ctx, 9, 9, 8);
   if (sign === "shut") return ctx.fillRect(0, 6, 18, 6);

@@ -100,14 +100,14 @@ class Controls {
     else player.stop((time * header.units.seconds) / player.seconds);
     const spot = robots ? { robots } : place === undefined ? null : { number: place };
     for (const one of this.app.sides) one.scene.queue = one === side ? spot : null;
-    scene.tracks.place(player.in(side));
+    scene.put(player.in(side));
     if (spot) {
       const [x, y, reach] = scene.around(spot);
       view.close(x, y, Math.max(reach, 8 * scene.floor.radius));
     } else view.fit();
     scene.following = false;
     this.together(side);
-    const why = robots?.length === 1 ? side.why(robots[0], player.in(side)) : "";
+    const why = robots?.length === 1 && robots[0] < side.tracks.count ? side.why(robots[0], player.in(side)) : "";
     this.say(`${this.of(side)}${said}${why ? ` It ${why}.` : ""}`);
     byId("story").textContent = `Story ${this.at + 1} of ${this.stops.length}`;
   }
@@ -124,7 +124,7 @@ class Controls {
   look(side, robot) {
     const { scene } = side, { following } = scene;
     this.choose(side, robot);
-    scene.tracks.place(this.app.player.in(side));
+    scene.put(this.app.player.in(side));
     this.see(side, scene.tracks.x[robot], scene.tracks.y[robot]);
     scene.following = following;
   }
@@ -133,23 +133,23 @@ class Controls {
   pin(side, robot) {
     if (robot < 0 || !side.scene.following || side.scene.chosen !== robot) for (const one of this.app.sides) one.scene.following = false;
     this.choose(side, robot);
-    this.say(robot < 0 ? "No robot chosen" : `Robot ${robot} chosen`);
+    this.say(robot < 0 ? "No robot chosen" : `${side.who(robot).replace(/^./, (letter) => letter.toUpperCase())} chosen`);
   }
 
   choose(side, robot) {
     for (const one of this.app.sides) one.scene.chosen = one === side ? robot : -1;
-    byId("follow").value = robot >= 0 && side.scene.following ? robot : "";
+    byId("follow").value = robot >= 0 && robot < side.tracks.count && side.scene.following ? robot : "";
     this.app.panel.pin(side, robot);
     side.scene.stale = true;
     this.app.resized();
   }
 
   follow(robot, side = this.side) {
-    const { scene } = side, known = Number.isInteger(robot) && robot >= 0 && robot < scene.tracks.count;
+    const { scene } = side, known = Number.isInteger(robot) && robot >= 0 && robot < scene.everybody();
     for (const one of this.app.sides) one.scene.following = one === side && known;
     this.choose(side, known ? robot : -1);
-    if (known && scene.view.fitted) scene.view.zoom(Math.max(2, 14 / (scene.header.radii[robot] * scene.view.scale)));
-    this.say(known ? `Following robot ${robot}` : "Following no robot");
+    if (known && scene.view.fitted) scene.view.zoom(Math.max(2, 14 / ((scene.header.radii[robot] ?? scene.floor.radius) * scene.view.scale)));
+    this.say(known ? `Following ${side.who(robot)}` : "Following no robot");
     this.together(side);
   }
 
@@ -162,7 +162,7 @@ class Controls {
   }
 
   followNext(by) {
-    const { scene } = this.side, count = scene.tracks.count;
+    const { scene } = this.side, count = scene.everybody();
     this.follow((scene.chosen < 0 ? (by > 0 ? 0 : count - 1) : scene.chosen + by + count) % count);
   }
 

@@ -51,8 +51,7 @@ class Pointer {
     this.down.delete(event.pointerId);
     if (!this.down.size) this.canvas.classList.remove("moving");
     if (cancelled || this.travelled > 4) return;
-    const robot = this.side.hover.robotAt(...this.at(event));
-    this.app.controls.pin(this.side, robot);
+    this.app.controls.pin(this.side, this.side.hover.whoAt(...this.at(event)));
     if (event.pointerType !== "mouse") this.side.hover.show(...this.at(event));
   }
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -17,7 +17,7 @@ from simpy.events import Event
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import Layout
-from desim_warehouse.layout.walking import walking_on, zones_of
+from desim_warehouse.layout.walking import at_start, walking_on, zones_of
 from desim_warehouse.model.sections.pickers import PickersSpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.values.calendars import Hours
@@ -94,7 +94,7 @@ class Pickers:
         self.walking = walking_on(layout)
         zones = zones_of(layout, spec.zones)
         self.zone_of = {spot: number for number, spots in enumerate(zones) for spot in spots}
-        self.pickers = list(_at_start(spec.count, zones))
+        self.pickers = [Picker(number, zone, spot) for number, (zone, spot) in enumerate(at_start(spec.count, zones))]
         self.calls: list[Call] = []
         self._with: dict[int, Picker] = {}
         self._coming: dict[int, Event] = {}
@@ -273,11 +273,3 @@ class Pickers:
     def _record(self, kind: str, picker: Picker, robot: int, stop: Stop, until: float) -> None:
         task, edge, offset = stop.task.number, stop.edge, stop.offset
         self.log.picker(self.env.now, kind, picker.number, robot, task, stop.node, edge, offset, until)
-
-
-def _at_start(count: int, zones: Sequence[Sequence[Spot]]) -> Iterator[Picker]:
-    """Make pickers, shared out among the zones, and spread evenly over the spots of each."""
-    for number in range(count):
-        zone, rank = number % len(zones), number // len(zones)
-        spots, of_zone = zones[zone], len(range(zone, count, len(zones)))
-        yield Picker(number, zone, spots[(2 * rank + 1) * len(spots) // (2 * of_zone)])

@@ -53,6 +53,7 @@ class Stations:
         self.by_node = by_node
         self.close = any(station.hours is not None for station in by_node.values())
         self._at_work = frozenset(node for node, station in by_node.items() if station.work is not None)
+        self._whole = frozenset(name for name, flow in tasks.flows.items() if flow.unload_per == "order")
         self._ends_all = not tasks.flows and all(node in by_node for node in self.nodes)
         self._travel = travel
         self._streams = streams
@@ -178,7 +179,7 @@ class Stations:
         """Return the stops of a tour, kept where its nodes leave no choice: they are then alike for every robot."""
         if tour.number in self._tours:
             return [*self._tours[tour.number]]
-        stops = stops_of_tour(tour, self._travel, partial(self._stop, robot))
+        stops = stops_of_tour(tour, self._travel, partial(self._stop, robot), self._whole)
         if self.is_settled(tour):
             self._tours[tour.number] = [*stops]
         return stops

@@ -6,10 +6,10 @@ of all to which its loads go next.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, Task
@@ -26,7 +26,8 @@ class Stop:
 
     At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, whose end
     is `node` then; a stop at a node has it for both ends of `edge`. `rank`: which visit of its task it is, from 0.
-    `joins`: a robot may come to it from one before it on the same edge, without leaving that.
+    `joins`: a robot may come to it from one before it on the same edge, without leaving that. `along`: it is handed
+    over with another load of its order, in no time of its own.
     """
 
     task: Task
@@ -37,9 +38,12 @@ class Stop:
     station: Station | None
     rank: int = 0
     joins: bool = False
+    along: bool = False
 
     def of(self, handling: Handling[T]) -> T:
         """Return the time of a stop like this, by some handling times."""
+        if self.along:
+            return cast("T", 0.0)
         return handling.at_stop(self.act, self.task.flow, None if self.station is None else self.station.node)
 
 
@@ -47,17 +51,22 @@ def stops_of_tour(
     tour: Task,
     travel: FreeTravel,
     make_stop: Callable[[Task, Act, StopPlace, str], Stop],
+    whole: Collection[str] = (),
 ) -> list[Stop]:
     """Return the stops of a tour in the order in which they are made.
 
-    `make_stop` makes one at a node or storage place, chosen for a robot that comes from a node.
+    `make_stop` makes one at a node or storage place, chosen for a robot that comes from a node. `whole`: flows whose
+    orders are handed over whole, so that the loads of one come one after the other.
     """
     stops = []
     for task in tour.tasks:
         node = task.edge[1]
         place = StopPlace((node,), None if task.edge[0] == node else (task.edge, task.offset))
         stops.append(make_stop(task, "load", place, node))
-    ahead = {task.number: [*task.via, StopPlace(task.to, task.drop)] for task in tour.tasks}
+    order_of = {task.number: (task.flow, task.order) for task in tour.tasks if task.order and task.flow in whole}
+    ranks = {order: rank for rank, order in enumerate(dict.fromkeys(order_of.get(task.number) for task in tour.tasks))}
+    by_order = sorted(tour.tasks, key=lambda task: ranks[order_of.get(task.number)])
+    ahead = {task.number: [*task.via, StopPlace(task.to, task.drop)] for task in by_order}
     tasks = {task.number: task for task in tour.tasks}
     while ahead:
         last = stops[-1]
@@ -72,8 +81,13 @@ def stops_of_tour(
         del ahead[number][0]
         if not ahead[number]:
             del ahead[number]
+    handed_over = set()
     for stop in stops:
         stop.joins = True
+        if stop.act == "unload" and stop.task.number in order_of:
+            tote = order_of[stop.task.number], stop.node
+            stop.along = tote in handed_over
+            handed_over.add(tote)
     return stops
 
 
