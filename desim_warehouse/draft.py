@@ -1,4 +1,4 @@
-"""A first model file from a few words: floor, aisles, stations, robots, orders, chargers.
+"""A first model file from a few words: floors, aisles, lifts, stations, robots, orders, chargers.
 
 Whatever is not given is worked out by the quick estimate of `desim check`, so that the fleet can do the work, and by
 a night without orders, so that its batteries last until the morning.
@@ -39,6 +39,11 @@ KEPT = 1.0
 """Metres that the robots of a draft keep apart: their width and margin."""
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""
+LIFTS_BUSY = 0.6
+"""Share of their time that lifts may be busy, where their number is not given: queues for them stand in the lanes."""
+MOST_FLOORS, MOST_LIFTS = 20, 8
+RIDE, DOORS, LANE = 8, 3, 3
+"""Seconds of a goods lift from one floor to the next, and of its doors; metres of the lanes into its cabin."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,8 @@ class Draft:
 
     None: worked out. `aisles` run north to south; storage lies between them, stations at their south ends, bays at
     their north ends. `packers`: people in all stations together; `inbound`: loads an hour that are put away. `people`:
-    their times vary and they have breaks, as where anything is said of packers, the day or goods in.
+    their times vary and they have breaks, as where anything is said of packers, the day or goods in. `floors` are of
+    this size and alike; `lifts` stand at ends of aisles, and stations and bays are on the ground floor.
     """
 
     size: tuple[float, float] = (60.0, 40.0)
@@ -61,6 +67,8 @@ class Draft:
     packers: int | None = None
     inbound: float = 0.0
     people: bool = False
+    floors: int = 1
+    lifts: int | None = None
     name: str = "our warehouse"
 
     @property
@@ -169,9 +177,8 @@ def _floor(words: Draft) -> _Floor:
     depth = math.floor((height - (down + 1) * AISLE) / down / PLACE)
     if depth < 1:
         problems.append(f"--size {width:g}x{height:g}: too small, expected at least {2 * AISLE + PLACE:g} m each way")
-    if aisles * (down + 1) > LIMITS["nodes"][0]:
-        most = LIMITS["nodes"][0]
-        nodes = f"{aisles:,} aisles with {aisles * (down + 1):,} nodes"
+    if (number := aisles * (down + 1) * words.floors) > (most := LIMITS["nodes"][0]):
+        nodes = f"{aisles:,} aisles with {number:,} nodes"
         problems.append(f"--size {width:g}x{height:g}: {nodes}, expected at most {most:,}; sizes are in metres")
     if problems:
         raise ModelError(problems)
@@ -180,6 +187,7 @@ def _floor(words: Draft) -> _Floor:
 
 def _worked_out(words: Draft) -> Draft:
     """Complete a draft: work out everything that was not given."""
+    _see_floors(words)
     floor = _floor(words)
     words = replace(words, aisles=floor.aisles)
     stations, packers = _staff(words, floor.aisles)
@@ -204,6 +212,7 @@ def _worked_out(words: Draft) -> Draft:
         raise ModelError(problems)
     from desim_warehouse.feasibility.power import needed_at_rest
 
+    words = _with_lifts(words)
     wanted_chargers, wanted_robots = words.chargers, words.robots
     if words.robots is None or words.chargers is None:
         # As many robots and chargers as there could be, so that the estimate says how many are needed.
@@ -217,6 +226,29 @@ def _worked_out(words: Draft) -> Draft:
             words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(one_each))))
     _fits(words, wanted_robots)
     return _lasts_a_night(words, wanted_chargers)
+
+
+def _see_floors(words: Draft) -> None:
+    """Refuse floors and lifts that there cannot be."""
+    if not 1 <= words.floors <= MOST_FLOORS:
+        raise ModelError([f"--floors {words.floors}: out of range, expected 1 to {MOST_FLOORS}"])
+    if words.lifts is not None and words.floors == 1:
+        raise ModelError([f"--lifts {words.lifts}: one floor has no lift, expected --floors 2 or more beside it"])
+    if words.lifts is not None and not 1 <= words.lifts <= MOST_LIFTS:
+        raise ModelError([f"--lifts {words.lifts}: out of range, expected 1 to {MOST_LIFTS}"])
+
+
+def _with_lifts(words: Draft) -> Draft:
+    """Add as many lifts as the orders need, where there are several floors and their number is not given."""
+    if words.floors == 1 or words.lifts is not None:
+        return words
+    estimate = _estimated(replace(words, robots=words.robots or 50, chargers=words.chargers or 50, lifts=1))
+    busy = sum((estimate.rate or 0.0) * lift.share * lift.time for lift in estimate.lifts)
+    lifts = max(math.ceil(busy / LIFTS_BUSY), 1)
+    if lifts > MOST_LIFTS:
+        text = f"takes {lifts} lifts, expected fewer orders, or --lifts, at most {MOST_LIFTS}"
+        raise ModelError([f"--orders {words.orders:g}/h: {text}"])
+    return replace(words, lifts=lifts)
 
 
 def _staff(words: Draft, aisles: int) -> tuple[int, int]:
@@ -238,7 +270,7 @@ def _fits(words: Draft, wanted_robots: int | None) -> None:
     assert words.robots is not None
     model = _model(words)
     if words.robots > (most := room(model.floor, model.fleet.contact)):
-        floor = f"the lanes of {words.size[0]:g} x {words.size[1]:g} m hold {most}"
+        floor = f"the lanes of {_sized(words)} hold {most}"
         if wanted_robots is None:
             takes = f"--orders {words.orders:g}/h: takes {number_of(words.robots, 'robot')}"
             problem = f"{takes}, and {floor}; expected fewer orders, or a larger floor"
@@ -320,6 +352,9 @@ def _text(words: Draft) -> str:
     servers = words.packers // words.stations
     blocks = f"{floor.aisles - 1} x {floor.blocks_down} blocks of 2 x {floor.depth} places, one-way aisles around each"
     receiving = next((name for name in reversed(rows[-1]) if name not in packing), None) if words.inbound else None
+    free = [name for name in rows[-1] if name not in {*packing, receiving}]
+    fronts = _in_front(words, free, parking) if words.floors > 1 else []
+    parking = [name for name in parking if name not in fronts]
     return f"""\
 # {said_in_full(words)}
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
@@ -332,7 +367,7 @@ name: {words.name}
 layout:                       # metres; every key: docs/reference/model.md
   blocks:                     # {blocks}
     columns: {floor.aisles - 1}
-    rows: {floor.blocks_down}
+    rows: {floor.blocks_down}{_floors_of_blocks(words, rows)}
     block_width: 2            # places across a block: the left ones are picked from the aisle on their left
     block_depth: {floor.depth}
     goods_size: {PLACE:g}           # (!) side of a storage place: a EUR-pallet is 1.2 x 0.8 m (EN 13698-1)
@@ -345,7 +380,8 @@ layout:                       # metres; every key: docs/reference/model.md
     parking: {{at: [{", ".join(parking)}], chargers: 0}}
   stations:                   # beside the south ends; places: robots that may be there or on the way, at each
     packing: {{at: [{", ".join(packing)}], places: {max(10, math.ceil(2 * words.robots / words.stations), servers)}, \
-servers: {servers}}}   # (!) servers: people who pack, at each{_receiving(words, receiving)}
+servers: {servers}}}   # (!) servers: people who pack, at each{_goods_in(words, receiving)}\
+{_lifts(words, floor, fronts)}
 
 fleet:
   size: {words.robots}
@@ -369,7 +405,7 @@ traffic:
 
 policies:                     # `desim policies` lists them
   allocation: nearest
-  charging: four-thresholds
+{_routing(words)}  charging: four-thresholds
   parking: nearest
 
 {_run(words.day)}
@@ -382,9 +418,10 @@ def said_in_full(words: Draft) -> str:
     """Describe a complete draft in a sentence: everything that was given or worked out."""
     assert words.stations is not None and words.packers is not None  # noqa: PT018
     packers = {"packer": words.packers} if words.people else {}
-    parts = {"packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
+    lifts = {"lift": words.lifts} if words.floors > 1 else {}
+    parts = {**lifts, "packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
     counted = ", ".join(number_of(number or 0, name) for name, number in parts.items())
-    size = f"{words.size[0]:g} x {words.size[1]:g} m, {words.aisles} aisles"
+    size = f"{_sized(words)}, {words.aisles} aisles{' on each' if words.floors > 1 else ''}"
     a_day = f" = {words.orders * words.day.hours:,.0f} orders a day"
     sentence = (
         f"{size}, {counted}, {words.orders:.4g} orders an hour{words.day.words()}{a_day}, due in {_minutes(words.due)}"
@@ -395,11 +432,65 @@ def said_in_full(words: Draft) -> str:
     return f"{sentence}, {words.inbound:.4g} loads an hour = {loads:,.0f} a day put away."
 
 
+def _sized(words: Draft) -> str:
+    size = f"{words.size[0]:g} x {words.size[1]:g} m"
+    return size if words.floors == 1 else f"{words.floors} floors of {size}"
+
+
+def _in_front(words: Draft, free: list[str], parking: list[str]) -> list[str]:
+    """Choose nodes in front of lifts on the ground floor: free south ends of aisles, then ends where robots would park.
+
+    Apart from each other they keep the lanes in front free: four lifts at one node halve what robots do.
+    """
+    assert words.lifts is not None
+    ends = free if len(free) >= words.lifts else [*free, *parking[1:]]
+    if not ends:
+        raise ModelError([f"--aisles {words.aisles}: no end of an aisle is left for lifts, expected more aisles"])
+    return _spread(tuple(ends), min(words.lifts, len(ends)))
+
+
+def _floors_of_blocks(words: Draft, rows: tuple[tuple[str, ...], ...]) -> str:
+    """Write how many floors have such blocks."""
+    if words.floors == 1:
+        return ""
+    above = block_nodes(len(rows[0]) - 1, len(rows) - 1, 1)[0][0]
+    return f"\n    floors: {words.floors:<18}# alike, and drawn side by side: {above} is above {rows[0][0]}"
+
+
+def _lifts(words: Draft, floor: _Floor, fronts: list[str]) -> str:
+    """Write the lifts, and names of floors."""
+    if words.lifts is None:
+        return ""
+    levels = [block_nodes(floor.aisles - 1, floor.blocks_down, number) for number in range(words.floors)]
+    above = {names[0]: ", ".join(names) for names in zip(*(sum(names, ()) for names in levels), strict=True)}
+    times = f"lane: {LANE}, ride: {RIDE} s, doors: {DOORS} s"
+    lines = []
+    for rank, front in enumerate(fronts):
+        name = "goods" if len(fronts) == 1 else f"goods{rank + 1}"
+        cabins = words.lifts // len(fronts) + (rank < words.lifts % len(fronts))
+        lines.append(f"\n    {name}: {{at: [{above[front]}], {times}{f', cabins: {cabins}' if cabins > 1 else ''}}}")
+    lines[0] += "   # (!) ride: to the next floor"
+    named = ", ".join(
+        f"{f'floor {number}' if number else 'ground floor'}: [{names[0][0]}]" for number, names in enumerate(levels)
+    )
+    return f"""
+  lifts:                      # at: in front of the doors on each floor; lane: from there into a cabin, for one robot\
+{"".join(lines)}
+  floors: {{{named}}}"""
+
+
+def _routing(words: Draft) -> str:
+    """Write the routing policy, where it is not the usual one."""
+    if (words.lifts or 1) == 1:
+        return ""
+    return "  routing: congestion-aware   # it sees queues before lifts, so all of them are used\n"
+
+
 def _minutes(due: float) -> str:
     return f"{due / 60:g} h" if due >= 60 else f"{due:g} min"  # noqa: PLR2004 - minutes
 
 
-def _receiving(words: Draft, node: str | None) -> str:
+def _goods_in(words: Draft, node: str | None) -> str:
     """Write the station where goods come in."""
     if node is None:
         return ""

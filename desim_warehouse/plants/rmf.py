@@ -130,6 +130,7 @@ class _Map:
             kind = self.level(name, lanes, several=len(levels) > 1)
             self.plant.source = self.plant.source or f"{self.path.name} (Open-RMF {kind}, {read})"
         self.plant.areas = list(self.groups.values())
+        self.plant.levels = tuple(sorted(levels, key=self.elevation))
         self.lifts()
         draw_apart(self.plant)
         self.plant.note("left out", "door", _names(self.data.get("doors")), _DOOR)
