@@ -253,12 +253,12 @@ class Layout:
     @cached_property
     def floor_names(self) -> dict[int, str]:
         """The names of floors by their numbers, from the lowest up; a floor without a name has its number."""
-        given = {self.floors[node]: name for name, nodes in self.floor_nodes.items() for node in nodes}
-        return {number: given.get(number, str(number)) for number in sorted({*self.floors.values()})}
+        names = {self.floors[node]: name for name, nodes in self.floor_nodes.items() for node in nodes}
+        return {number: names.get(number, str(number)) for number in sorted({*self.floors.values()})}
 
     @cached_property
     def floor_titles(self) -> dict[int, str]:
-        """What drawings call each floor: its name, and `floor 1` where that is a number only."""
+        """The titles of floors in drawings: their names, and `floor 1` where that is a number only."""
         return {
             number: f"floor {name}" if name.lstrip("-").isdecimal() else name
             for number, name in self.floor_names.items()

@@ -27,7 +27,7 @@ def stand_cabins(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> None:
         LayoutError: where a node has such a name.
     """
     for name, spec in specs.items():
-        for front, node in zip(spec.at, spec.stops(name), strict=False):
+        for front, node in zip(spec.fronts, spec.stops(name), strict=False):
             assert spec.lane is not None
             _is_new(graph, f"layout.lifts.{name}.at", node)
             place = _roomiest(graph, front, [spec.lane * turn for turn in _turns(0)])
@@ -51,7 +51,7 @@ def add_lifts(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> tuple[Lift, .
 def _cabins(graph: nx.DiGraph, name: str, spec: LiftSpec) -> Iterator[Lift]:
     people = spec.people and spec.people.model_copy(update={"per_hour": spec.people.per_hour / spec.cabins})
     stops = spec.stops(name)
-    rank = None if spec.rests is None else (spec.at or spec.nodes).index(spec.rests)
+    rank = None if spec.rests is None else (spec.fronts or spec.nodes).index(spec.rests)
     for number in range(1, spec.cabins + 1):
         nodes = stops if number == 1 else tuple(_beside(graph, name, node, f"{node} {number}") for node in stops)
         title, rests = name if number == 1 else f"{name} {number}", None if rank is None else nodes[rank]

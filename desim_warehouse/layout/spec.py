@@ -442,8 +442,9 @@ class LiftSpec(Part):
         title="stops of a lift",
         description="its node on each floor, from the lowest up; the lane to each begins in front of the doors there",
     )
-    at: tuple[NodeName, ...] = Field(
+    fronts: tuple[NodeName, ...] = Field(
         (),
+        alias="at",
         title="nodes in front of a lift",
         description="instead of nodes: the node in front of its doors on each floor, from the lowest up; its own node "
         "is drawn beside each, where most room is, with a lane in and a lane out",
@@ -473,9 +474,9 @@ class LiftSpec(Part):
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:
-        key, stops = ("at", self.at) if self.at else ("nodes", self.nodes)
-        if self.at and self.nodes:
-            raise wrong(f"both this and nodes (got {got(list(self.at))}), expected one of the two", "at")
+        key, stops = ("at", self.fronts) if self.fronts else ("nodes", self.nodes)
+        if self.fronts and self.nodes:
+            raise wrong(f"both this and nodes (got {got(list(self.fronts))}), expected one of the two", "at")
         if len(stops) < 2:  # noqa: PLR2004 - from one floor to another
             raise wrong(f"too few floors (got {got(list(stops))}), expected a node on each of two or more", key)
         double = next((node for rank, node in enumerate(stops) if node in stops[:rank]), None)
@@ -483,16 +484,16 @@ class LiftSpec(Part):
             raise wrong(f"a node twice (got {got(double)}), expected another on each floor", key)
         if self.rests is not None and self.rests not in stops:
             raise wrong(f"no stop of the lift (got {got(self.rests)}), expected {spoken(stops, 'or')}", "rests")
-        if bool(self.at) != (self.lane is not None):
+        if bool(self.fronts) != (self.lane is not None):
             text = "without at, which it belongs to, expected nodes alone, or at and lane"
-            if self.at:
+            if self.fronts:
                 text = "not said, expected the length of the lanes into and out of the cabin, 2 D or more"
             raise wrong(text, "lane")
         return self
 
     def stops(self, name: str) -> tuple[str, ...]:
         """The nodes of the cabin of a lift with this name, from the lowest floor up."""
-        return self.nodes or tuple(f"{name} at {front}" for front in self.at)
+        return self.nodes or tuple(f"{name} at {front}" for front in self.fronts)
 
 
 _WIDTH = "'wide', 'narrow', or a width"
@@ -680,7 +681,7 @@ class LayoutSpec(Part):
         """Let other sections name the nodes and lanes that lifts add."""
         nodes = known(info).nodes
         for name, lift in lifts.items() if nodes else ():
-            for node, front in zip(lift.stops(name), lift.at, strict=False):
+            for node, front in zip(lift.stops(name), lift.fronts, strict=False):
                 known(info).nodes = {**(known(info).nodes or {}), node: None}
                 known(info).edges.update(dict.fromkeys(((front, node), (node, front)), lift.lane))
         return lifts
