@@ -295,7 +295,7 @@ class _Drawn:
                 nodes = sorted(stops, key=lambda name: order.index(level_of[name]))
                 name = next((called[link.name] for link in rides if {link.source, link.target} <= stops), "")
                 self.plant.lifts[unique(name or f"lift {nodes[0]} - {nodes[-1]}", self.plant.lifts)] = tuple(nodes)
-        why = "to another level, so it is a lift for one robot at a time, in both directions"
+        why = "to another level: a lift for one robot at a time, in both directions"
         self.plant.note_parts("changed", "transition", rides, why)
 
     def add_locations(self, on_nodes: dict[str, Item]) -> None:

@@ -68,7 +68,7 @@ def test_one_level_may_be_asked_for(tmp_path):
     assert (len(plant.points), plant.lifts, plant.level_of) == (8, {}, {})
     left = {remark.kind: (remark.names, remark.why) for remark in plant.remarks if remark.what == "left out"}
     assert left["level"] == (("L1", "L3"), "level L2 is read; --layout reads another")
-    assert left["lift"] == (("Lift1", "Lift2"), "lanes lead to its cabin on fewer than two of the levels read")
+    assert left["lift"] == (("Lift1", "Lift2"), "no lanes lead to the cabin on two of the levels that are read")
 
 
 def test_a_level_to_which_no_lift_leads_is_left_out(tmp_path):
