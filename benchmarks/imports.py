@@ -7,6 +7,7 @@ checkers import (`if TYPE_CHECKING`). Packages around a module, which are import
 """
 
 import ast
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,22 +35,27 @@ def imported(path: Path, own: dict[str, Path]) -> Imports:
     """The modules among `own` that a file imports, wherever the import stands."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     imports = Imports(set(), set())
-    checked = {
-        inner
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-        for statement in node.body
-        for inner in ast.walk(statement)
-    }
-    for node in ast.walk(tree):
+    for node, for_typing in _imports(tree.body):
         names: set[str] = set()
-        if isinstance(node, ast.ImportFrom) and node.module is not None:
+        if isinstance(node, ast.Import):
+            names = {alias.name for alias in node.names}
+        elif node.module is not None:
             parts = [f"{node.module}.{alias.name}" for alias in node.names]
             names = {part if part in own else node.module for part in parts}
-        elif isinstance(node, ast.Import):
-            names = {alias.name for alias in node.names}
-        imports[node in checked].update(names & own.keys())
+        imports[for_typing].update(names & own.keys())
     return Imports(imports.at_run_time, imports.for_typing - imports.at_run_time)
+
+
+def _imports(
+    statements: Iterable[ast.AST], *, for_typing: bool = False
+) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """Every import among some statements and within them, and whether it is for type checkers alone."""
+    for node in statements:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node, for_typing
+        guards = isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            yield from _imports(getattr(node, part, ()), for_typing=for_typing or (guards and part == "body"))
 
 
 def cycles(imports: dict[str, set[str]]) -> list[list[str]]:

@@ -1,8 +1,8 @@
 """The version, in one place."""
 
-__version__ = "0.4.0.dev0"
+__version__ = "0.4.0"
 
 
 def simulated_with(version: str) -> str:
-    """Say which version made what is shown, where it is another than this one; else nothing."""
+    """Return `simulated with version ...` for results of another version than this one, else an empty text."""
     return "" if version == __version__ else f"simulated with version {version}"

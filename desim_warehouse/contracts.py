@@ -58,19 +58,19 @@ class _Contract:
     model: ClassVar[Mapping[str, Any]] = EXAMPLE
 
     def make(self) -> Any:
-        """The policy under test."""
+        """Return the policy under test."""
         from desim_warehouse.policies import create
 
         return create(self.kind, self.name, self.parameters)
 
     def given(self) -> Model:
-        """The model with the policy in it."""
+        """Return the model with the policy in it."""
         from desim_warehouse.model import load
 
         return load(self.model, {f"policies.{self.kind}": {"name": self.name, **self.parameters}})
 
     def played(self, seed: int = 1) -> RunData:
-        """A whole run with the policy."""
+        """Return a whole run with the policy."""
         from desim_warehouse.run import RunData
 
         return RunData.simulated(self.given(), seed)
@@ -120,7 +120,7 @@ class AllocationContract(_Contract):
             made.tell(answer)
 
     def test_the_situation_is_left_as_it_was(self) -> None:
-        """The same situation gives the same answer again (except for policies that draw at random)."""
+        """A policy answers alike when it is asked again (except for policies that draw at random)."""
         from desim_warehouse.learn.asktell import steps
 
         policy = self.make()

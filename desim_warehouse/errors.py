@@ -196,7 +196,7 @@ def shown(value: object) -> str:
 
 
 def reason(error: Exception) -> str:
-    """Say why something failed, for a message that names the file itself: without error numbers and paths."""
+    """Return why something failed, for a message that names the file itself: without error numbers and paths."""
     if isinstance(error, KeyError):
         return f"{error} is missing"
     if isinstance(error, FileExistsError | NotADirectoryError):

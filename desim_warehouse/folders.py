@@ -109,7 +109,7 @@ OLDEST = (0, 3)
 
 
 def too_old(version: str) -> str | None:
-    """Say why folders of a version are not read, and which version reads them; None where they are."""
+    """Return why folders of a version are not read, and which version reads them; None where they are read."""
     made = tuple(int(part) for part in version.split(".")[:2] if part.isdecimal())
     return None if made >= OLDEST else f"of version {version}, expected 0.3 or later; desim-warehouse 0.3.0 reads it"
 

@@ -421,7 +421,7 @@ TOO_LOW = frozenset(name for name, state in STATES.items() if state.queue == CHA
 
 
 def staff(zone: str) -> str:
-    """Return who serves robots in a station, in the singular, as people say it."""
+    """Return the word for the people or machines that serve robots in a station, in the singular."""
     return "packer" if zone == PACKING else "loading point"
 
 

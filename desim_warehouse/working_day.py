@@ -69,7 +69,7 @@ class WorkingDay:
         return 1.0
 
     def words(self) -> str:
-        """Say when orders come, for a sentence; empty where they come alike around the clock."""
+        """Return the words for when orders come, for a sentence; empty where they come alike around the clock."""
         phrase = (
             f" {spoken([f'from {clock(begin)} to {clock(end)}' for begin, end in self.shifts])}" if self.shifts else ""
         )

@@ -24,37 +24,40 @@ def faults(run):
         if not math.isclose(sums, whole, rel_tol=tolerance, abs_tol=tolerance * (1 + run.T)):
             found.append(f"{what}: {sums} of {whole}")
 
-    for number, row in robots.iterrows():
-        same(f"robot {number}", row.sum(), counted)
+    of_robots, tallies = robots.to_dict("index"), run.robots.to_dict("index")
+    for number, row in of_robots.items():
+        same(f"robot {number}", math.fsum(row.values()), counted)
+    of_tasks = dict(zip(tasks.index, tasks.to_numpy().sum(axis=1), strict=True))
     for number, task in history.tasks.items():
         if task.done >= history.begin:
-            same(f"task {number}", tasks.loc[number].sum(), min(task.done, run.T) - task.released)
+            same(f"task {number}", of_tasks[number], min(task.done, run.T) - task.released)
     same("number of tasks", len(tasks), sum(task.done >= history.begin for task in history.tasks.values()))
     same("edges and nodes", edges.to_numpy().sum() + nodes.to_numpy().sum(), counted * fleet)
-    for number, row in hours.iterrows():
+    for number, row in hours.to_dict("index").items():
         length = min(counted - number * run.model.units.hour, run.model.units.hour)
-        same(f"hour {number}", row.sum(), length * fleet)
+        same(f"hour {number}", math.fsum(row.values()), length * fleet)
     for table in (robots, tasks, edges, nodes, hours):
         same(f"below zero by {table.index.name}", min(table.to_numpy().min(initial=0), 0), 0)
 
     waits = [part for part in robots if part in {*TRAFFIC, *QUEUES, *apart}]
     same("lost time by root", math.fsum(run.lost_time["time"]), math.fsum(robots[waits].to_numpy().ravel()))
 
-    for number, tally in run.robots.iterrows():  # waits have rounded times in the log: a millionth
-        row = robots.loc[number]
+    for number, tally in tallies.items():  # waits have rounded times in the log: a millionth
+        row = of_robots[number]
         for state in (*STATES, *({"broken"} & set(robots.columns))):
             same(f"robot {number} {state}", row[state], tally[state], 1e-6)
         same(f"robot {number} queueing", row["queueing_server"] + row["queueing_charger"], tally["queueing"], 1e-6)
-        waited = row[[*TRAFFIC, *apart]].sum()  # by the root in the account, by what the robot itself met in the tally
-        same(f"robot {number}, all waits", waited, tally[["waiting", *apart]].sum(), 1e-6)
+        # by the root in the account, by what the robot itself met in the tally
+        waited = math.fsum(row[part] for part in (*TRAFFIC, *apart))
+        same(f"robot {number}, all waits", waited, math.fsum(tally[part] for part in ("waiting", *apart)), 1e-6)
     met = _met(history)
-    tallies = {
-        **{("robot", number): tally["waiting"] for number, tally in run.robots.iterrows()},
-        **{("edge", edge): tally["blocked"] for edge, tally in run.edges.iterrows()},
+    blocked = {
+        **{("robot", number): tally["waiting"] for number, tally in tallies.items()},
+        **{("edge", edge): time for edge, time in run.edges["blocked"].items()},
         # intersections of several nodes wait at the first of them
-        **{("node", node.split("+")[0]): tally["blocked"] for node, tally in run.nodes.iterrows()},
+        **{("node", node.split("+")[0]): time for node, time in run.nodes["blocked"].items()},
     }
-    for place, tally in tallies.items():
+    for place, tally in blocked.items():
         same(f"waiting, {place}", met[place], tally, 1e-6)
     return found
 

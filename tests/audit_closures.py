@@ -74,7 +74,7 @@ class Closures:
         for robot, visits in self.visits.items():
             for rank, visit in enumerate(visits):
                 for shut in by_edge[visit.edge]:
-                    begin = shut.begin + self.start_time()  # it may have been let in, and brakes or gathers speed
+                    begin = shut.begin + self.start_time  # it may have been let in, and brakes or gathers speed
                     set_out = visit.enter - self.delays.get((robot, visit.edge, visit.enter), 0.0)
                     if not begin + TOL < set_out < shut.end - TOL:
                         continue
@@ -129,7 +129,7 @@ class Closures:
             if kind == "broken":
                 since = time if since is None else since
             elif since is not None and time > since:
-                if since - TOL <= begin <= time + TOL and 0 <= enter - time <= self.start_time() + TOL:
+                if since - TOL <= begin <= time + TOL and 0 <= enter - time <= self.start_time + TOL:
                     return True
                 since = None
         return False

@@ -104,7 +104,7 @@ class Lifts:
             floor, called = self.check_users(name, lift, free, one.there, users, floor)
             others, free = called > free, called
             to = lift.nodes.index(one.node)
-            early = one.called - self.start_time() - self.delay
+            early = one.called - self.start_time - self.delay
             in_ring = any(early <= time <= one.called + self.delay for time in self.trains[one.robot])
             if one.called < free - self.delay and not in_ring and not others:
                 self.fault(one.called, f"robot {one.robot} calls lift {name}, which is free at {free:g}")

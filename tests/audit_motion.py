@@ -5,6 +5,7 @@ the time of the fastest drive over what it has driven, from a stand to a stand.
 """
 
 import math
+from functools import cached_property
 from itertools import groupby
 
 from tests.audit_work import STATES
@@ -22,10 +23,12 @@ class Motion:
         spec = self.robots[robot]
         return spec.loaded_speed if state == "loaded" else spec.speed
 
+    @cached_property
     def start_time(self):
         """The most that gathering speed takes, and braking: what the robots of a ring wait for each other."""
         fastest = max(self.speed_of(i, state) for i in range(len(self.robots)) for state in ("loaded", "empty"))
-        return fastest * (max(one.motion[0] for one in self.robots) + max(one.motion[1] for one in self.robots)) / 2
+        gathers, brakes = zip(*(one.motion for one in self.robots), strict=True)
+        return fastest * (max(gathers) + max(brakes)) / 2
 
     def check_motion(self):
         if not any(any(one.motion) for one in self.robots):
@@ -91,7 +94,7 @@ class Motion:
 
     def in_ring(self, visit):
         """Whether a ring turned with the robot while it was on the edge, or came to it."""
-        begin = visit.enter - self.start_time() - TOL
+        begin = visit.enter - self.start_time - TOL
         return any(begin <= time <= visit.leave + TOL for time in self.trains[visit.robot])
 
     def check_stretches(self, robot, rows):

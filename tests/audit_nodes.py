@@ -168,7 +168,7 @@ class Nodes:
         if away is None:
             return
         train = any(
-            -2 * self.delay <= stay.begin - time <= 2 * self.delay + self.start_time() and time in self.trains[leaver]
+            -2 * self.delay <= stay.begin - time <= 2 * self.delay + self.start_time and time in self.trains[leaver]
             for time in self.trains[robot]
         )
         end = min(stay.left, self.clear(other), self.run.record.end)  # at the end of a run both may still be there

@@ -163,7 +163,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
         set_out = time - TOL
         if any(train <= time + TOL for train in self.trains[robot]):  # a ring turns as it started
             set_out = last.times[-2] if last is not None and len(last.times) > 1 else time
-            set_out = min(set_out, time - self.delays.get((robot, edge, time), 0.0)) - self.start_time()
+            set_out = min(set_out, time - self.delays.get((robot, edge, time), 0.0)) - self.start_time
         limit = self.slow_limit(edge, set_out, time + TOL)
         where[robot] = Visit(robot, edge, time, times=[time], places=[0.0], limit=limit)
         self.visits[robot].append(where[robot])

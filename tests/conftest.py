@@ -8,8 +8,11 @@ from collections import Counter
 
 import pytest
 from hypothesis import settings
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 
 from desim_warehouse.world.robots.settled import SettledFleets
+from tests.brief import FEWER_SAMPLES, probe_briefly
 from tests.costs import Costs
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
@@ -64,10 +67,49 @@ def settles_once(monkeypatch):
     monkeypatch.setattr(SettledFleets, "of", remembered)
 
 
+_COMPOSED = {}
+_LONGEST = 20_000
+"""Characters of a text whose nodes are kept."""
+
+
+@pytest.fixture(autouse=True)
+def composes_once(monkeypatch):
+    """The nodes of a YAML text are given to all tests of its process: its values are made of them each time."""
+    compose = YAML.compose
+
+    def remembered(yaml, text):
+        if yaml.Composer is not Composer or len(text) > _LONGEST:
+            return compose(yaml, text)
+        if text not in _COMPOSED:
+            _COMPOSED[text] = compose(yaml, text)
+        return _COMPOSED[text]
+
+    monkeypatch.setattr(YAML, "compose", remembered)
+
+
 @pytest.fixture(autouse=True)
 def _one_processor(monkeypatch):
     """`--workers auto` starts no processes beside those in which tests run; those of executors ask for two."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+
+
+@pytest.fixture
+def brief_probes(request, monkeypatch):
+    """For tests of what a check says; proofs have whole probes, as have those that ask for `whole_probes`."""
+    if request.node.get_closest_marker("long") is None and "whole_probes" not in request.fixturenames:
+        probe_briefly(monkeypatch)
+
+
+@pytest.fixture
+def whole_probes():
+    """For tests of the figures of a check, in files of others."""
+
+
+@pytest.fixture
+def fewer_samples(request, monkeypatch):
+    """For tests of what a fit says; proofs have all."""
+    if request.node.get_closest_marker("long") is None:
+        monkeypatch.setattr("desim_warehouse.study.fit.SAMPLES", FEWER_SAMPLES)
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -1,4 +1,7 @@
-"""The answer to a question: plain data that prints, shows and saves itself."""
+"""The answer to a question: plain data that prints, shows and saves itself.
+
+For what every question returns in Python, and for `--json` of its command.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +66,10 @@ class Answer(AnswerData):
 
 
 class Answering:
-    """The value that a question returns: printed the text of its `answer`, in Jupyter the page, as `repr` a line."""
+    """The value that a question returns: prints as the text of its `answer`, and shows itself as a page in Jupyter.
+
+    `repr` is one line.
+    """
 
     if TYPE_CHECKING:
 
@@ -77,7 +83,7 @@ class Answering:
         return self.answer.table
 
     def in_short(self) -> str:
-        """Say the answer in a few words, for `repr`."""
+        """Return the answer in a few words, for `repr`."""
         return self.answer.name
 
     def __str__(self) -> str:
@@ -99,7 +105,7 @@ class Answered(Answering):
 
 
 def load(folder: str | Path) -> Answer:
-    """The answer in a folder.
+    """Return the answer in a folder.
 
     Raises:
         ReportError: where it is damaged, or of another version than this one can read.

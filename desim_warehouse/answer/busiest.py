@@ -1,4 +1,7 @@
-"""The sentence of all answers on the busiest group and scarce resources: of a run, and of a forecast."""
+"""The sentence of all answers on the busiest group and scarce resources: of a run, and of a forecast.
+
+For the answers of `desim run`, `check`, `plan` and `why`, and for the live page and the replay.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ _SHOWN = 0.005
 
 
 def of_run(history: History, kpis: Mapping[str, float]) -> str:
-    """Say who was busiest in a run, and how long robots waited in traffic."""
+    """Return the sentences that say who was busiest in a run, and how long robots waited in traffic."""
     measured = loads(history, kpis)
     line = was(measured)
     if any(load.group.kind == "lanes" for load in busiest(measured)[:1]):  # the line says how long
@@ -33,7 +36,10 @@ def of_run(history: History, kpis: Mapping[str, float]) -> str:
 
 
 def was(measured: Iterable[Load]) -> str:
-    """Say who was busiest: `The robots were the busiest, at work 77 % of the time.`; empty where nobody worked."""
+    """Return the sentence on the busiest group, such as `The robots were the busiest, at work 77 % of the time.`.
+
+    It is empty where nobody worked.
+    """
     measured = list(measured)
     most = busiest(measured)
     if not most:
@@ -47,7 +53,9 @@ def was(measured: Iterable[Load]) -> str:
 
 
 def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") -> str:
-    """Say who is busiest: `the robots are busiest: 77 % of the time; packers 48 %`; empty where nobody works.
+    """Return the words on the groups busiest in a forecast: `the robots are busiest: 77 % of the time; packers 48 %`.
+
+    They are empty where nobody works.
 
     Of several groups that are busiest each share stands behind its name. Lifts with one share are named together.
 
@@ -102,7 +110,7 @@ def whole_percent(share: float) -> str:
 
 
 def _spent(load: Load) -> str:
-    """Say which share of the time a group was at work in a run, and the work asked for beyond its capacity."""
+    """Return the words for the share of time that a group worked in a run, and for work beyond its capacity."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
     asked = f"with {_percent(load.mean)} of what {_they(load)} can do asked for"
     line = asked if load.mean > 1 else f"{verb} {_percent(load.mean)} of the time"

@@ -1,5 +1,7 @@
 """The course of a run on a page: a lane for each curve of `outcome.day` on one clock, and its worst stretch in words.
 
+For the page and answer of a run, and for its replay.
+
 Reports and the replay show this one drawing; its words are HTML, so that they can be read on a phone.
 """
 
@@ -55,7 +57,7 @@ _SEEN = 0.01
 
 
 class Layer(NamedTuple):
-    """An area of a lane: its class in the style, what it is (None: the lane says it), and its path."""
+    """An area in a lane of the drawing: its class in the style, its path, and what it is (None: the lane says it)."""
 
     kind: str
     words: str | None
@@ -63,7 +65,7 @@ class Layer(NamedTuple):
 
 
 class CourseLane(NamedTuple):
-    """A curve over the clock, or several that are stacked: its name, its unit, and the number at its top."""
+    """A lane of the drawing, with a curve over the clock or several stacked: name, unit, and number at its top."""
 
     name: str
     unit: str
@@ -82,12 +84,15 @@ class Curve(NamedTuple):
 
     @property
     def top_text(self) -> str:
-        """The top of its lane as it stands beside it."""
+        """The number at the top of the lane, as it is written beside it."""
         return numbers.PERCENT.value(self.top) if self.kind == "battery" else numbers.measured(self.top)
 
 
 def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
-    """Say when deliveries stood still and why; `times`: halts with that cause, this one being the longest."""
+    """Return the sentence that says when deliveries stood still and why.
+
+    `times`: how many halts have this cause; `halt` is the longest of them.
+    """
     start, end = moment(model, halt.start), moment(model, halt.end)
     more = f" (the longest of {times} times)" if times > 1 else ""
     why = _HELD[halt.cause].format(number_of(chargers, "charger"))
@@ -95,7 +100,7 @@ def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
 
 
 def worst(day: Day, model: Model, chargers: int) -> str:
-    """Say what the worst stretch of a run was, or that none stands out."""
+    """Return the sentences on the worst stretch of a run, or one that says that none stands out."""
     worst = day.worst
     if worst is None:
         return "No stretch stands out."
@@ -108,7 +113,7 @@ def worst(day: Day, model: Model, chargers: int) -> str:
 
 
 def _as_on_axis(model: Model, time: float) -> str:
-    """A time of a run of hours, as its axis has it: `14:35`."""
+    """Return a time of a run of hours as its axis has it: `14:35`."""
     if model.run.start != "00:00":
         return time_of_day(model, time)
     minutes = round(time * model.units.seconds / 60)
@@ -116,17 +121,20 @@ def _as_on_axis(model: Model, time: float) -> str:
 
 
 def flag(day: Day) -> str:
-    """Say what the worst stretch was: nothing delivered, or most tasks open; empty without one."""
+    """Return the label of the worst stretch, `nothing delivered` or `most tasks open`; empty where the day has none."""
     return "" if day.worst is None else "nothing delivered" if isinstance(day.worst, Halt) else "most tasks open"
 
 
 def moment(model: Model, time: float) -> str:
-    """A time of a run: of day where it starts by the clock, else since its start."""
+    """Return a time of a run in words: of day where it starts by the clock, else since its start."""
     return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
 
 
 def worst_hour(day: Day, model: Model) -> str:
-    """Say in which counted hour most tasks were open, or where work never ends least was delivered; empty under 2 h."""
+    """Return the sentence on the hour of the evaluation period in which most tasks were open; empty under two hours.
+
+    Where work never ends, it is the hour in which least was delivered.
+    """
     endless, hour = isinstance(model.tasks.goods, SaturatedGoods), model.units.hour
     starts, end = day.bounds[:-1], float(day.bounds[-1])
     begins = starts[(starts >= day.begin) & (starts + hour <= end)]
@@ -207,7 +215,7 @@ def by_robot(shares: dict[str, Numbers]) -> Markup:
 
 
 def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
-    """The curves that a run has below the lane of robots."""
+    """Return the curves that a run has below the lane of robots."""
     most = float(day.queue.max())
     workers = any(station.work_time is not None for station in model.layout.stations.values())
     listed = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
@@ -224,7 +232,7 @@ def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
 
 
 def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> list[CourseLane]:
-    """The lanes that a run has, each between two times."""
+    """Return the lanes that a run has, each between two times."""
     inside = (day.bounds[1:] > start) & (day.bounds[:-1] < end)
     ends = [_across(time, start, end) for time in (*day.bounds[:-1][inside], day.bounds[1:][inside][-1])]
     fleet, below, layers = model.fleet.size, np.zeros(len(ends) - 1), []
@@ -245,7 +253,7 @@ def _top(values: Numbers) -> float:
 
 
 def ticks(model: Model, start: float, end: float) -> list[tuple[float, str]]:
-    """Round times between two times: each with its place across, in per cent, and in words."""
+    """Return round times between two times: each with its position across, in per cent, and in words."""
     seconds, begin = model.units.seconds, clock_of(model.run.start)
     first, last = begin + start * seconds, begin + end * seconds
     step = next(

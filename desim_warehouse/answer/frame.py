@@ -1,4 +1,7 @@
-"""An answer as a table of pandas: a row for each option, with its numbers and the ends of their intervals."""
+"""An answer as a table of pandas, for its `table` in Python: a row for each option with its numbers.
+
+Each number has the ends of its interval beside it.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """Numbers as people read them: no more digits than are known, shares in per cent, times in a unit that fits.
 
+For all sentences, tables and pages.
+
 An end of an interval that would look like the target has more digits, alone: with one digit more for all three
 numbers tables grew, and with more digits everywhere nobody reads them.
 """
@@ -58,15 +60,15 @@ class Mean(Protocol):
 
     @property
     def sd(self) -> float | None:
-        """0: all runs agree."""
+        """Standard deviation of the runs; 0 if all of them agree."""
 
     @property
     def deterministic(self) -> bool:
-        """Whether chance plays no part."""
+        """Whether the runs use no random numbers, so that the mean is exact."""
 
 
 def number(value: float, digits: int | None = None) -> str:
-    """A number with separated thousands: four significant digits, or the given decimals (−2: whole hundreds)."""
+    """Format a number with separated thousands: four significant digits, or so many decimals (−2: whole hundreds)."""
     if not value:
         return "0"
     if not math.isfinite(value):
@@ -97,7 +99,7 @@ def decimals(half_width: float) -> int:
 
 
 def within(mean: float, low: float, high: float) -> str:
-    """Format a mean with the ends of its interval, to the digits that its width deserves: `1.299 (1.298 to 1.301)`."""
+    """Format a mean with the ends of its interval, to the digits that its width allows: `1.299 (1.298 to 1.301)`."""
     if math.isnan(low):
         return measured(mean)
     half = (high - low) / 2
@@ -107,19 +109,19 @@ def within(mean: float, low: float, high: float) -> str:
 
 
 def p_value(p: float | None) -> str:
-    """A p-value: three decimals are enough for any decision."""
+    """Format a p-value: three decimals are enough for any decision."""
     if p is None:
         return NONE
     return f"< {_SMALLEST_P}" if p < _SMALLEST_P else "1" if p > 1 - _SMALLEST_P / 2 else f"{p:.3f}"
 
 
 def percent(share: float, digits: int = 1) -> str:
-    """A share in per cent, without the sign: `97.4`; that all or none of it is so needs no decimals."""
+    """Format a share in per cent, without the sign: `97.4`; 0 and 100 have no decimals."""
     return number(100 * share, 0 if share in {0.0, 1.0} else digits)
 
 
 def least(value: float, digits: int, whole: float = math.inf) -> str:
-    """A number with so many decimals, but neither 0 nor the whole where it is not: `under 0.1`, `over 99.9`."""
+    """Format a number, but never as 0 or the whole where it is not quite: `under 0.1`, `over 99.9`."""
     step = 10.0**-digits
     if 0 < value < step / 2:
         return f"under {number(step, digits)}"
@@ -145,18 +147,21 @@ class Scale:
         return least(100 * value, 1, 100) if self.is_share else measured(self.by * value)
 
     def single(self, value: float) -> str:
-        """Format a value for a table with the unit in the head; shares keep theirs in the cell."""
+        """Format a value for the cell of a table whose head has the unit; a share has `%` in the cell instead."""
         return self.value(value) if self.is_share else self.bare(value)
 
     def estimate(self, mean: Mean, target: float | None = None) -> str:
-        """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
+        """Return a mean with its unit and the ends of its confidence interval: `97.4 % (97.1 to 97.7)`.
+
+        An end that would look equal to `target` gets more digits.
+        """
         if mean.interval is None:
             return f"{self.value(mean.mean)} ({'exact' if mean.deterministic else 'one run'})"
         few = f", {number_of(mean.n, 'run')}" if not mean.sd and mean.n < _FEW else ""
         return self.within(mean.mean, *mean.interval, target) + few
 
     def within(self, mean: float, low: float, high: float, target: float | None = None) -> str:
-        """A mean with its unit and the ends of its interval, by the digits that this deserves: `97.4 % (97.1 to 97.7)`.
+        """Return a mean with its unit and the ends of its interval, to the digits needed: `97.4 % (97.1 to 97.7)`.
 
         None of them is written as the target, or as 0 or 100 %, that is not exactly so.
         """
@@ -194,13 +199,13 @@ PERCENT = Scale("%", 100.0, is_share=True)
 
 
 def plural(unit: str, value: float) -> str:
-    """A unit behind a number: words have a plural (`2 steps`), abbreviations none (`2 min`)."""
+    """Return a unit behind a number: words have a plural (`2 steps`), abbreviations have none (`2 min`)."""
     is_word = unit.isalpha() and len(unit) >= _LONG_NAME and not unit.endswith("s")
     return f"{unit}s" if is_word and value != 1 else unit
 
 
 def times(unit: str, values: Iterable[float]) -> Scale:
-    """The scale for times in a unit of a model: s, min, h or d by the largest of them; any other unit stays."""
+    """Return the scale for times in a unit of a model: s, min, h or d by the largest of them; any other unit stays."""
     if unit not in SECONDS:
         return Scale(unit)
     in_seconds = float(SECONDS[unit])
@@ -210,7 +215,7 @@ def times(unit: str, values: Iterable[float]) -> Scale:
 
 
 def duration(time: float, unit: str) -> str:
-    """A time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
+    """Return a time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
     scale = times(unit, (time,))
     value = scale.by * time
     if 0 < value < _MOMENT:
@@ -221,10 +226,10 @@ def duration(time: float, unit: str) -> str:
 
 
 def sentence(line: str) -> str:
-    """A line as a sentence, with a capital and a full stop."""
+    """Return a line as a sentence, with a capital and a full stop."""
     return capital(f"{line}.")
 
 
 def capital(line: str) -> str:
-    """A sentence with a capital."""
+    """Return a sentence with a capital."""
     return f"{line[:1].upper()}{line[1:]}"

@@ -1,5 +1,7 @@
 """The one maker of pages: an answer's sentences and figures, everything tried, and how sure it is.
 
+For `--page` of commands, and for `desim report`.
+
 Where a run is shown with the answer, whoever has the run hands in its drawings and tables: the page knows none.
 """
 
@@ -86,7 +88,7 @@ def _drawn(drawing: Drawing) -> Markup:
 
 
 def _points(figure: Points) -> Markup:
-    """Draw options by two indicators; those that stand out last, over the others."""
+    """Draw options by two indicators; options that stand out are drawn last, over the others."""
     xs, ys = [*(point.x for point in figure.points), figure.at], [point.y for point in figure.points]
 
     def place(value: float, values: Sequence[float], size: int) -> float:
@@ -99,13 +101,13 @@ def _points(figure: Points) -> Markup:
 
 
 def _alike(figures: Sequence[Rows]) -> list[Markup]:
-    """Draw figures of one indicator on one scale; what their lines mean is said once below all."""
+    """Draw figures of one indicator on one scale, with the meaning of their lines once below all."""
     ends = _ends(figures)
     return [_rows(figure, ends) for figure in figures]
 
 
 def _ends(figures: Sequence[Rows]) -> tuple[float, float]:
-    """The least and the largest value in figures."""
+    """Return the least and the largest value in figures."""
     rows = [row for figure in figures for row in figure.rows]
     values = [end for row in rows for end in (row.low, row.high, row.mean) if end is not None]
     values += [figure.at or 0.0 for figure in figures]

@@ -55,22 +55,22 @@ class Option(_Plain):
 
     @property
     def numbers(self) -> tuple[SaidNumber, ...]:
-        """All of its numbers."""
+        """All numbers of the option."""
         return (() if self.number is None else (self.number,)) + self.also
 
     @property
     def text(self) -> str:
-        """Its first number, or the words that replace it."""
+        """The option's first number, or the words that replace it."""
         return self.said or (self.numbers[0].text if self.numbers else "no value")
 
     @property
     def full_name(self) -> str:
-        """Its name, with the names of options with equal runs."""
+        """The option's name, with the names of options with equal runs."""
         return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
 
 
 class BigNumber(_Plain):
-    """A large number, what it is, and a note such as its interval."""
+    """A number shown large on a page (a tile), with its name and a note such as its interval."""
 
     value: str
     what: str
@@ -89,7 +89,7 @@ class Bar(_Plain):
 
 
 class Rows(_Plain):
-    """Intervals below one another on one scale, with a line at `at`: a target, or 0 for no effect."""
+    """A figure of intervals below one another on one scale, with a line at `at`: a target, or 0 for no effect."""
 
     title: str
     at: float | None = None
@@ -98,7 +98,7 @@ class Rows(_Plain):
 
 
 class PairGrid(_Plain):
-    """Which pairs of two counts are enough: a panel for each demand, a row for each count of `down`."""
+    """A figure of the pairs of two counts that are enough: a panel for each demand, a row for each count of `down`."""
 
     title: str
     across: tuple[str, ...]
@@ -107,7 +107,7 @@ class PairGrid(_Plain):
 
 
 class Dot(_Plain):
-    """An option by two of its means; `name` and `standing` only if it stands out."""
+    """An option in a figure of two means; it has a `name` and `standing` only if it stands out."""
 
     x: float
     y: float
@@ -116,7 +116,7 @@ class Dot(_Plain):
 
 
 class Points(_Plain):
-    """Options by two indicators, `across` and `up`, with a line at `at` across: the target.
+    """A figure of options by two indicators, `across` and `up`, with a line at `at` across: the target.
 
     `ends`: the least and the largest value across, then up, as they stand at the axes.
     """
@@ -196,7 +196,7 @@ class AnswerData(_Plain):
         return self.model_dump(mode="json", exclude={"about": {"model"}}) | more
 
     def groups(self) -> dict[str, list[Option]]:
-        """The options of each group."""
+        """Return the options of each group."""
         groups: dict[str, list[Option]] = {}
         for option in self.options:
             groups.setdefault(option.group, []).append(option)

@@ -1,4 +1,7 @@
-"""The roots of waiting (the ends of chains of robots that wait) in words."""
+"""The roots of waiting (the ends of chains of robots that wait) in words.
+
+For the answers of `desim run` and `desim why`, and for the replay.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The standings of options: one list of words for terminal, pages, files and the live page."""
+"""The standings of options: one list of words for terminal, pages, files and the live page.
+
+For the options of `desim plan`, `best`, `size`, `what-if` and `serve`.
+"""
 
 from __future__ import annotations
 
@@ -63,24 +66,27 @@ _SHORT = re.compile(r"^not settled: |( while counted)?(;|: not sustainable).*$")
 
 
 class Judged(Protocol):
-    """A verdict on a design."""
+    """A verdict on a design, as the judge of a search returns it."""
 
     @property
     def verdict(self) -> str:
-        """Meets, fails or undecided."""
+        """The verdict: `meets`, `fails` or `undecided`."""
 
     @property
     def within_zone(self) -> bool:
-        """Whether no run will tell."""
+        """Whether the mean is so close to the target that no run will decide."""
 
 
 def standing(judged: Judged) -> Standing:
-    """Return the standing of a design beside a target, unless the time to come is worse (`lasts_not`)."""
+    """Return the standing of a design with respect to a target, such as met or not met.
+
+    A design that cannot go on in the long run has another standing (`lasts_not`).
+    """
     return "edge" if judged.within_zone else BY_VERDICT[judged.verdict]
 
 
 def lasts_not(wrong: Iterable[Verdict]) -> Standing | None:
-    """Why the time to come is worse than the time simulated; None: it is not."""
+    """Return the standing of a design that cannot go on in the long run; None if nothing speaks against it."""
     codes = [verdict.code for verdict in wrong if verdict.is_lasting]
     return "overloaded" if PILES_UP in codes else "drained" if codes else None
 

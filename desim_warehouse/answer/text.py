@@ -1,4 +1,7 @@
-"""An answer as text: its sentences, tables that fit into the width of the terminal, and how sure it is."""
+"""An answer as text: its sentences, tables that fit into the width of the terminal, and how sure it is.
+
+For the terminal, and for `print` in Python.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,7 @@ def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
 
 
 def _rank(sentences: str, option: Option) -> int:
-    """Return how soon an option is left out: last those that the sentences name, or that were shown to matter."""
+    """Return how early an option is left out: the later, the more it matters; last the options that sentences name."""
     if option.name in sentences or option.standing in _SHOWN:
         return 0
     return 2 if option.standing in _OUT else 1
@@ -143,7 +146,7 @@ def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int
 
 
 def printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], width: int = WIDTH) -> str:
-    """The lines of a table below its title; columns of numbers, such as `runs`, stand at the right."""
+    """Return the lines of a table below its title; columns of numbers, such as `runs`, stand at the right."""
     from rich.console import Console
     from rich.table import Table
 

@@ -1,4 +1,7 @@
-"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`."""
+"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`.
+
+For all sentences, tables, figures and pages.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from desim_warehouse.values.units import SECONDS
 
 
 class HasMean(Protocol):
-    """An estimate."""
+    """Anything that has a mean, such as an estimate."""
 
     @property
     def mean(self) -> float:
@@ -87,7 +90,7 @@ _LONGEST = 44
 
 
 def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
-    """The unit of a kind of quantity as the model names it; empty for counts and shares, and without a model."""
+    """Return the unit of a kind of quantity as the model names it; empty for counts and shares, and without a model."""
     if kind in ("count", "ratio", "share"):
         return ""
     if kind == "time" and seconds:
@@ -98,7 +101,7 @@ def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
 
 
 def indicator_kind(indicator: str) -> str:
-    """The kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
+    """Return the kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
     measure = look_up(indicator)
     return measure.unit if measure else _COLUMNS.get(indicator, ("", ""))[1]
 
@@ -110,25 +113,25 @@ def is_share(indicator: str) -> bool:
 
 
 def indicator_name(indicator: str) -> str:
-    """An indicator's title; the column's own name if it is no indicator."""
+    """Return an indicator's title; the column's own name if it is no indicator."""
     measure = look_up(indicator)
     return measure.title if measure else _COLUMNS.get(indicator, (indicator, ""))[0]
 
 
 def in_sentence(indicator: str) -> str:
-    """An indicator's name inside a sentence: `task time T`, `mean cycle time`."""
+    """Return an indicator's name for use inside a sentence: `task time T`, `mean cycle time`."""
     what, _, how = indicator_name(indicator).rpartition(", ")
     name = f"mean {what[:1].lower()}{what[1:]}" if how == "mean" else indicator_name(indicator)
     return f"{name[:1].lower()}{name[1:]}"
 
 
 def indicator_label(indicator: str, units: Units | None, seconds: bool = False) -> str:
-    """Name and unit of an indicator, for an axis: `Task time T (step)`."""
+    """Return the name and unit of an indicator, for an axis: `Task time T (step)`."""
     return with_unit(indicator_name(indicator), unit(indicator_kind(indicator), units, seconds))
 
 
 def factor_unit(key: str, units: Units | None) -> str:
-    """The unit of a factor's values; empty where it has none, or is a case."""
+    """Return the unit of a factor's values; empty where it has none, or is a case."""
     factor = about(key)
     return unit(factor.kind, units) if factor else ""
 
@@ -146,29 +149,29 @@ def in_words(key: str) -> str:
 
 
 def factor_head(key: str, units: Units | None) -> str:
-    """A factor and its unit, for the head of a table: `Time between breakdowns (s)`."""
+    """Return a factor and its unit, for the head of a table: `Time between breakdowns (s)`."""
     return with_unit(factor_name(key), factor_unit(key, units))
 
 
 def factor_label(key: str, units: Units | None) -> str:
-    """A factor, its key where there is room, and its unit, for an axis: `Number of robots, fleet.size`."""
+    """Return a factor, its key where there is room, and its unit, for an axis: `Number of robots, fleet.size`."""
     name = factor_name(key)
     both = f"{name}, {key}"
     return with_unit(both if name != key and len(both) <= _LONGEST else name, factor_unit(key, units))
 
 
 def averaged(factors: Sequence[str]) -> str:
-    """Name the factors averaged over, as the second line of an axis; empty without any."""
+    """Return the second line of an axis label, which names the factors averaged over; empty without factors."""
     return f"\naveraged over {', '.join(factors)}" if factors else ""
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A label with its unit in brackets, if there is one."""
+    """Return a label with its unit in brackets, if there is one."""
     return f"{name} ({unit})" if unit else name
 
 
 def level(value: Any) -> str:
-    """A value of a factor, short enough for a label."""
+    """Return a value of a factor, short enough for a label."""
     value = plain(value)
     if value is None:
         return "none"
@@ -179,14 +182,14 @@ def level(value: Any) -> str:
 
 
 def design_spoken(design: Mapping[str, Any]) -> str:
-    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
+    """Return a design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
     counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
     others = [setting(key, v) for key, v in design.items() if not _counted(key, v)]
     return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
 
 
 def setting(key: str, value: Any) -> str:
-    """A key of the model with a value, in words: `dispatching: nearest`, `goods 20 random`."""
+    """Return a key of the model with a value, in words: `dispatching: nearest`, `goods 20 random`."""
     factor = about(key)
     if factor is None:
         return level(value) if key == _SAID_ALONE else f"{key}: {level(value)}"
@@ -213,17 +216,17 @@ def _counted(key: str, value: Any) -> str:
 
 
 def in_unit(value: float, unit: str) -> str:
-    """A quantity in the unit of a model: `20,000 steps`."""
+    """Return a quantity in the unit of a model: `20,000 steps`."""
     return f"{number(value)} {plural(unit, value)}".strip()
 
 
 def target(goal: Target) -> str:
-    """A target as people say it: `at least 95 % on time`, `cycle time, mean at most 5 min`."""
+    """Return a target as people say it: `at least 95 % on time`, `cycle time, mean at most 5 min`."""
     return reached(goal.indicator, f"{_BOUNDS[goal.sense]} {amount(goal.indicator, goal.value, goal.unit)}")
 
 
 def reached(indicator: str, value: str) -> str:
-    """A value of an indicator in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
+    """Return a value of an indicator for use in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
     base, _, _ = split(indicator)
     if base in _AIMS:
         return f"{_AIMS[base].format(value)}{indicator_name(indicator).removeprefix(indicator_name(base))}"
@@ -231,7 +234,7 @@ def reached(indicator: str, value: str) -> str:
 
 
 def amount(indicator: str, value: float, unit: str = "") -> str:
-    """A value of an indicator as it was asked for; shares in per cent, times in a unit that fits."""
+    """Return a bound of an indicator as the user asked for it; shares in per cent, times in a unit that fits."""
     if is_share(indicator):
         return f"{100 * value:.4g} %"
     kind = indicator_kind(indicator)
@@ -273,33 +276,33 @@ def scale_of(indicator: str, model: Model | None, estimates: Iterable[HasMean | 
 
 
 def head(indicator: str, scale: Scale) -> str:
-    """An indicator and the unit of its scale, for the head of a table; shares have theirs in the cells."""
+    """Return an indicator and the unit of its scale, for the head of a table; shares have theirs in the cells."""
     return with_unit(indicator_name(indicator), "" if scale.is_share else scale.unit)
 
 
 def load(model: Model) -> str:
-    """The word for a task of a model: a load, or with pods a line."""
+    """Return the word for a task of a model: a load, or with pods a line."""
     return "load" if model.pods is None else "line"
 
 
 def loads(model: Model) -> str:
-    """The word for tasks of a model: loads, or with pods lines."""
+    """Return the word for tasks of a model: loads, or with pods lines."""
     return f"{load(model)}s"
 
 
 def money(model: Model | None) -> str:
-    """The currency of a model; empty where it names none."""
+    """Return the currency of a model; empty where it names none."""
     return (model.prices.currency or "") if model is not None and model.prices is not None else ""
 
 
 def policy(key: str, name: str) -> str:
-    """Describe a policy, with name and parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    """Describe a policy, with name and parameters: `the nearest robot (nearest)`; a user's own without its folder."""
     description = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
     return named_policy(name) if description is None else f"{description} ({named_policy(name)})"
 
 
 def named_policy(name: str) -> str:
-    """The name of a policy with its parameters: `time-window, window 60`; one's own without its folder."""
+    """Return the name of a policy with its parameters: `time-window, window 60`; one's own without its folder."""
     base, _, parameters = name.partition("(")
     if not parameters or ".py:" in name:
         return _without_folder(name)
@@ -307,5 +310,5 @@ def named_policy(name: str) -> str:
 
 
 def _without_folder(name: str) -> str:
-    """The name of one's own policy, `folder/my_policies.py:Patient`, without the folder."""
+    """Return the name of one's own policy, `folder/my_policies.py:Patient`, without the folder."""
     return name.replace("\\", "/").rpartition("/")[2] if ".py:" in name else name

@@ -80,7 +80,7 @@ class _Formatter(click.HelpFormatter):
 
 
 def _whole(text: str) -> str:
-    """The text with signs at which no line is folded in words, and between options and their values."""
+    """Return the text with signs at which no line is folded in words, and between options and their values."""
     return _TOGETHER.sub(rf"\1\2{_WHOLE[' ']}", text).replace("-", _WHOLE["-"])
 
 

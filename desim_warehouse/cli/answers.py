@@ -58,6 +58,6 @@ def keep(answer: Answer, out: str | Path | None) -> Answer:
 
 
 def typed() -> str:
-    """The command as it was typed."""
+    """Return the command as it was typed."""
     arguments: list[str] = click.get_current_context().find_root().meta["desim.typed"]
     return shlex.join(["desim", *arguments])

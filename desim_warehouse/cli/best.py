@@ -133,7 +133,7 @@ def _race(
 
 
 def _say_what_is_replaced(folder: str | Path | None) -> None:
-    """Say which other answer of a folder is replaced, as a folder has one answer."""
+    """Print which other answer in a folder is about to be replaced, as a folder holds one answer."""
     from desim_warehouse.answer.answer import load
     from desim_warehouse.folders import ANSWER
 
@@ -171,7 +171,7 @@ def _search(
 
 
 def _delta(text: str | None, indicator: str, model: Model) -> float | None:
-    """The indifference zone in the unit of its indicator."""
+    """Return the indifference zone in the unit of its indicator."""
     from desim_warehouse.outcome.indicators import find
     from desim_warehouse.outcome.targets import amount_of
 

@@ -43,7 +43,7 @@ def command(model: str, assignments: tuple[str, ...], details: bool, as_json: bo
 
 
 def _colour(line: str) -> str:
-    """The colour of the verdict, which comes first, and of each finding."""
+    """Return the colour of the verdict, which comes first, and of each finding."""
     if re.match(r"\d+ errors?\b|error: ", line):
         return BAD
     if re.match(r"no errors, |warning: |accepted error: ", line):

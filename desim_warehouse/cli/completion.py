@@ -53,7 +53,7 @@ def indicators(_: click.Context, __: click.Parameter, incomplete: str) -> list[s
 
 
 def _names(typed: Iterable[str], above: Iterable[str]) -> list[str]:
-    """Keys of a section of the model file on the line; none where it cannot be read."""
+    """Return the keys of a section of the model file on the line; none where it cannot be read."""
     from desim_warehouse.model.parse import read_yaml
 
     file = next((word for word in typed if Path(word).is_file()), None)

@@ -100,7 +100,7 @@ class TimeIn(click.ParamType[float]):
         self.unit, self.most = unit, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The time in the unit of the option."""
+        """Return the time in the unit of the option."""
         from desim_warehouse.values.units import SECONDS, UnitNames, quantity
 
         if not isinstance(value, str):
@@ -142,7 +142,7 @@ def write_files(files: Mapping[Path, str], *, force: bool) -> None:
 
 
 def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model:
-    """The model of a file that is to be simulated or checked, with `--set` applied, and before that `besides`."""
+    """Load the model of a file that is to be simulated or checked, with `--set` applied, and before it `besides`."""
     from desim_warehouse.model import load, parse_assignment
 
     overrides: dict[str, Any] = {**besides, **dict(parse_assignment(text) for text in assignments)}
@@ -150,7 +150,7 @@ def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model
 
 
 def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Model | Run:
-    """The run of a folder, or the model of a file with `--set` applied, and before that `besides`.
+    """Return the run of a folder, or the model of a file with `--set` applied, and before that `besides`.
 
     Raises ReportError where a run would have to be changed.
     """
@@ -171,7 +171,7 @@ def run_of(
     until: Callable[[Model], float | None] = lambda _: None,
     **besides: Any,
 ) -> Run:
-    """The run of a folder, or of a model file simulated now, up to a moment; raises as `load_source`."""
+    """Return the run of a folder, or of a model file simulated now, up to a moment; raises as `load_source`."""
     from desim_warehouse.questions.run import Run as Done
 
     start = load_source(source, assignments, **besides)
@@ -179,7 +179,7 @@ def run_of(
 
 
 def simulated(model: Model, seed: int, *, until: float | None = None) -> Run:
-    """A run of a model, up to a moment, with its settled fleet from the user's cache, which keeps it for the next.
+    """Simulate a run of a model, up to a moment, with its settled fleet from the user's cache.
 
     A terminal shows how far it is.
     """

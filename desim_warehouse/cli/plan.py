@@ -187,7 +187,7 @@ def _ranges(texts: tuple[str, ...], model: Model) -> dict[str, tuple[float, floa
 
 
 def _ends(key: str, ends: list[str], model: Model) -> tuple[float, float]:
-    """The two ends of a range, in the units of the model; each may have a unit of its own."""
+    """Return the two ends of a range, in the units of the model; each may have a unit of its own."""
     from desim_warehouse.model.facts.keys import about
     from desim_warehouse.values.units import quantity
 
@@ -275,7 +275,7 @@ def _options(texts: tuple[str, ...], model: Model) -> dict[str, Model]:
 
 
 def _named(text: str) -> Iterator[tuple[str, Any]]:
-    """The options of a text: one, or all of a file."""
+    """Yield the options of a text: one, or all of a file."""
     from desim_warehouse.model.parse import read_yaml
 
     name, colon, what = text.partition(":")

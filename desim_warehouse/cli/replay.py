@@ -66,7 +66,7 @@ def command(
 
 
 def _time(text: str | None, option: str, units: Units) -> float | None:
-    """A moment of a run, in the model's unit."""
+    """Return a moment of a run, in the model's unit."""
     from desim_warehouse.values.units import quantity
 
     try:

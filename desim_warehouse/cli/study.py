@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def _share(context: click.Context, option: click.Parameter, text: str | None) -> float | None:
-    """A share such as 0.95 or 95 %."""
+    """Read a share such as 0.95 or 95 %."""
     if text is None:
         return None
     try:

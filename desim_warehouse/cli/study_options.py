@@ -91,7 +91,7 @@ def study_of(
     varied: str = "--vary",
     **content: Any,
 ) -> Study:
-    """The study of MODEL that options describe.
+    """Return the study of MODEL that options describe.
 
     Args:
         model: the file.
@@ -190,14 +190,14 @@ def stated(search: Search) -> dict[str, Any]:
 
 
 def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dict[str, Any]:
-    """The keys and values that an option such as `--set` gives."""
+    """Return the keys and values that an option such as `--set` gives."""
     from desim_warehouse.model import parse_assignment
 
     return dict(parse_assignment(text, option) for text in assignments)
 
 
 def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> StudyPlan:
-    """The plan of a study file or folder; changes that are None are ignored."""
+    """Return the plan of a study file or folder; changes that are None are ignored."""
     from desim_warehouse.errors import StudyError
     from desim_warehouse.study.reading import read_study
     from desim_warehouse.study.record import read_record
@@ -210,7 +210,7 @@ def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Study
 
 
 def read_vary(vary: tuple[str, ...]) -> dict[str, Any]:
-    """The factors of `--vary`."""
+    """Return the factors of `--vary`."""
     from desim_warehouse.errors import ModelError
 
     factors: dict[str, Any] = {}
@@ -229,7 +229,7 @@ def read_vary(vary: tuple[str, ...]) -> dict[str, Any]:
 
 
 def read_values(text: str, option: str, problems: list[str]) -> Any:
-    """The values of a factor: YAML with commas between them, or one range or section."""
+    """Return the values of a factor: YAML with commas between them, or one range or section."""
     from desim_warehouse.model.parse import read_yaml
 
     listed = read_yaml(f"[{text}]", option)

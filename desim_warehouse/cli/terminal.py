@@ -48,7 +48,7 @@ def show(text: str, colour: Callable[[str], str] = lambda _: "", standings: Mapp
 
 
 def _folded(line: str, width: int, colour: str) -> str:
-    """Fold a line into parts of a number of columns, the later parts indented, its head in a colour."""
+    """Fold a line of text into lines of at most `width` columns, the later ones indented; its label is in a colour."""
     parts = [line]
     if len(line) > width:
         indent = line[: len(line) - len(line.lstrip())] + "  "

@@ -49,7 +49,7 @@ def _line(warnings: list[Finding]) -> str:
 
 
 def _warnings(model: Model) -> list[Finding]:
-    """The warnings on a model; none where it is refused, as its errors are then said."""
+    """Find the warnings on a model; none where it is refused, as its errors are then said."""
     from desim_warehouse.run.examined import examined
 
     findings, _ = examined(model)

@@ -31,7 +31,7 @@ def _spread(names: tuple[str, ...], count: int) -> list[str]:
 
 
 def _passing(floor: Floor) -> str:
-    """Say whether robots may drive past one that loads, by the width of the aisles."""
+    """Return the words that say whether robots may drive past a robot that loads, by the width of the aisles."""
     need = f"{2 * KEPT:g} m"
     return f"to pass they would need {need}" if floor.aisle < 2 * KEPT else f"(!) wide: they pass, in {need}"
 
@@ -242,7 +242,7 @@ def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
 
 
 def _start(words: Draft) -> str:
-    """Write what batteries hold at the start, with the reason."""
+    """Write the energy of batteries at the start, with the reason."""
     if words.day.shifts:
         off = "day" if words.day.shifts[-1][1] > DAY else "night"
         return f"1               # full: chargers have had the {off}"

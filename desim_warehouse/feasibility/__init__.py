@@ -32,9 +32,10 @@ __all__ = ["errors", "examine", "refuse"]
 def examine(
     model: Model, layout: Layout, estimate: Callable[[Model], QuickEstimate]
 ) -> tuple[list[Finding], QuickEstimate | None]:
-    """Return all findings, the worst first, and the estimate; None where the layout has errors or hours never come.
+    """Return all findings, the worst first, and the quick estimate of the model.
 
-    It is None, too, where a robot by itself does none of the work.
+    The estimate is None where the layout has errors, where hours never come, or where a robot by itself does none of
+    the work.
     """
     use = _use(model, layout)
     findings = checks.examine(layout, use)
@@ -62,7 +63,7 @@ def examine(
 
 @lru_cache(maxsize=64)
 def errors(model: Model) -> tuple[Finding, ...]:
-    """Find the errors of a model, accepted ones too; computed once for all runs of a model."""
+    """Find the errors of a model, the accepted ones included; computed once for all runs of a model."""
     layout = model.floor
     layout_errors = checks.errors(layout, _use(model, layout))
     model = driven(model)
@@ -70,7 +71,7 @@ def errors(model: Model) -> tuple[Finding, ...]:
 
 
 def refuse(model: Model, layout: Layout) -> None:
-    """Raise the errors that the model does not accept.
+    """Raise the errors of a model that the model does not accept.
 
     Raises:
         LayoutError: where the layout has some.

@@ -1,4 +1,7 @@
-"""Demand in words: orders a day, and orders, lines and trips for them an hour."""
+"""Demand in words: orders a day, and orders, lines and trips for them an hour.
+
+For `desim check`, and for the answer of a run.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +21,10 @@ if TYPE_CHECKING:
 
 
 def orders_asked_for(model: Model) -> Iterator[str]:
-    """Describe each flow whose orders have several lines: orders, lines and trips, such as `250 orders an hour`.
+    """Describe the demand of each flow whose orders have several lines, such as `250 orders an hour`.
 
-    Without pods a trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as
-    many as that.
+    It has orders, lines and trips. A trip serves one line without pods. If tasks are batched by order, it serves as
+    many lines of an order as a robot carries, and with other batching at least as many.
     """
     size, rates = most_loads(model), flow_rates(model)
     exact = model.policies.batching.name in {"single", "by-order"}
@@ -40,9 +43,10 @@ def orders_asked_for(model: Model) -> Iterator[str]:
 
 
 def orders_a_day(model: Model) -> Iterator[str]:
-    """Say how many orders come in 24 h from the start: `asked for: orders 2,704, inbound 640 = 3,344 a day`.
+    """Yield the line that says how many orders come in 24 h: `asked for: orders 2,704, inbound 640 = 3,344 a day`.
 
-    Nothing where none come at a rate, or where it is not known how long a unit of time is.
+    The 24 h begin with the run. There is no line where no orders come at a rate, or where a unit of time has no known
+    length.
     """
     tasks, hour = model.tasks, model.units.hour
     if not model.units.has_seconds:

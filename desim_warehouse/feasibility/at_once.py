@@ -1,4 +1,4 @@
-"""A fleet that is always at work from equal batteries comes to its chargers all at once, and stands still meanwhile.
+"""Chargers that a whole fleet needs at once, a finding of `desim check`: equal batteries are empty together.
 
 Batteries that begin alike and never rest reach the level at which robots charge within a short time of each other: they
 differ only by what the states of a robot draw. With D for the difference of the largest and the smallest draw, σ is

@@ -1,4 +1,7 @@
-"""Faults of the batteries of a model: findings before a run, and the cause where a robot ran flat."""
+"""Faults of the batteries of a model: findings before a run, and the cause where a robot ran flat.
+
+For `desim check`, and for the error that ends a run.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ MINUTE = 60.0
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find what `simulate` refuses in a model with batteries."""
+    """Find the errors of a model with batteries, for which `simulate` refuses it."""
     small = list(_battery_too_small(model, layout))
     small = small or [finding for finding in _charged_too_low(model, layout) if finding.level == "error"]
     yield from small
@@ -44,7 +47,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """Find what a planner should know about a model with batteries."""
+    """Find faults of a model with batteries that a planner should know, though it can be simulated."""
     yield from chargers_short(model, balance)
     yield from of_levels(model, layout, balance)
     length = model.run.length
@@ -55,7 +58,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
 
 
 def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """Find what a planner should know about batteries and the levels between which they move."""
+    """Find faults of batteries and of the levels between which they are charged, which a planner should know."""
     battery, units = _battery(model), model.units
     yield from _threshold(model, layout)
     if not list(_battery_too_small(model, layout)):
@@ -74,7 +77,7 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
 def cause(
     model: Model, layout: Layout, started: float | None = None, *, drew: float = 0.0, resting: bool = False
 ) -> str:
-    """Say why a battery ran flat, and what helps, in one line: for an error in the course of a run.
+    """Return why a battery ran flat and what helps, in one line: for the error that ends a run.
 
     `started`: the energy that the robot held at the start, if less than a full battery and it has not been charged yet.
     `drew`: the energy it drew per time unit so far. `resting`: it had no work.
@@ -98,7 +101,7 @@ def cause(
 def _no_charger_in_time(
     model: Model, layout: Layout, chargers: dict[str, int], started: float | None, drew: float, *, resting: bool
 ) -> str:
-    """Say why a robot came to no charger in time, where the model itself has no fault; arguments as in `cause`."""
+    """Return why a robot came to no charger in time, where the model itself has no fault; arguments as in `cause`."""
     battery, count, robots = _battery(model), sum(chargers.values()), number_of(model.fleet.size, "robot")
     zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
     text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {robots}"
@@ -121,13 +124,13 @@ def _no_charger_in_time(
 
 
 def too_small(model: Model, layout: Layout) -> str:
-    """Say which tasks no battery lasts for in a model, by hand, and what helps; empty where that is not known."""
+    """Return which tasks no battery of the model lasts for, by arithmetic, and what helps; else an empty text."""
     findings = list(_battery_too_small(model, layout)) or list(_charged_too_low(model, layout))
     return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in findings)
 
 
 def _waits(model: Model) -> list[str]:
-    """List what a robot of the model may wait for without a reserve in its battery."""
+    """List in words the waits that a robot of the model may have without a reserve in its battery for them."""
     causes = {
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,
@@ -139,7 +142,7 @@ def _waits(model: Model) -> list[str]:
 
 
 def holds(model: Model, battery: BatterySpec) -> float:
-    """Return the most a task may draw: a full battery, and the reserve where the policy does not look ahead."""
+    """Return the most energy that a task may draw: a full battery, and the reserve if the policy has no look-ahead."""
     thresholds = levels(model)
     return _full(model, battery) + (battery.reserve if thresholds is None or thresholds.margin is None else 0.0)
 
@@ -181,7 +184,7 @@ def _battery_too_small(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find tasks that a robot has energy for only before it is charged: charging ends below a full battery.
+    """Find tasks that a robot has energy for only before its first charge, because charging ends below a full battery.
 
     They are an error where a list has more of them than the batteries can do as the robots begin.
     """
@@ -218,7 +221,7 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
-    """Warn of work without end that is counted before batteries have come to the levels where they stay."""
+    """Warn of work without end whose evaluation period begins before battery levels are in steady state (settled)."""
     start_shares, units = start_energy(model), model.units
     if model.fleet.start_energy == "settled" or refills_overnight(model):
         return
@@ -314,7 +317,7 @@ def _battery(model: Model) -> BatterySpec:
 
 
 def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
-    """Find chargers that give so much less than a fleet, or a kind, draws that its batteries fall, or are flat."""
+    """Find fleets, or kinds, that draw so much more than their chargers give that batteries fall, or run flat."""
     if balance is None or not balance.chargers or balance.draws is None:
         return
     units = model.units
@@ -339,12 +342,15 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
 
 
 def _give(chargers: int, gives: float, time: str) -> str:
-    """Say how much chargers give."""
+    """Return the words for how much energy chargers give in a time unit."""
     return f"{number_of(chargers, 'charger')} {'gives' if chargers == 1 else 'give'} {amount(gives)} per {time}"
 
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find thresholds too low: a robot just above, on its good's edge, must still get to a charger after its task."""
+    """Find thresholds so low that a robot just above may not get to a charger after its next task.
+
+    The robot then stands on the edge of the task's good, and does the task before it charges.
+    """
     battery, thresholds = _battery(model), levels(model)
     if thresholds is None or thresholds.margin is not None or not chargers_at(model, layout):
         return

@@ -1,4 +1,7 @@
-"""Closures, slow zones, people and breakdowns: names of nothing, and places closed, cut off or blocked."""
+"""Closures, slow zones, people and breakdowns: names of nothing, and places closed, cut off or blocked.
+
+For findings of `desim check`, and for the examination before every run.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ MOST_OCCUPIED = 0.9
 
 
 def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find what `simulate` refuses."""
+    """Find the errors of closures, slow zones, people and breakdowns, for which `simulate` refuses a model."""
     traffic = model.traffic
     if not (traffic.closures or traffic.slow or model.people):
         return
@@ -92,7 +95,7 @@ def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge]) -> Itera
 
 
 def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find places that no robot could get to or leave in the whole run."""
+    """Find places that no robot could get to, or leave, at any time of the run."""
     for name, closure in model.traffic.closures.items():
         begin, end = model.hours(closure.hours).following(0.0)
         if begin > 0 or end < model.run.end:

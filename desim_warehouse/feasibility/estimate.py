@@ -1,5 +1,7 @@
 """The quick estimate of a model: what a fleet can do, and what that takes, in numbers.
 
+For `desim check`, the figures of `desim new`, and the fleet with which the search of `desim plan` begins.
+
 The cost of a task is measured, one robot of each kind by itself, and so is a whole fleet where work always waits
 (`run/quick.py`). The capacities of robots, chargers and stations are upper bounds, by Little's law and the asymptotic
 bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978) 225-261).
@@ -43,30 +45,30 @@ APART = 0.95
 
 @dataclass(frozen=True)
 class QuickEstimate:
-    """A model in its own units; see the module for what is assumed.
+    """The quick estimate of a model, in the model's own units; see the module for what is assumed.
 
     Attributes:
-        width: of the floor, from the westernmost to the easternmost node; `height` from north to south.
+        width: width of the floor, from the westernmost to the easternmost node; `height` from north to south.
         metre: the length unit in metres; None where its name does not say.
-        lanes_hold: robots that can stand in the lanes at once.
-        robots: size of the fleet; `at_work` of them can be on a task, as station slots allow.
-        most_out: robots that may be under way at once; None: all.
+        lanes_hold: number of robots that can stand in the lanes at once.
+        robots: size of the fleet; `at_work` of them can be on a task at a time, as station slots allow.
+        most_out: robots that may be under way at once (the key `traffic.most_out`); None: all.
         cycle: the mean task, over robots of different kinds.
-        sample: tasks that were looked at.
-        rate: tasks per time unit demanded; None where the demand is a list, or saturated.
-        charging: time that a robot charges for each task, None without battery or where it never has to.
-        fleet_capacity: tasks per time unit that the robots could do if all else were plenty.
-        stations: each node where goods are unloaded.
+        sample: number of tasks that were looked at.
+        rate: tasks per time unit demanded; None where the demand is a list, or work always waits (saturated).
+        charging: time that a robot charges for each task; None without battery, or where no robot has to charge.
+        fleet_capacity: tasks per time unit that the robots could do if nothing else limited them.
+        stations: load of each node where goods are unloaded.
         crossing: the intersection that most of the tasks pass; None where it was not determined.
-        crossing_capacity: tasks per time unit that it lets through.
+        crossing_capacity: tasks per time unit that this intersection lets through.
         power: the energy balance; None without battery.
-        peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
-        on_duty: the part of the run in which robots are in their hours and a station is open; capacities are means over
+        peak: tasks per time unit demanded in the busiest hour, where arrivals change with the time of day.
+        on_duty: share of the run in which robots are in their hours and a station is open; capacities are means over
             the run.
-        pile_on: with pods, where `cycle` is a line's part of a visit.
-        unbroken: the part of its time in which a robot is not broken, which is in `on_duty`, too.
-        measured: tasks per time unit of the fleet at the least, probably where work piles up, and at the most, from
-            what it did together in a probe; None where it was not looked at.
+        pile_on: lines picked at a visit of a pod; with pods `cycle` is the part of a visit that is for one line.
+        unbroken: share of its time in which a robot is not broken (availability); `on_duty` contains it already.
+        measured: throughput of the fleet as a probe of all its robots measured it, in tasks per time unit: the least,
+            probably where work piles up, and the most; None where no probe was made.
     """
 
     width: float
@@ -99,7 +101,7 @@ class QuickEstimate:
 
     @property
     def peak_capacity(self) -> float:
-        """Tasks per time unit with all robots on duty that are not broken, as in the busiest hour."""
+        """Tasks per time unit that the fleet can do with all robots on duty and none broken, as in the busiest hour."""
         return (self.capacity if self.measured else self.fleet_capacity) / self._hours
 
     @property
@@ -109,7 +111,7 @@ class QuickEstimate:
 
     @property
     def round(self) -> float:
-        """The time that a task takes a robot, with what it charges for it."""
+        """The time that a robot spends on a task, with the time that it charges for it."""
         return self.cycle.time + (self.charging or 0.0)
 
     @property
@@ -130,19 +132,19 @@ class QuickEstimate:
 
     @cached_property
     def queues(self) -> Network:
-        """The queues of robots that are in each other's way nowhere else."""
+        """The queueing network of the fleet by stations and chargers alone: robots hold each other up nowhere else."""
         return Network(self.round, self.places)
 
     @cached_property
     def network(self) -> Network:
-        """The queues of robots that are in each other's way on lanes as well, and choose their tasks, as measured."""
+        """The queueing network of the fleet, with the delays on lanes and the choice of tasks that a probe measured."""
         if self.measured is None or not self.on_duty:
             return self.queues
         return self.queues.doing(self.capacity / self.on_duty, min(self.robots, self.at_work))
 
     @property
     def places_limit(self) -> dict[str, float]:
-        """The limits of any number of robots, in words, with the tasks per time unit that each lets through."""
+        """Limits that hold for any number of robots, in words, with the tasks per time unit that each lets through."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         lifts: dict[float, list[LiftLoad]] = {}
         for item in self.lifts:
@@ -161,14 +163,14 @@ class QuickEstimate:
 
     @property
     def limits(self) -> dict[str, float]:
-        """The limits of the robots that there are: no more can be done than the least of these."""
+        """The limits of the fleet as it is, in words, with tasks per time unit: the least of them is the capacity."""
         limits = self.places_limit
         if CHARGERS in limits:
             limits[CHARGERS] = self._charged(self.robots)
         return {THE_ROBOTS: self.fleet_capacity, **limits}
 
     def _charged(self, robots: int) -> float:
-        """Tasks per time unit for which chargers give enough: the more robots, the more is drawn as they wait."""
+        """Return the tasks per time unit for which chargers give enough: more robots draw more while they wait."""
         power = self.power
         if power is None or not power.chargers or not self.charging:
             return math.inf
@@ -199,21 +201,21 @@ class QuickEstimate:
 
     @property
     def robots_busy(self) -> float | None:
-        """The robots that the rate keeps busy without any queue; None without a rate."""
+        """The number of robots that the demand keeps busy without any queue; None if the demand has no rate."""
         return None if self.rate is None or not self.on_duty else self.rate * self.round / self.on_duty
 
     @cached_property
     def robots_needed(self) -> float | None:
-        """The robots with which the rate can be done; inf where no number can, None without a rate."""
+        """The number of robots that can do the demand; inf where no number can, None if the demand has no rate."""
         return None if self.rate is None else self.robots_for(self.rate)
 
     @property
     def is_overloaded(self) -> bool:
-        """Whether more is asked for than the robots can do, whatever limits them."""
+        """Whether the demand is above the fleet's capacity, whichever of robots, chargers and stations limits it."""
         return self.rate is not None and self.rate > (self.capacity if self.measured else self.fleet_capacity)
 
     def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
-        """Return the robots that do so many tasks per time unit, in fractions; inf where no number does."""
+        """Return the number of robots that do so many tasks per time unit, with fractions; inf where no number does."""
         duty = self.unbroken if at_peak else self.on_duty
         if not duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf
@@ -263,18 +265,18 @@ class QuickEstimate:
 
     @property
     def range(self) -> tuple[float, float]:
-        """The least and the most tasks per time unit of the fleet: as measured, else with queues and without."""
+        """The least and the most tasks per time unit of the fleet: as measured, else with queues and without queues."""
         return (self.capacity, self.most) if self.measured is None else self.measured[::2]
 
     def can_do(self, hour: float) -> str:
-        """Tasks an hour, the least to the most where these are much more."""
+        """Return the tasks an hour that the fleet can do, in words: `210`, or `180 to 240` if the range is wide."""
         least, most = self.range
         return amount(least * hour) if least >= APART * most else f"{amount(least * hour)} to {amount(most * hour)}"
 
 
 @dataclass(frozen=True)
 class Place:
-    """A place where robots queue: the time of a task there, and the number of its servers.
+    """A place where robots queue, a station of the queueing network: service time of a task, and number of servers.
 
     `name` is what is said of it where it is the limit.
     """
@@ -290,7 +292,7 @@ class Place:
 
 
 class Network:
-    """Robots that always have work; `alone` is the time of a task with nobody in the way, service included.
+    """A closed queueing network of robots that always have work; `alone`: time of a task without any queue.
 
     `even`: the part, up to 1, to which robots come so evenly that none queues before its place is always busy.
     """
@@ -308,7 +310,7 @@ class Network:
         self._done = [0.0]
 
     def doing(self, rate: float, robots: int) -> Network:
-        """Return the network in which so many robots do a rate: queues, or the time of all else, are changed to fit."""
+        """Return the network fitted to a known throughput of so many robots: queues, or time outside them, change."""
         slow, fast = self.throughput(robots), min(robots / self.alone, self.most)
         if rate >= fast:
             return Network(robots / rate, self._all, float(fast > slow))
@@ -321,7 +323,7 @@ class Network:
         return Network(most, self._all)
 
     def throughput(self, robots: int) -> float:
-        """Return the tasks per time unit of so many robots."""
+        """Return the tasks per time unit that so many robots do, by mean value analysis."""
         if not self.alone:
             return math.inf
         if not self.places:
@@ -336,11 +338,11 @@ class Network:
 
     @property
     def longest(self) -> str:
-        """Return the place with the longest queue of the most robots that were asked for."""
+        """Return the name of the place with the longest queue, at the largest number of robots computed so far."""
         return self.places[int(self._queues.argmax())].name
 
     def robots_for(self, rate: float) -> float:
-        """Return the robots that so many tasks per time unit take, in fractions; inf where no number does them."""
+        """Return the number of robots that do so many tasks per time unit, with fractions; inf where no number does."""
         if rate > BUSIEST * self.most:
             return math.inf
         if not self.places:

@@ -1,4 +1,7 @@
-"""Hours of stations, robots and flows in an estimate: shares of time, and hours under which nothing can be done."""
+"""Hours of stations, robots and flows in an estimate: shares of time, and hours under which nothing can be done.
+
+For the quick estimate (`run.quick`), and for findings of `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def on_duty(model: Model) -> float:
-    """Return the part of the run in which a robot can work, on average over the fleet.
+    """Return the share of the run in which a robot can work, on average over the fleet.
 
     It is in its hours then, and one of the stations that tasks go to is open: tasks for closed stations are held
     back.
@@ -53,7 +56,7 @@ def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float
 
 
 def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Iterator[tuple[float, float]]:
-    """Iterate over the stretches of time up to an end in which no calendar opens or closes, the first so many."""
+    """Yield the intervals up to an end between two openings or closings of any calendar, the first so many of them."""
     for _ in range(STEPS):
         if not time < end:
             return
@@ -62,7 +65,7 @@ def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Ite
 
 
 def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
-    """Iterate over the stretches of a run in which no robot is on duty, or no station that tasks go to is open."""
+    """Yield the intervals of a run in which no robot is on duty, or no station is open that tasks go to."""
     layout = model.floor
     spec_of = specs(model, layout)
     stations = {spec_of[node].hours if node in spec_of else None for node in destinations(model, layout)}
@@ -95,7 +98,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _used(model: Model) -> list[tuple[str, str]]:
-    """Return every key of a model that names a calendar, and which."""
+    """Return the keys of a model that name a calendar, each with the name of its calendar."""
     layout, fleet, tasks = model.layout, model.fleet, model.tasks
     places = [(f"layout.stations.{name}.hours", station.hours) for name, station in layout.stations.items()]
     places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]
@@ -175,9 +178,10 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
 
 
 def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, float | None, Collection[str]]]:
-    """Iterate over times from which nothing opens or closes, when robots sent out arrive, and the nodes they reach.
+    """Yield the times of a run at which calendars open or close, with the nodes that robots sent out then would reach.
 
-    None where no robot is on duty. It begins when the first flow asks for something.
+    Before the nodes stands the time at which these robots arrive, None where no robot is on duty. The first time is
+    when the first flow has a demand.
     """
     slowest = min(robot.speed for robot in model.fleet.distinct())
     edges = [data for *_, data in layout.graph.edges(data=True)]
@@ -203,7 +207,7 @@ def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, fl
 
 
 def _reached(layout: Layout, shut: Sequence[tuple[str, str]]) -> Collection[str]:
-    """Return the nodes to which an open way leads from a bay."""
+    """Return the nodes that an open way joins to a bay."""
     if not shut or not layout.bays:
         return set(layout.graph)
     import networkx as nx

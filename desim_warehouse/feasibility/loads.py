@@ -1,4 +1,7 @@
-"""How busy everybody will be, by the quick estimate: the loads of `model.facts.workers`, foreseen."""
+"""How busy everybody will be, by the quick estimate: the loads of `model.facts.workers`, foreseen.
+
+For `desim check`, and for the loads of plans and their live page.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
-    """Foresee the load of each group, with the tasks that arrive, or where they do not with all that can be done.
+    """Foresee the load of each group of workers, robots and chargers: by the demand or, without a rate, at capacity.
 
     Places where robots unload without a station serve one robot at a time, and are groups of one.
     """
@@ -47,7 +50,7 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
 
 
 def _of_robots(group: Group, estimate: QuickEstimate, rate: float, factor: float | None) -> Load | None:
-    """Foresee the load of robots by what they can do alone, whatever stations let through in the busiest hour."""
+    """Foresee the load of robots, as a share of what they alone can do, whatever stations let through at the peak."""
     if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
         return None
     mean = rate / estimate.fleet_capacity

@@ -1,4 +1,7 @@
-"""Least energy of tasks: from a charger or a start to the good, the station, and a charger."""
+"""Least energy of tasks: from a charger or a start to the good, the station, and a charger.
+
+For findings of `desim check` on batteries and on the starts of robots.
+"""
 
 from __future__ import annotations
 
@@ -32,15 +35,16 @@ WITH_LOAD = Consumption(standing=0.0, empty=0.0, loaded=1.0, handling=1.0)
 
 @dataclass(frozen=True)
 class Needs:
-    """The least that tasks draw from a battery.
+    """The least energy that tasks draw from a battery, in the model's unit.
 
     Attributes:
-        worst: the task that draws most, in words, and `most` what it draws.
-        reach: up to the edge of a good, where that is the most.
-        rest: from the edge of a good to a charger, where that is the most.
-        least: from the edge of a good on, for the quickest task of each flow ("" without flows).
-        mean: for the mean task.
-        of: the whole and the reach for each task of a list, by its good and its own destinations; else empty.
+        worst: the task that draws most, in words.
+        most: the energy that this task draws.
+        reach: energy to get to the edge of a good, of the task with the farthest good.
+        rest: energy from the edge of a good to a charger, of the task for which that is most.
+        least: energy from the edge of a good on, for the quickest task of each flow ("" without flows).
+        mean: energy of the mean task.
+        of: for tasks of a list, by good and destinations: the energy of the whole task, and up to the good's edge.
     """
 
     worst: str
@@ -55,11 +59,11 @@ class Needs:
 def least_needs(
     model: Model, layout: Layout, draws: Consumption, *, again: bool = False, anywhere: bool = False
 ) -> Needs:
-    """Return the least that tasks draw, by the fastest robot and routes, the nearest charger and the nearest station.
+    """Return the least energy that tasks draw: by the fastest robot and routes, nearest charger and station.
 
-    Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
-    `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
-    after the delivery.
+    Where work ends, a task may also begin at a robot's start and end in any bay, as it may be the robot's only task.
+    With `again` it may not: the battery has been charged before. `anywhere`: the drive to the good's edge, and the
+    drive after the delivery, draw nothing.
     """
     fleet = model.fleet
     begins = ends = list(chargers_at(model, layout))
@@ -79,7 +83,7 @@ def least_needs(
 def _least_needs(
     model: Model, layout: Layout, draws: Consumption, begun: tuple[tuple[str, float], ...], ends: tuple[str, ...]
 ) -> Needs:
-    """Compute `least_needs`. `begun`: energy drawn already where robots come from; `ends`: where they go."""
+    """Compute `least_needs`; `begun`: energy drawn already where robots come from, `ends`: nodes where they go."""
     floor = _Floor(model, layout, draws, dict(begun), ends)
     worst, most, reach, rest, mean = "", 0.0, 0.0, 0.0, 0.0
     least: dict[str, float] = {}
@@ -100,7 +104,7 @@ def _least_needs(
 
 
 class Places(NamedTuple):
-    """Storage places by their `numbers`, or stations by their `nodes`, with the part of all tasks that is for each."""
+    """Storage places by `numbers`, or stations by `nodes`, with the share of all tasks that each of them has."""
 
     numbers: Sequence[int]
     nodes: Sequence[str]
@@ -112,10 +116,10 @@ class Places(NamedTuple):
 
 
 class Job(NamedTuple):
-    """Tasks of one flow ("": without flows) from any of `picks` over nodes of each of `via` to any of `drops`.
+    """Tasks of one flow ("": without flows) with equal places: picked at any of `picks`, over `via`, to any of `drops`.
 
-    Each of the picks is asked for, and a robot goes to the nearest drop; where `stores`, each drop is, from the
-    nearest pick. `own`: the destinations of tasks of a list.
+    Each pick has tasks, and a robot goes to the nearest drop. With `stores` each drop has tasks, fetched from the
+    nearest pick. `via`: stops on the way, each with its nodes. `own`: the destinations of tasks of a list.
     """
 
     flow: str
@@ -175,7 +179,7 @@ def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
 
 
 class _Floor:
-    """Least costs on a floor: to come to its nodes from where robots begin, to do tasks, and to drive back."""
+    """Least energy on a floor: from where robots begin to its nodes, for tasks, and for the drive to a charger."""
 
     def __init__(
         self, model: Model, layout: Layout, draws: Consumption, begun: Mapping[str, float], ends: Sequence[str]
@@ -194,7 +198,7 @@ class _Floor:
         self._back = least_costs(self._back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
 
     def fetched(self, job: Job) -> tuple[Any, Any, Any]:
-        """Return what tasks for each pick draw: in all, up to the good's edge, and from there to the cheapest drop."""
+        """Return the energy of tasks for each pick: in all, up to the good's edge, and on to the cheapest drop."""
         handled = self._handled(job, "unload", job.drops)
         goals = {node: self._back[node] + self._clear + handled[i] for i, node in enumerate(job.drops.nodes)}
         to_go = self._loaded(job, self._back_in_time, goals, job.via[::-1])
@@ -205,7 +209,7 @@ class _Floor:
         return (reach + rest).min(axis=0), reach.min(axis=0), rest.min(axis=0)
 
     def put_away(self, job: Job) -> tuple[Any, Any, Any]:
-        """Return what tasks for each drop draw: in all, up to the pick's edge, and from there, by the cheapest pick."""
+        """Return the energy of tasks for each drop, by the cheapest pick: in all, before the pick's edge, and after."""
         starts, ends, before, after = self._sides(job.picks)
         reach = _costs(self._reach, starts).min(axis=0)
         picked = self._draws.empty * before + self._handled(job, "load", job.picks) + self._draws.loaded * after
@@ -220,16 +224,18 @@ class _Floor:
         return reach.min() + rest, reach, rest
 
     def _handled(self, job: Job, act: Any, places: Places) -> Any:
-        """Return what handling draws at each station, or at storage places alike."""
+        """Return the energy of handling at each station; at storage places one number for all."""
         import numpy as np
 
         times = [self._stops.at_stop(act, job.flow, node) for node in places.nodes or (None,)]
         return self._draws.handling * np.array(times)
 
     def _sides(self, places: Places) -> tuple[list[list[str]], list[list[str]], Any, Any]:
-        """Return the ends of the edges of places, and the times from the start of each and on over its end.
+        """Return start nodes and end nodes of the edges that places lie on, with the times before and behind the place.
 
-        There are two rows where lanes are two-way: robots come to places from either side.
+        The four tables have a row for each side from which a robot may come, two where lanes are two-way, and a column
+        for each place. The third has the time from the start of the edge to the place, the fourth from the place to the
+        end.
         """
         import numpy as np
 
@@ -246,7 +252,7 @@ class _Floor:
     def _loaded(
         self, job: Job, times: Mapping[Edge, float], costs: Mapping[str, float], via: Sequence[Sequence[str]]
     ) -> dict[str, float]:
-        """Return the least costs of driving on with a load over the cheapest node of each stop on the way."""
+        """Return the least energy at each node of driving there with a load, through a node of each stop on the way."""
         least = least_costs(times, self._draws.loaded, costs)
         for nodes in via:
             stop = self._draws.handling * self._stops.at_stop("visit", job.flow)

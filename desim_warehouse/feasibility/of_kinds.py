@@ -1,5 +1,7 @@
 """Faults of batteries where kinds of robots differ in battery, charging policy or chargers.
 
+For findings of `desim check`.
+
 Each kind is looked at as if all robots were of it, with its chargers alone (`as_kind`).
 """
 
@@ -28,7 +30,7 @@ TOO_SMALL = "BATTERY_TOO_SMALL"
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find what `simulate` refuses: a kind that runs flat without a charger, tasks that no kind's battery lasts for."""
+    """Find the errors of kinds: a kind that runs flat without a charger, or tasks for which no kind's battery lasts."""
     if charge_alike(model):
         yield from batteries.errors(model, layout)
         return
@@ -40,7 +42,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """Find what a planner should know; also which kinds leave tasks to others."""
+    """Find faults of kinds that a planner should know, and kinds that leave tasks to other kinds."""
     if charge_alike(model):
         yield from batteries.warnings(model, layout, balance)
         yield from _slots(model, layout)
@@ -72,7 +74,7 @@ def _errors(model: Model) -> dict[str, list[Finding]]:
 
 
 def _for_all(errors_by_kind: dict[str, list[Finding]]) -> bool:
-    """Whether no kind has a battery for all tasks."""
+    """Whether no kind has a battery that lasts for all tasks."""
     return all(any(finding.code == TOO_SMALL for finding in findings) for findings in errors_by_kind.values())
 
 
@@ -106,10 +108,11 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find as many slots as robots, not all at chargers: a robot that rests without one never comes to one.
+    """Find fleets with as many slots as robots, not all at chargers: a robot that rests without charger never gets one.
 
-    It keeps its slot until another is free, and the slot of a robot that is out is kept for it. So none is ever free
-    if there are no more slots than robots (`Bays.may_take`). Where all can rest at chargers there is no danger.
+    It keeps its slot until another slot is free, and the slot of a robot that is under way is reserved for it. So no
+    slot is ever free if there are no more slots than robots (`Bays.may_take`). Where all robots can rest at chargers
+    there is no danger.
     """
     kinds = Counter(model.fleet.kinds_of_robots())
     homes = Counter(model.fleet.homes(layout.bays))

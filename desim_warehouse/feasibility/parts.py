@@ -1,4 +1,7 @@
-"""Parts of the quick estimate: the mean task, the load of each station, and with pods the lines picked at a visit."""
+"""Parts of the quick estimate: the mean task, the load of each station, and with pods the lines picked at a visit.
+
+For the answer of `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MeanTask:
-    """One task as a robot does it when there is always a next one: the mean time of each part, in time units.
+    """The mean task of a robot that always has a next one: the mean time of each part, in time units, and the energy.
 
-    `empty` is the drive to the good, `loaded` the drive to the station, `other` all else: drives to chargers and back,
-    waiting there, for people and for the next decision. `charging` is not in its `time`. `energy`: what it draws.
-    `calm_time` and `calm_energy` are for a task that no other waits for: it begins and ends in a bay.
+    Attributes:
+        empty: the drive to the good.
+        loaded: the drive to the station.
+        other: all else: drives to chargers and back, waiting there, for people and for the next decision.
+        charging: time at chargers, which `time` does not contain.
+        energy: energy drawn from the battery.
+        calm_time: time of a task that no other task waits for, so that it begins and ends in a bay.
+        calm_energy: energy of such a task.
     """
 
     empty: float
@@ -38,7 +46,10 @@ class MeanTask:
 
 
 def mixed(tasks: Mapping[str, MeanTask], count: Mapping[str, int]) -> MeanTask:
-    """Return the mean task of so many robots of each kind: the less time one needs for a task, the more it does."""
+    """Return the mean task of a fleet with so many robots of each kind: kinds weigh by the tasks that they do.
+
+    The less time a kind needs for a task, the more tasks it does.
+    """
     done = {kind: count[kind] / task.time if task.time else 1.0 for kind, task in tasks.items()}
     every = math.fsum(done.values())
     parts = MeanTask.__dataclass_fields__
@@ -47,11 +58,15 @@ def mixed(tasks: Mapping[str, MeanTask], count: Mapping[str, int]) -> MeanTask:
 
 @dataclass(frozen=True)
 class StationLoad:
-    """A station: its share of all tasks, its servers, tasks per time unit that it can serve.
+    """The load of a station: its share of all tasks, its servers, and the tasks per time unit that it can serve.
 
-    `busy` is rate x unloading time / servers: above 1 its queue grows. None: the demand has no rate. `workers`: those
-    who work on what is put down (0: none), and `work_capacity` and `work_busy` are theirs. With hours all are for the
-    run as a whole, closed or not.
+    Attributes:
+        busy: utilisation of its servers, rate x unloading time / servers: above 1 its queue grows; None without a rate.
+        workers: number of people who work on what is put down; 0: none.
+        work_capacity: tasks per time unit that these can do.
+        work_busy: utilisation of these people.
+
+    Where the station has hours, all of that is for the run as a whole, closed times included.
     """
 
     node: str
@@ -69,7 +84,7 @@ class StationLoad:
 
     @property
     def limited_by_work(self) -> bool:
-        """Whether its workers limit it, not its servers."""
+        """Whether the station is limited by the people who work on loads, not by its servers."""
         return self.work_capacity < self.serve_capacity
 
     @property
@@ -79,7 +94,7 @@ class StationLoad:
 
     @property
     def busy(self) -> float | None:
-        """The busy share of its servers, or of its workers where they limit it."""
+        """The utilisation of the station's servers, or of its people where they limit it; None without a rate."""
         return self.work_busy if self.limited_by_work else self.serve_busy
 
     @property
@@ -96,7 +111,7 @@ class StationLoad:
 
 @dataclass(frozen=True)
 class LiftLoad:
-    """A lift: its rides for each task, `share`, and the mean `time` for which it is taken by one.
+    """The load of a lift: `share`, its rides for each task, and `time`, for which one ride keeps it busy on average.
 
     People and repairs lengthen that time by what they take.
     """
@@ -113,10 +128,11 @@ class LiftLoad:
 
 @dataclass(frozen=True)
 class PickerLoad:
-    """Pickers who come to robots at storage places: `count` of them, at work for a part of the run (`open`).
+    """The load of pickers who come to robots at storage places: how many they are, and how much of the run they work.
 
-    `share`: stops of a task that need one. `pick`: the mean time of each. `walks`: the mean walk to it, in time, of the
-    nearest of 1, 2, ... pickers of a zone who are free, or from a picker to the nearest of so many robots that wait.
+    `open`: the share of the run in which they work. `share`: stops of a task that need a picker, on average. `pick`:
+    mean time of picking at one of these. `walks`: mean time of the walk to a stop for the nearest of 1, 2, ... free
+    pickers of a zone, or from a picker to the nearest of as many waiting robots.
     """
 
     count: int
@@ -127,12 +143,12 @@ class PickerLoad:
 
     @property
     def most(self) -> float:
-        """Stops per time unit of pickers who never walk."""
+        """The stops per time unit that pickers can serve if they never walk."""
         return self.open * self.count / self.pick if self.pick else math.inf
 
     @property
     def least(self) -> float:
-        """Stops per time unit where each is as far from the last as any two places of a zone are."""
+        """The stops per time unit that pickers can serve if each is as far from the last as two random places."""
         time = self.pick + self.walks[0]
         return self.open * self.count / time if time else math.inf
 
@@ -142,7 +158,7 @@ class PickerLoad:
         return self.share * (self.pick + self.walks[-1])
 
     def busy(self, rate: float) -> float:
-        """Return the load of pickers by a rate of tasks: the fewer of them are free, the farther the nearest is.
+        """Return the utilisation of pickers by a rate of tasks: the fewer are free, the farther the nearest walks.
 
         Where all are busy, robots wait, and walks are shorter again: the load is 1 up to what they do without a step.
         """
@@ -157,10 +173,10 @@ class PickerLoad:
 
 @dataclass(frozen=True)
 class PileOn:
-    """Lines picked at a visit of a pod, measured: with `few` lines waiting, and with `many` to choose a pod by.
+    """Lines picked at a visit of a pod, as measured with `few` lines waiting, and with `many` to choose a pod by.
 
-    `policy` chooses the pods. `pick` is the mean time of a line, `change` the time from one pod to the next,
-    `servers` are the servers of all stations.
+    `policy` chooses the pods. `pick`: mean time of picking a line, `change`: time from one pod to the next, `servers`:
+    servers of all stations.
     """
 
     few: float

@@ -1,4 +1,7 @@
-"""The work of pickers by the quick estimate: how often a task needs one, what that takes, and how far they walk."""
+"""The work of pickers by the quick estimate: how often a task needs one, what that takes, and how far they walk.
+
+For `desim check`, where a model has pickers.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ MOST = 30
 
 @lru_cache(maxsize=64)
 def picker_load(model: Model) -> PickerLoad | None:
-    """Return what a task takes of pickers on average; None without pickers."""
+    """Return the mean load that a task is for pickers; None without pickers."""
     pickers = model.pickers
     if pickers is None:
         return None
@@ -43,15 +46,14 @@ def _stops(model: Model) -> Iterator[tuple[float, float]]:
     """Iterate over the kinds of stops that need a picker: how many of them a task has on average, and their time."""
     tasks, pickers = model.tasks, model.pickers
     if not tasks.flows:
-        yield 1.0, tasks.mean_load
+        yield 1.0, mean_of(tasks.load_time)
         return
     rates = flow_rates(model)
     whole = sum(rates.values()) or 1.0
     for name, flow in tasks.flows.items():
         if pickers is None or not pickers.serves(name):
             continue
-        loading = mean_of(tasks.load_time if flow.load_time is None else flow.load_time)
-        unloading = mean_of(tasks.unload_time if flow.unload_time is None else flow.unload_time)
+        loading, unloading = map(mean_of, tasks.handling_of(flow))
         for route in flow.routes:
             for end, time in ((route.source, loading), (route.target, unloading)):
                 if isinstance(end, StorageEnd):
@@ -59,7 +61,7 @@ def _stops(model: Model) -> Iterator[tuple[float, float]]:
 
 
 def _mean_walks(model: Model, most: int) -> list[float]:
-    """Return how far it is on average from the nearest of 1, 2, ... `most` places to another place of the zone.
+    """Return the mean distance from a place of the zone to the nearest of 1, 2, ... `most` other random places of it.
 
     All places are equally likely, with the same draws for any model.
     """

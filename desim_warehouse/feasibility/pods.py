@@ -1,4 +1,7 @@
-"""Goods to person: the model as its robots drive it, visit by visit, and its estimate by line."""
+"""Goods to person: the model as its robots drive it, visit by visit, and its estimate by line.
+
+For `desim check` and `desim why`, where a model has pods.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ def pile_on(model: Model, few: float, many: float) -> PileOn:
 
 
 def driven(model: Model, lines: float = 1.0) -> Model:
-    """Return the model as its robots drive it: a task is a visit for some lines, from storage over a station and back.
+    """Return the model as its robots drive it: a task is a visit of a pod to a station for some lines, and back.
 
     With one line it is the least that a visit takes. A flow to several stations is one for each of them.
     """
@@ -92,7 +95,7 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
 
 
 def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
-    """Turn an estimate of visits into an estimate of lines, so many at each; stations are limited by their pickers."""
+    """Turn an estimate of visits into an estimate of lines, with so many lines a visit; pickers limit the stations."""
     most = pile.many
     cycle = replace(estimate.cycle, **{part: value / most for part, value in vars(estimate.cycle).items()})
     return replace(

@@ -1,4 +1,7 @@
-"""The energy balance of a model: what tasks draw, what chargers give, how many are needed."""
+"""The energy balance of a model: what tasks draw, what chargers give, how many are needed.
+
+For `desim check`, and for the chargers that `desim new` writes.
+"""
 
 from __future__ import annotations
 
@@ -34,25 +37,27 @@ FALLING = 0.01
 
 @dataclass(frozen=True)
 class Power:
-    """Energies in the model's unit, rates per time unit.
+    """The energy balance of a fleet in the long run: energies in the model's unit, rates per time unit.
 
     Attributes:
-        task: what a task draws in free flow; `share` of a battery's capacity.
+        task: energy that a task draws in free flow, without other robots in the way.
+        share: that energy as a share of a battery's capacity.
         lasts: time for which a full battery lasts a robot that is always at work.
-        chargers: all chargers that robots can stand at.
-        charging_rate: what a charger gives from the level at which robots come to that at which they leave, the
-            change between robots not counted; None without chargers.
-        gives: what all chargers give.
-        draws: what the fleet draws in the long run, with as many robots charging as must, or as can; None where the
-            work comes to an end.
-        standing: what a robot draws that stands and waits.
-        slack: what the fleet may draw beyond what chargers give before its batteries are called falling; inf where
-            nights fill them.
-        most: what it would draw with all robots in the state that draws most.
-        needed: chargers with which the long run is in balance; None where the work ends.
-        kinds: the same for each kind ("": ordinary robots), its robots, and the chargers that they can stand at, where
-            kinds differ in battery, charging or chargers. They share all work evenly. Above then stand: of the mean
-            task what it draws, the battery that is empty first, and all else for the fleet.
+        chargers: number of chargers that robots can stand at.
+        charging_rate: rate at which a charger gives energy, averaged from the level at which robots come to the level
+            at which they leave, without the time in which one robot makes way for the next; None without chargers.
+        gives: rate at which all chargers together give energy.
+        draws: rate at which the fleet draws energy in the long run, with as many robots charging as must, or as
+            chargers allow; None where the work comes to an end.
+        standing: rate at which a robot draws energy while it stands and waits.
+        slack: rate by which the fleet may draw more than chargers give before its batteries are called falling; inf
+            where nights fill them.
+        most: rate at which the fleet would draw energy with all robots in the state that draws most.
+        needed: number of chargers with which the long run is in balance; None where the work ends.
+        kinds: the balance of each kind ("": robots without a kind), with its robots and the chargers that these can
+            stand at, where kinds differ in battery, charging or chargers; kinds share all work evenly. The other
+            entries are then for the mean task (`task`), the battery that is empty first (`share`, `lasts`), and the
+            whole fleet.
     """
 
     task: float
@@ -70,14 +75,14 @@ class Power:
 
     @property
     def short(self) -> bool:
-        """Whether so much more is drawn in the long run than the chargers give that batteries are called falling."""
+        """Whether the fleet draws so much more in the long run than chargers give that its batteries fall (`slack`)."""
         return self.draws is not None and self.draws - self.gives > self.slack
 
 
 def power(
     model: Model, layout: Layout, cycle: MeanTask, cycles: Mapping[str, MeanTask], rate: float | None, at_work: int
 ) -> Power | None:
-    """Compute the energy balance of a fleet with a mean `cycle`, which differs by kind; None without battery."""
+    """Compute the energy balance of a fleet whose mean task (`cycle`) differs by kind; None without battery."""
     if model.battery is None:
         return None
     if charge_alike(model):
@@ -129,7 +134,7 @@ def _alike(
     away = idle_away(model, layout)
 
     def drawn(charging: float) -> float:
-        """Return what the fleet draws in the long run, with this number of robots charging."""
+        """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
         free = max(min(at_work, robots - charging), 0.0)
         if rate is None or rate * time >= free:
             return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
@@ -160,7 +165,7 @@ def _alike(
 
 
 def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, float]:
-    """Return time and energy of a task at a rate: between two, robots go home as often as none waits.
+    """Return time and energy of a task at a rate of arrivals: robots go home in between as often as no task waits.
 
     Source: the share of the time in which tasks wait for one of n robots that are busy for the part ρ of their time is
     about ρ^√(2 (n + 1)) (Sakasegawa 1977, An approximation formula L_q ≈ α ρ^β / (1 - ρ), Annals of the Institute of
@@ -206,7 +211,7 @@ def at_rest(model: Model, layout: Layout) -> str:
 
 
 def _standing(model: Model) -> float:
-    """Return what a robot draws standing, on average."""
+    """Return the mean rate at which a standing robot draws energy."""
     part, alone = shares(model), by_kind(model)
     return math.fsum(
         part[kind] * kind_model.battery.draws.standing

@@ -1,4 +1,7 @@
-"""Findings by the quick estimate: what cannot work or is probably a mistake, in dimensions, times and demand."""
+"""Findings by the quick estimate: what cannot work or is probably a mistake, in dimensions, times and demand.
+
+For `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,7 @@ _ROUNDING = 1e-9
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find what `simulate` refuses; the layout has no errors of its own."""
+    """Find errors that the quick estimate shows, for which `simulate` refuses a model whose layout has none."""
     yield from starts.errors(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
@@ -51,7 +54,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find what a planner should know."""
+    """Find probable mistakes that the quick estimate shows, which a planner should know."""
     yield from _nothing_to_drive(estimate)
     yield from _units(model, estimate)
     yield from _length(model, estimate)
@@ -100,7 +103,7 @@ def _nothing_to_drive(estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _spread(model: Model) -> Iterator[Finding]:
-    """Find routes that cannot be shared, as their times differ."""
+    """Find routes among which robots cannot be spread, as the routes take different times."""
     if model.traffic.turn_time and model.policies.routing.params.get("spread", 1) != 1:
         yield Finding(
             "SPREAD_WITH_TURNS",
@@ -256,7 +259,7 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
-    """Find lifts of which more rides are asked than they can do; the cabins of a lift together."""
+    """Find lifts with a demand for more rides than they can do; the cabins of a lift together."""
     keys, hour = {lift.name: lift.model_name for lift in model.floor.lifts}, model.units.hour
     short: dict[str, list[LiftLoad]] = {}
     for lift in estimate.lifts:
@@ -303,7 +306,7 @@ def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iter
 
 
 def _one_load(model: Model) -> Iterator[Finding]:
-    """Find robots that could carry more than they do, and batches that come to nothing."""
+    """Find robots that could carry more than they do, and batching policies that never put two tasks together."""
     most, batching = model.fleet.largest_capacity, model.policies.batching.name
     if most > 1 and batching == "single":
         yield Finding(

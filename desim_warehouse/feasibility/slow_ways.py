@@ -1,4 +1,7 @@
-"""Short and slow ways: where the shortest route takes far longer than another one would."""
+"""Short and slow ways: where the shortest route takes far longer than another one would.
+
+For findings of `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ MOST = 40
 
 
 def slow_ways(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find robots that take the shortest route where another is far faster, as lanes have speed limits."""
+    """Find robots that take the shortest route where another route is far faster, because lanes have speed limits."""
     fastest = model.fleet.fastest
     limits = (data["speed"] for _, _, data in layout.graph.edges(data=True))
     if model.policies.routing.name != "shortest" or all(limit >= fastest for limit in limits):
@@ -39,7 +42,7 @@ def slow_ways(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _compared(model: Model, layout: Layout, speed: float) -> Iterator[tuple[float, float, str, str]]:
-    """Iterate over far slower ways between places of work and bays: times of the shortest and fastest way, and ends."""
+    """Yield pairs of places between which a far faster way exists: times of the shortest and the fastest, both ends."""
     import networkx as nx
 
     picked = (place.edge[1] for place in layout.storage)

@@ -1,5 +1,7 @@
 """Starts of robots on the lanes: whether they can stand there, and drive home.
 
+For findings of `desim check`, and for the examination before every run.
+
 Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
 clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.traffic.deadlock.avoidance`) the
 start must be safe, too: there is a plan by which all come home, found by the same search. Full rings of one-way lanes
@@ -123,7 +125,7 @@ def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator
 
 
 def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:
-    """Find robots that stand in each other's way home, as far as none of them can make way for another."""
+    """Find robots whose starts block each other's way home, because none of them can make way for another."""
     travel = free_travel(model, layout)
     homes = model.fleet.homes(layout.bays)
     contact, inside = model.fleet.contact, closed(zones_on(layout, model.traffic.zones))
@@ -160,7 +162,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
 
 @dataclass(frozen=True)
 class _Way:
-    """The way home of a robot: what it stands on, and what it has yet to use."""
+    """The way home of a robot: the nodes and lanes that it occupies, and those that it has yet to use."""
 
     trail: list[Hashable]
     at: int = 0

@@ -17,7 +17,7 @@ __all__ = ["read_log", "read_logs"]
 
 
 def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
-    """The log of a fleet: the folder of a run, a CSV file of trips, or messages of VDA 5050 as JSON lines.
+    """Return the log of a fleet: the folder of a run, a CSV file of trips, or messages of VDA 5050 as JSON lines.
 
     `dates`: how 03/02/2026 is meant, "us" or "uk", where all dates may be meant in both ways.
 

@@ -167,7 +167,7 @@ def calibrate(
 
 
 def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
-    """Overrides of the model by the estimates: consumption as a section, demand by hour as a flow."""
+    """Return overrides of the model by the estimates: consumption as a section, demand by hour as a flow."""
     overrides: dict[str, Any] = {}
     for estimate in estimates:
         if not estimate.identified:
@@ -187,7 +187,7 @@ def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
 
 
 def _differences(tracks: Tracks) -> list[str]:
-    """Words for edges that robots drove and the model lacks, and for edges that no robot drove."""
+    """Return words for edges that robots drove and the model lacks, and for edges that no robot drove."""
     names = list(tracks.model.floor.graph)
     passed = (np.diff(tracks.node) != 0) & (np.diff(tracks.robot) == 0) & tracks.joined[1:]
     pairs = Counter(zip(tracks.node[:-1][passed].tolist(), tracks.node[1:][passed].tolist(), strict=True))
@@ -247,7 +247,7 @@ def _flowing(value: Any) -> Any:
 
 
 def energy(tracks: Tracks) -> list[KeyEstimate]:
-    """Consumption by state and charge rate, in the energy unit of the model."""
+    """Estimate consumption by state and charge rate, in the energy unit of the model."""
     battery = tracks.model.battery
     keys = "battery.consumption", "battery.charge_rate", "battery.taper"
     if battery is None:
@@ -267,7 +267,7 @@ def energy(tracks: Tracks) -> list[KeyEstimate]:
 
 
 def _kinds(tracks: Tracks) -> NDArray[np.int64]:
-    """Number in `_STATES` of each message's state; -1: charging, or in a bay with chargers and perhaps connected."""
+    """Return the number in `_STATES` of each message's state; -1: charging, or in a bay with chargers."""
     moving = tracks.driving & ~tracks.fault
     kind = np.where(moving, np.where(tracks.load, 2, 1), 0)
     kind[np.isin(tracks.action, (PICK, DROP)) & ~tracks.fault] = 3
@@ -352,7 +352,7 @@ def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: F
 
 
 def _jackknifed(matrix: Floats, drop: Floats, window: NDArray[np.int64], windows: int) -> tuple[Floats, Floats]:
-    """Rates by least squares, one for each column, and half-widths of their intervals by jackknife over windows."""
+    """Return least-squares rates, one for each column, and half-widths of their intervals by jackknife over windows."""
     states = matrix.shape[1]
     squares = np.zeros((int(window.max()) + 1, states, states))
     moments = np.zeros((len(squares), states))

@@ -49,13 +49,13 @@ def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> lis
 
 
 def _by_clock(rates: list[float], start: str) -> list[float]:
-    """Rates of the hours of a log; a whole day is turned to begin at midnight, as profiles of a day do."""
+    """Return the rates of the hours of a log; a whole day is turned to begin at midnight, as profiles do."""
     late = round(clock_of(start) / HOUR)
     return rates[-late:] + rates[:-late] if late and len(rates) == DAY_HOURS else rates
 
 
 def _begins(log: FleetLog) -> Any:
-    """Times at which picks began, in seconds from the begin of the log."""
+    """Return times at which picks began, in seconds from the begin of the log."""
     table = log.table
     new = np.diff(table["robot"], prepend=-1) != 0
     pick = table["action"].to_numpy() == PICK
@@ -115,7 +115,7 @@ def _popularity(tracks: Tracks) -> KeyEstimate:
 
 
 def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:
-    """Overrides that replace the goods of a model by a flow with these arrivals."""
+    """Return overrides that replace the goods of a model by a flow with these arrivals."""
     tasks = model.tasks.content()
     flows = tasks.get("flows")
     if flows:
@@ -129,5 +129,5 @@ def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:
 
 
 def as_they_are(model: Model, orders: Path) -> dict[str, Any]:
-    """Overrides by which a model takes its orders from a file."""
+    """Return overrides by which a model takes its orders from a file."""
     return as_flow(model, {"orders": {"file": str(orders.resolve())}})

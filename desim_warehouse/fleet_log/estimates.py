@@ -52,7 +52,7 @@ class KeyEstimate:
         return self.value is not None
 
     def words(self) -> str:
-        """Interval and evidence: `1.31 (1.29 to 1.33), from 812 stretches`."""
+        """Return interval and evidence: `1.31 (1.29 to 1.33), from 812 stretches`."""
         if math.isnan(self.low):
             return self.why
         return f"{self.mean:.4g} ({self.low:.4g} to {self.high:.4g}), from {self.evidence}"
@@ -71,17 +71,17 @@ def unknown(key: str, why: str, n: int = 0, what: str = "") -> KeyEstimate:
 
 
 def short(value: float) -> float:
-    """A number with the digits that a log can carry."""
+    """Return a number with the digits that a log can carry."""
     return float(f"{value:.4g}")
 
 
 def t_quantile(degrees: float) -> float:
-    """Student's quantile for the two-sided interval."""
+    """Return Student's quantile for the two-sided interval."""
     return intervals.t_quantile(max(degrees, 1), (1 + CONFIDENCE) / 2)
 
 
 def poisson_interval(n: int) -> tuple[float, float]:
-    """Exact confidence interval of a Poisson mean after n events."""
+    """Return the exact confidence interval of a Poisson mean after n events."""
     from scipy.stats import chi2
 
     tail = (1 - CONFIDENCE) / 2
@@ -89,7 +89,7 @@ def poisson_interval(n: int) -> tuple[float, float]:
 
 
 def densest(values: Floats) -> float:
-    """Mean of the values in the shortest interval that holds a fifth of them (an estimate of the mode)."""
+    """Return the mean of the values in the shortest interval that holds a fifth of them (an estimate of the mode)."""
     ordered = np.sort(values)
     many = max(len(ordered) // 5, 2)
     spans = ordered[many - 1 :] - ordered[: len(ordered) - many + 1]
@@ -98,7 +98,7 @@ def densest(values: Floats) -> float:
 
 
 def undisturbed(off: Floats, side: int, least: float = _FLOOR) -> tuple[NDArray[np.bool_], float]:
-    """Tell residuals of measuring alone from disturbances; return a flag for each, and the standard deviation.
+    """Separate residuals of measuring alone from disturbances; return a flag for each, and the standard deviation.
 
     Disturbances lie on one side only: robots are held up, never pushed. `side` is -1 where they are above 0.
     `least`: the deviation that all measuring has.

@@ -37,11 +37,16 @@ _CLOSE = 0.05
 
 @dataclass(frozen=True)
 class Tracks:
-    """The messages of all logs, robot after robot in order of time, in the units of the model.
+    """Messages of all logs of a fleet, by robot and then by time, in the model's units: one entry for each message.
 
-    `robot` differs from day to day, too. `node`: number of the node reached last, `onto` of the next one, -1: none.
-    `edge` is that between the two, -1 where the model has none or the robot stands beside it, and `along` the way from
-    its start. `joined`: no gap lies between a message and the one before of its robot. `step`: between two messages.
+    Attributes:
+        robot: number of the robot; a robot has another number on every day.
+        node: number of the node that the robot reached last, -1 where it has reached none.
+        onto: number of the node that it drives to, -1 where there is none.
+        edge: number of the edge from `node` to `onto`; -1 where the model has none, or the robot stands beside it.
+        along: distance driven on that edge, from its start.
+        joined: whether no gap lies between this message and the previous one of its robot.
+        step: usual time between two messages of a robot.
     """
 
     model: Model
@@ -81,7 +86,7 @@ class Tracks:
 
 
 def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
-    """The messages of some logs on the floor of a model.
+    """Return the messages of some logs on the floor of a model.
 
     Raises:
         ReportError: kinds of robots that differ, nodes of the log that are none of the model's, axes that do not fit.
@@ -117,7 +122,7 @@ def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
 
 
 def _day(model: Model, log: FleetLog) -> tuple[dict[str, Any], list[str]]:
-    """Columns of `Tracks` for one log, and remarks on the log."""
+    """Return the columns of `Tracks` for one log, and remarks on the log."""
     layout, table = model.floor, log.table
     number = {node: rank for rank, node in enumerate(layout.graph)}
     ranks = np.array([number.get(node, -1) for node in log.nodes])
@@ -201,7 +206,7 @@ def _similar(here: Any, target: Any) -> tuple[complex, complex]:
 
 
 def _on_edges(model: Model, positions: Any, node: Ints, robot: Ints, driving: Flags) -> dict[str, Any]:
-    """Columns x, y, onto (next node), edge and along (way from its start) for every message."""
+    """Return columns x, y, onto (next node), edge and along (way from its start) for every message."""
     layout = model.floor
     names, points = list(layout.graph), np.array(list(layout.points.values()))
     turns = np.flatnonzero((np.diff(node) != 0) | (np.diff(robot) != 0))

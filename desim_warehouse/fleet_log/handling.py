@@ -138,7 +138,7 @@ def _of(key: str, fitted: Distribution, times: Floats, n: int, what: str) -> Key
 
 
 def mean_interval(times: Floats) -> tuple[float, float]:
-    """The interval of the mean of some times: by Student, and of few by their logarithms (Cox).
+    """Return the interval of the mean of some times: by Student, and of few by their logarithms (Cox).
 
     Source: Zhou & Gao (1997), Confidence intervals for the log-normal mean, Statistics in Medicine 16, 783-790.
     """

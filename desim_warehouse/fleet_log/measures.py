@@ -73,7 +73,7 @@ class MeasuredDay(NamedTuple):
 
 
 def parts_of(model: Model, log: FleetLog) -> Floats:
-    """Instants that divide the counted time of a day into hours, or a short day into parts of an hour."""
+    """Return the instants that divide the evaluation period of a day into hours, a short day into parts of an hour."""
     begin, hour = model.run.warm_up, model.units.hour
     end = max(log.length / model.units.seconds, begin + 1.0)
     part = next((part for part in _PARTS if (end - begin) / (part * hour) >= _FEW), _PARTS[-1]) * hour
@@ -140,13 +140,13 @@ def _passed(tracks: Tracks, counted: Any) -> Floats:
 
 
 def _an_hour(events: list[Event], parts: Floats, hours: Floats) -> Floats:
-    """Drops an hour in each part of a day, by the hours that were observed; nan where there are none."""
+    """Return the drops an hour in each part of a day, by the hours that were observed; nan where there are none."""
     dropped, _ = np.histogram([time for _, time, action in events if action == DROP], parts)
     return np.asarray(np.where(hours > 0, dropped / np.where(hours > 0, hours, 1.0), math.nan))
 
 
 def _events(tracks: Tracks) -> list[Event]:
-    """Picks and drops as (robot, time, action), sorted."""
+    """Return picks and drops as (robot, time, action), sorted."""
     picks, drops = (episodes(tracks, tracks.action == action) for action in (PICK, DROP))
     return sorted(
         [
@@ -157,7 +157,7 @@ def _events(tracks: Tracks) -> list[Event]:
 
 
 def _between(events: list[Event], begin: float, hours: float) -> dict[str, float]:
-    """Drops an hour, and times between successive picks and drops of the same robot."""
+    """Return drops an hour, and times between successive picks and drops of one robot."""
     trips: list[float] = []
     ways: list[float] = []
     dropped = 0

@@ -40,7 +40,7 @@ _SEEN = 2.5
 
 
 class DrivingTimes:
-    """Speeds, slow edges and times at nodes of the robots in some tracks."""
+    """Estimates of speeds, slow edges and times at nodes of the robots in some tracks."""
 
     def __init__(self, tracks: Tracks) -> None:
         self.tracks = tracks
@@ -70,7 +70,7 @@ class DrivingTimes:
             self.limits[number] = min(self.limits[number], zone.speed)
 
     def _stretches(self) -> None:
-        """Stretches on one edge, driven without a stop: edge, loaded, way and time of each."""
+        """Find stretches on one edge, driven without a stop: edge, loaded, way and time of each."""
         tracks = self.tracks
         free = self.clear & tracks.driving
         follows = free[1:] & free[:-1] & tracks.joined[1:]
@@ -93,7 +93,7 @@ class DrivingTimes:
         return np.asarray(free[self.edge] & (self.loaded == loaded) & (self.way > 0))
 
     def _speed(self, loaded: bool) -> tuple[float, float, int]:
-        """Speed, half-width of its interval, and number of stretches; nan where they are too few."""
+        """Return speed, half-width of its interval, and number of stretches; nan where they are too few."""
         return (
             _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
             if (use := self._usual(loaded)).sum() >= FEWEST
@@ -101,14 +101,14 @@ class DrivingTimes:
         )
 
     def _noise(self) -> float:
-        """Standard deviation of a way measured between two positions, from ways longer than the speed explains."""
+        """Return the standard deviation of a way measured between two positions, from ways too long for the speed."""
         own = np.array([speed for speed, _, _ in self.speeds])[self.loaded.astype(int)]
         off = (self.way - own * self.time)[self._usual(False) | self._usual(True)]
         off = off[np.isfinite(off)]
         return undisturbed(off, 1)[1] if len(off) else 1e-9
 
     def _slow_edges(self) -> list[tuple[list[int], tuple[float, float, int]]]:
-        """Edges slower than the model's limits and the speed elsewhere, grouped by like speeds."""
+        """Return edges slower than the model's limits and the speed elsewhere, grouped by like speeds."""
         speeds: dict[int, float] = {}
         for number in np.unique(self.edge):
             for loaded, (usual, _, _) in enumerate(self.speeds):
@@ -208,7 +208,7 @@ class DrivingTimes:
         return [KeyEstimate(keys[0], short(max(node, 0.0)), max(node, 0.0), low, high, n, "nodes passed"), corner]
 
     def _passages(self) -> tuple[Floats, Floats, Ints]:
-        """Time that each node took beyond the drive, the turn in degrees, and the number of the pair of edges.
+        """Return the time that each node took beyond the drive, the turn in degrees, and the pair of edges by number.
 
         From one message before it to one after, but not from the last before and the first after: which these are
         depends on the noise of their positions.
@@ -231,7 +231,7 @@ class DrivingTimes:
         return excess[finite], turned[finite], kind[finite]
 
     def _speed_at(self, rows: Ints) -> Floats:
-        """Speed of the robots in some messages: their own, or the limit of the edge."""
+        """Return the speed of the robots in some messages: their own, or the limit of the edge."""
         limits = self.limits.copy()
         for zone, (speed, _, _) in self.slow:
             limits[zone] = speed
@@ -241,7 +241,7 @@ class DrivingTimes:
 
 
 def _steady(way: Floats, time: Floats, edge: Ints, sigma: float) -> tuple[float, float, int]:
-    """Robust speed, without stretches where robots were held up: mean, half-width of its interval, and number."""
+    """Return a robust speed, without stretches where robots were held up: mean, half-width of its interval, number."""
     speed = densest(way / time)
     use = np.ones(len(way), bool)
     for _ in range(_ROUNDS):
@@ -254,7 +254,7 @@ def _steady(way: Floats, time: Floats, edge: Ints, sigma: float) -> tuple[float,
 
 
 def _centre(excess: Floats, kind: Ints) -> tuple[float, float, int]:
-    """Centre of most of the excess times, its standard error, and their number; longer ones were held up."""
+    """Return the centre of most of the excess times, its standard error, and their number; longer ones were held up."""
     centre = densest(excess)
     use = np.ones(len(excess), bool)
     for _ in range(_ROUNDS):
@@ -266,7 +266,7 @@ def _centre(excess: Floats, kind: Ints) -> tuple[float, float, int]:
 
 
 def _spread(off: Floats, kind: Ints) -> float:
-    """Standard deviation of the sum of residuals; residuals of one kind may have an error in common.
+    """Return the standard deviation of the sum of residuals; residuals of one kind may have an error in common.
 
     An edge that is drawn too long shifts all that is measured on it. Of few kinds that does not show.
     """

@@ -62,7 +62,7 @@ def _loaded(names: list[str]) -> list[bool]:
 
 
 def _charge(run: RunData, robot: int, times: Any) -> Any:
-    """The battery's level in per cent, nan without batteries."""
+    """Return the battery's level in per cent, nan without batteries."""
     batteries = run.history.batteries
     if not batteries:
         return np.full(len(times), _FULL)
@@ -70,7 +70,7 @@ def _charge(run: RunData, robot: int, times: Any) -> Any:
 
 
 def from_run(run: RunData, every: float = 1.0) -> FleetLog:
-    """The log that the robots of a run would have written, one row for each every so many seconds."""
+    """Return the log that the robots of a run would have written, one row for each every so many seconds."""
     import pandas as pd
 
     table = sampled(run, every).drop(columns="heading")

@@ -206,7 +206,7 @@ class Collector:
         return FleetLog(self.name, table, self._names(), tuple(self._nodes), begin, step, notes)
 
     def _names(self) -> tuple[str, ...]:
-        """Names of the robots: their serial numbers, with the maker where two have the same."""
+        """Return names of the robots: their serial numbers, with the maker where two have the same."""
         serials = Counter(serial for serial, _ in self._robots)
         return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
 
@@ -259,7 +259,7 @@ def _date(time: float) -> str:
 
 
 def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, float]:
-    """Offsets of robots' clocks from the others' in seconds, by robot, from the order of messages in the log.
+    """Return offsets of robots' clocks from the others' in seconds, by robot, from the order of messages in the log.
 
     Messages that stand together in the log came together. One in order of its times says nothing of clocks, and two
     robots do not say which of them is wrong.
@@ -319,7 +319,7 @@ def _backwards(robot: NDArray[Any], time: NDArray[np.float64]) -> bool:
 
 
 def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> NDArray[np.int64]:
-    """Numbers of the rows that stay, sorted by robot and time; counts the others in the notes."""
+    """Return the numbers of the rows that stay, sorted by robot and time; counts the others in the notes."""
     by_robot = np.argsort(robot, kind="stable")
     kept = []
     for mine in np.split(by_robot, np.flatnonzero(np.diff(robot[by_robot])) + 1):
@@ -339,7 +339,10 @@ def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> N
 
 
 def _carried(robot: NDArray[Any], action: NDArray[Any]) -> NDArray[np.int8]:
-    """Whether each robot is loaded, by its last action, where no message says it: after a pick, until a drop ends."""
+    """Return whether each robot is loaded, by its last action, where no message says it.
+
+    It is loaded after a pick, until a drop ends.
+    """
     handling = np.isin(action, (PICK, DROP))
     last = np.maximum.accumulate(np.where(handling, np.arange(len(action)), -1))
     acted = (last >= 0) & (robot[last] == robot)

@@ -18,7 +18,7 @@ COLUMNS = ("robot", "pick", "drop", "start", "end")
 
 
 def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
-    """The trips of a CSV file with columns robot, pick, drop (nodes), start and end (seconds, or dates).
+    """Return the trips of a CSV file with columns robot, pick, drop (nodes), start and end (seconds, or dates).
 
     Each makes two rows: a pick where it starts and a drop where it ends. Bad rows are noted. Dates are read as those of
     orders (`values.dates`); those without a zone are on the clock of the hall, and count as UTC, as in messages.
@@ -68,7 +68,7 @@ class _Trip(NamedTuple):
 
 
 def _trips(path: Path, table: Iterator[list[str]], header: list[str]) -> list[_Trip]:
-    """The rows of a file; raises ReportError where there are more than a log has."""
+    """Return the rows of a file; raises ReportError where there are more than a log has."""
     ranks, rows = [header.index(name) for name in COLUMNS], list[_Trip]()
     for cells in table:
         if not cells:

@@ -1,4 +1,7 @@
-"""Does a real day refute a model? Its figures are ranked among figures of simulated days, measured by the same code."""
+"""Validation: whether a real day refutes a model, its figures ranked among figures of simulated days.
+
+All days are measured by one code. For `desim validate`.
+"""
 
 from __future__ import annotations
 
@@ -114,7 +117,7 @@ class Validation:
         return [row.name for row in sorted(self.rows(), key=lambda row: -abs(row.off)) if row.outside]
 
     def stood_longer(self) -> dict[str, tuple[float, float]]:
-        """Edges on which robots stood longer than the simulated ones, the worst first: real and simulated time."""
+        """Return edges on which robots stood longer than simulated ones, the worst first: real and simulated time."""
         if self.stood is None:
             return {}
         real, simulated = self.stood.real.mean(axis=0), self.stood.simulated.mean(axis=(0, 1))
@@ -124,14 +127,17 @@ class Validation:
         return {">".join(edges[edge]): (float(real[edge]), float(simulated[edge])) for edge in worst}
 
     def days_for(self, name: str, error: float = _ERROR) -> int | None:
-        """How many days would show an error of this share in a measure, with a chance of 80 %; None: over 1,000."""
+        """Return how many days would show an error of this share in a measure, with a power of 80 %.
+
+        None: over 1,000.
+        """
         values = self.measures.simulated[:, :, self.names.index(name)]
         mean, spread = abs(float(values.mean())), float(values.std(axis=1, ddof=1).mean())
         days = math.ceil(((self.measures.bound + _POWER) * spread / (error * mean)) ** 2) if mean else _MOST + 1
         return max(days, 1) if days <= _MOST else None
 
     def lines(self) -> list[str]:
-        """The verdict, with its power, and what to look at."""
+        """Return the verdict, with its power, and what to look at."""
         called = {name: MEASURES[name].meaning for name in self.names}
         days, runs, _ = self.measures.simulated.shape
         what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
@@ -218,7 +224,7 @@ def validate(
 
 
 def _unlike(model: Model, log: FleetLog) -> list[str]:
-    """Words for robots and stations in which a log differs from the model; nodes of other names are not compared."""
+    """Return words for robots and stations in which a log differs from the model; other nodes are not compared."""
     texts, layout = [], model.floor
     if len(log.robots) != model.fleet.size:
         texts.append(f"{log.name} has {number_of(len(log.robots), 'robot')}, the model {model.fleet.size} (fleet.size)")

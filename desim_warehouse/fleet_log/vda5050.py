@@ -87,7 +87,7 @@ def _unwrapped(value: Any) -> list[Any]:
 
 
 def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
-    """Value at a key of a message; None where there is none. Raises ValueError for a value of another kind."""
+    """Return the value at a key of a message; None where it is missing. Raises ValueError for another kind."""
     value = section.get(key)
     if value is None:
         return None
@@ -109,7 +109,7 @@ def _needed(section: Any, key: str, kind: type[V], within: str = "") -> V:
 
 
 def _figure(section: Any, key: str, within: str, low: float, high: float) -> float:
-    """Number at a key, nan where there is none; raises ValueError for a value outside of its bounds."""
+    """Return the number at a key, nan where there is none; raises ValueError for a value outside of its bounds."""
     value = _of(section, key, float, within)
     if value is None:
         return math.nan
@@ -151,7 +151,7 @@ def _take(message: Any, collector: Collector, slashes: Slashes | None) -> None:
 
 
 def messages(run: RunData, *, noise: float = 0.0, gaps: float = 0.0, every: float = 1.0) -> Iterator[str]:
-    """The run as state messages of VDA 5050 2.1, one for each robot every second, in order of time.
+    """Yield the run as state messages of VDA 5050 2.1, one for each robot every second, in order of time.
 
     Args:
         run: simulated with `log: all`.

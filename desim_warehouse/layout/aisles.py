@@ -55,7 +55,7 @@ def examine(layout: Layout, contact: float) -> Iterator[Finding]:
 
 
 def _with_places(layout: Layout) -> set[Edge]:
-    """The edges from which robots load at a storage place beside them."""
+    """Return the edges from which robots load at a storage place beside them."""
     places = (place for place in layout.storage if place.edge[0] != place.edge[1])
     return {edge for place in places for edge, _ in layout.approaches(place.edge, place.offset)}
 

@@ -123,7 +123,7 @@ class Blocks(Part):
 
 
 def directions(blocks: Blocks) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """How every row (top first) and every column (left first) is driven: east, west, north, south or two-way.
+    """Return how every row (top first) and every column (left first) is driven: east, west, north, south or two-way.
 
     `alternating`: east, west, east, ... and north, south, north, ...
     `ring`: the outer aisles run clockwise round the warehouse: top row east, right column south, bottom row west, left
@@ -153,7 +153,7 @@ def _columns(wide: int) -> list[str]:
 
 
 def highways(blocks: Blocks) -> nx.DiGraph:
-    """The Highways between the blocks; at every node the row's successor comes before the column's.
+    """Return the Highways between the blocks; at every node the row's successor comes before the column's.
 
     Floors are drawn from west to east, with room for two blocks between them.
     """
@@ -183,7 +183,7 @@ def _chain(graph: nx.DiGraph, names: tuple[str, ...], length: float, *, two_way:
 
 
 def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:
-    """All goods, numbered floor by floor, block by block (down a block column, then the next), in a block row by row.
+    """Return all goods, numbered floor by floor, block by block (down a column of blocks first), in a block row by row.
 
     A good on the left of its block is picked from the aisle on that side, one on the right from the aisle on the
     right, at the height of its own centre. A block one good wide is picked from its left.

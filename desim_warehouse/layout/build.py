@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=4)
 def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
-    """The Layout that a layout section describes; raises LayoutError where two things claim one node.
+    """Return the Layout that a layout section describes; raises LayoutError where two things claim one node.
 
     `limits`: parts of the floor with a speed limit (`Model.floor` has those of its slow zones). The runs of a study
     share it: nothing in it can be changed.
@@ -80,7 +80,7 @@ def _one_name_each(layout: Layout) -> None:
 
 
 def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:
-    """The widths of aisles that are not simply narrow, by edge; inf: wide."""
+    """Return the widths of aisles that are not simply narrow, by edge; inf: wide."""
     if isinstance(spec.aisles, Mapping):
         floor, widths = Layout(graph, (), {}, {}), dict[Edge, float]()
         for name, aisles in spec.aisles.items():
@@ -99,7 +99,7 @@ def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:
 
 
 def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int]:
-    """The numbers of storage places by their names."""
+    """Return the numbers of storage places by their names."""
     names = spec.storage_names
     if names is None:
         return {}
@@ -118,7 +118,7 @@ def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int
 
 
 def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
-    """The bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
+    """Yield the bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
     total = bay.total_chargers
     if total is not None and bay.places is not None and not bay.grows and total > bay.places * len(nodes):
         most = f"{len(nodes)} nodes have {bay.places} places each, expected at most {bay.places * len(nodes)}"
@@ -130,7 +130,10 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:
-    """The nodes a zone stands at: nodes by name, then every n-th along its side (west to east, north to south)."""
+    """Return the nodes at which a zone of bays or stations stands: by name, then every n-th on its side of the floor.
+
+    Sides are counted from west to east, or from north to south.
+    """
     return places.nodes({name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)})
 
 

@@ -37,7 +37,7 @@ SHARPEST_MERGE = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload.
+    """The use of a layout by a model: D, the number of robots, where they start, where they work and unload.
 
     `free`: nodes that are open to all; `timed`: those at which robots spend a time of their own; `people`: the share of
     the time for which people have each lift.
@@ -56,12 +56,12 @@ class Use:
 
     @property
     def at(self) -> dict[str, str]:
-        """What robots do at nodes, whatever stands there."""
+        """The work of robots at each node, whatever stands there."""
         return {**dict.fromkeys(self.unload_at, "handling"), **dict.fromkeys(self.start, "the start of a robot")}
 
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
-    """All findings, errors first."""
+    """Find all findings, errors first."""
     near = Near(layout, use.contact)
     findings = [
         *unreachable(layout, use),
@@ -83,13 +83,13 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
 
 
 def worst_first(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings by severity, otherwise in their order."""
+    """Sort findings by severity, otherwise in their order."""
     order = {"error": 0, "warning": 1, "note": 2}
     return sorted(findings, key=lambda finding: order[finding.level])
 
 
 def errors(layout: Layout, use: Use) -> list[Finding]:
-    """The errors alone, for `simulate`; the cheap part of `examine`."""
+    """Find the errors of the layout alone, without warnings, for `simulate`: the quick part of `examine`."""
     findings = (
         *unreachable(layout, use),
         *_bays(layout, use),
@@ -102,12 +102,12 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
 
 
 def some(names: Iterable[str]) -> str:
-    """The first of many names, and how many more."""
+    """Return the first of many names, and how many more."""
     return first_of(list(names), SHOWN)
 
 
 def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Strong connectivity of everything that is used (condition 1)."""
+    """Check that everything that is used is strongly connected: condition 1 of docs/why.md, "Never stalled"."""
     import networkx as nx
 
     graph = layout.graph
@@ -141,7 +141,10 @@ def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """A bay slot for every robot: a robot that leaves its work must have somewhere to go (condition 2)."""
+    """Check that there is a bay slot for every robot: a robot that leaves its work must have somewhere to go.
+
+    It is condition 2 of a layout on which work never stops (docs/why.md, "Never stalled").
+    """
     start = use.start or tuple(layout.bays)
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
@@ -176,7 +179,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Bays in the lane leave everything else connected without them, and no other robot has to go where they are.
+    """Check that bays in the lane leave everything else connected, and that no other robot has to go where they are.
 
     Else a parked robot would hold up others for as long as there is no task for it ("well-formed infrastructure":
     Cap, Vokrinek and Kleiner, ICAPS 2015).
@@ -210,7 +213,7 @@ def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Which lanes are two-way, and which rule keeps robots from being stuck there."""
+    """Find which lanes are two-way, and which rule keeps robots from being stuck there."""
     lanes = layout.two_way
     if not lanes:
         return
@@ -234,12 +237,12 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _are(things: Sized) -> str:
-    """The verb for one thing or several."""
+    """Return the verb for one thing or several."""
     return "is" if len(things) == 1 else "are"
 
 
 def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Stops in a lane that keep others from passing: they cost throughput, but the chain of waiting never closes."""
+    """Find stops in a lane that keep others from passing: they cost throughput, but never close a chain of waiting."""
     graph = layout.graph
     for node in dict.fromkeys(use.unload_at):
         if node not in layout.stations and graph.in_degree(node) > 1:
@@ -277,7 +280,7 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Station slots bound the number of robots on tasks: a full station holds work back in the bays, not in lanes."""
+    """Find stations whose slots limit the number of robots on tasks: a full station holds work back in the bays."""
     used = dict.fromkeys(use.unload_at)
     if all(node in layout.stations for node in used):
         places = sum(layout.stations[node].places for node in used)
@@ -305,7 +308,7 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _shared_names(layout: Layout) -> Iterator[Finding]:
-    """Levels that share a stand are one storage place: a robot picks at either, and what is written has one name."""
+    """Find levels that share a stand: they are one storage place, and what is written has one name."""
     others = {number: name for name, number in layout.place_names.items() if name != layout.called[number]}
     if others:
         number, name = next(iter(others.items()))
@@ -319,7 +322,7 @@ def _shared_names(layout: Layout) -> Iterator[Finding]:
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Edges too short for a robot to stand on clear of both ends (condition 3)."""
+    """Find edges too short for a robot to stand on clear of both ends (condition 3)."""
     lanes = [edge for edge in layout.graph.edges if edge not in layout.rides]
     lengths = {">".join(edge): layout.length(edge) for edge in lanes}
     joined = [name for name, length in lengths.items() if length < use.contact - EPS]
@@ -342,7 +345,7 @@ def _short(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _merges(layout: Layout) -> Iterator[Finding]:
-    """Edges that meet at so sharp an angle that robots waiting side by side would touch."""
+    """Find edges that meet at so sharp an angle that robots waiting side by side would touch."""
     graph = layout.graph
     sharp = []
     for node in graph:
@@ -362,7 +365,7 @@ def _merges(layout: Layout) -> Iterator[Finding]:
 
 
 def _bridges(near: Near) -> Iterator[Finding]:
-    """Edges that cross, drawn straight, where there is no node."""
+    """Find edges that cross, drawn straight, where there is no node."""
     crossing = near.named(near.cross())
     if crossing:
         yield Finding(
@@ -374,7 +377,7 @@ def _bridges(near: Near) -> Iterator[Finding]:
 
 
 def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
-    """Edges that run along each other, drawn straight, where robots on both would touch."""
+    """Find edges that run along each other, drawn straight, where robots on both would touch."""
     along = near.named(near.are_along(use.contact))
     if along:
         yield Finding(
@@ -387,7 +390,7 @@ def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
 
 
 def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
-    """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once, `closed` ones not."""
+    """Return the number of robots that can stand in the lanes at once, clear of the nodes; not in `closed` lanes."""
     return sum(
         max(way_home.room(layout.length(lane), contact), 0)  # the first stands at the stop line
         for lane in layout.lanes
@@ -396,7 +399,7 @@ def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> in
 
 
 def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
-    """Robots that can stand in the lanes at once: clear of the nodes, and one on each node before a short edge."""
+    """Return the number of robots that can stand in the lanes at once, with one on each node before a short edge."""
     short = [
         lane for lane in layout.lanes if lane not in closed and contact - EPS <= layout.length(lane) < 2 * contact - EPS
     ]
@@ -405,7 +408,7 @@ def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
 
 
 def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> list[Sequence[str]]:
-    """The shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
+    """Return the shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
     import networkx as nx
 
     rings: dict[frozenset[str], tuple[float, list[str]]] = {}
@@ -436,7 +439,7 @@ class Near:
         self._c, self._d = ends[self.second].T
 
     def named(self, pairs: Any) -> list[str]:
-        """The names of some pairs, sorted; `pairs` says of each whether it is one of them."""
+        """Return the names of some pairs, sorted; `pairs` says of each whether it is one of them."""
         return sorted(
             f"{'>'.join(self.edges[i])} and {'>'.join(self.edges[j])}"
             for i, j in zip(self.first[pairs].tolist(), self.second[pairs].tolist(), strict=True)
@@ -481,7 +484,7 @@ class Near:
 
 
 def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
-    """The pairs of edges whose surroundings share a square of a grid: each once, by their numbers."""
+    """Return the pairs of edges whose surroundings share a square of a grid: each once, by their numbers."""
     import numpy as np
 
     corners = np.stack([ends.real, ends.imag])

@@ -96,15 +96,15 @@ class Lift:
     model_name: str = ""
 
     def way(self, one: str, other: str) -> float:
-        """Time in which the cabin comes from one of its nodes to another."""
+        """Return the time in which the cabin comes from one of its nodes to another."""
         return abs(self.nodes.index(one) - self.nodes.index(other)) * self.ride
 
     def carrying(self, one: str, other: str) -> float:
-        """Time of a ride, from when the doors begin to close behind a robot until they are open for it."""
+        """Return the time of a ride, from closing doors behind a robot to open doors on its floor."""
         return self.doors + self.way(one, other) + self.doors
 
     def mean_call(self, node: str) -> float:
-        """Mean time until the free cabin is at a node with open doors: it rests, or may be at each of its nodes."""
+        """Return the mean time until the free cabin is at a node with open doors, from its rest or any of its nodes."""
         stands = self.nodes if self.rests is None else (self.rests,)
         return sum(self.way(stand, node) for stand in stands) / len(stands) + self.doors
 
@@ -174,7 +174,7 @@ class Layout:
 
     @cached_property
     def has_limits(self) -> bool:
-        """Whether any lane has a speed limit."""
+        """Whether any lane has a speed limit that slows robots down."""
         return any(math.isfinite(limit) for _, _, limit, _ in self.edges)
 
     @cached_property
@@ -188,11 +188,11 @@ class Layout:
         return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
 
     def length(self, edge: Edge) -> float:
-        """Length of an edge; 0 of a node for both its ends."""
+        """Return the length of an edge; 0 of a node for both its ends."""
         return 0.0 if edge[0] == edge[1] else float(self.graph.edges[edge]["length"])
 
     def approaches(self, edge: Edge, offset: float) -> list[tuple[Edge, float]]:
-        """The edges by which robots come to a place on an edge, and how far along it is: both of a two-way lane."""
+        """Return the edges by which robots come to a place, both of a two-way lane, and how far along it is on each."""
         length = self._two_way_lengths.get(edge)
         return [(edge, offset)] if length is None else [(edge, offset), ((edge[1], edge[0]), length - offset)]
 
@@ -201,13 +201,13 @@ class Layout:
         return {edge: length for edge, length, _, two_way in self.edges if two_way}
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
-        """The node, or the nodes of the station, that has this name."""
+        """Return the node, or the nodes of the station, that has this name."""
         if name in self.graph:
             return (name,)
         return tuple(node for node, station in self.stations.items() if station.zone == name)
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
-        """The point `offset` length units along an edge drawn straight; the node of a storage place at a node."""
+        """Return the point `offset` length units along an edge drawn straight; of a place at a node, the node."""
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
         if source is target:
             return source["x"], source["y"]
@@ -266,7 +266,7 @@ class Layout:
 
     @cached_property
     def cabins_beside(self) -> dict[str, list[str]]:
-        """The nodes of other cabins on the floor, by the node of a lift."""
+        """For each node of a lift, the nodes of its other cabins on that floor."""
         first, beside = {lift.name: lift for lift in self.lifts}, defaultdict[str, list[str]](list)
         for lift in self.lifts:
             if lift.model_name != lift.name:

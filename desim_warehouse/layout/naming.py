@@ -42,7 +42,7 @@ def block_nodes(columns: int, rows: int, floor: int = 0) -> tuple[tuple[str, ...
 
 
 def wrong_part(pattern: str) -> str:
-    """The problem of a pattern of names; empty where there is none."""
+    """Return the problem of a pattern of names; empty where there is none."""
     try:
         parts = list(Formatter().parse(pattern))
     except ValueError as error:
@@ -53,7 +53,7 @@ def wrong_part(pattern: str) -> str:
 
 
 def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iterator[tuple[str, int]]:
-    """The numbers of storage places by names from a pattern; a place with several levels has a name for each.
+    """Yield the numbers of storage places by names from a pattern; a place with several levels has a name for each.
 
     An aisle is an edge beside which there are places, in the order in which they are listed; bays are counted along it.
     """
@@ -69,6 +69,6 @@ def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iter
 
 
 def _letters(number: int) -> str:
-    """A, B, ... Z, AA, AB, as columns of a sheet."""
+    """Return the n-th of A, B, ... Z, AA, AB, as columns of a sheet are called."""
     number, rest = divmod(number - 1, len(ascii_uppercase))
     return (_letters(number) if number else "") + ascii_uppercase[rest]

@@ -92,12 +92,12 @@ class RouteOracle:
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
 
     def length(self, origin: str, goal: str) -> float:
-        """Length of the route; inf where there is none."""
+        """Return the length of the route; inf where there is none."""
         row, node = self._row_of(origin, goal)
         return float(row[0][node])
 
     def time(self, origin: str, goal: str) -> float:
-        """Free driving time of the route; inf where there is none."""
+        """Return the free driving time of the route; inf where there is none."""
         return self._time(origin, goal)
 
     def _looked_up(self, origin: str, goal: str) -> float:
@@ -105,12 +105,12 @@ class RouteOracle:
         return float(row[1][node])
 
     def counted(self, origin: str, goal: str) -> float:
-        """The cost by which a route is compared: more than its own if it leads against a preferred direction."""
+        """Return the cost by which a route is compared: more than its own if it leads against a preferred direction."""
         row, node = self._row_of(origin, goal)
         return float(row[3][node])
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Nodes of the route, both ends included; empty where there is none.
+        """Return nodes of the route, both ends included; empty where there is none.
 
         Another `tie` gives another of the routes of the same length and time, where there are several; none where turns
         take time.
@@ -141,14 +141,14 @@ class RouteOracle:
         return self._turns is not None and self.cost == "time"
 
     def beside(self, origin: str, goal: str) -> tuple[str, str]:
-        """The second and the last node but one of a route with two nodes or more, where turns count."""
+        """Return the second and the last node but one of a route with two nodes or more, where turns count."""
         forward = self._forward(origin, goal)
         root, node = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
         near, far = (self.names[nodes[node]] for nodes in self._besides(root, forward=forward))
         return (far, near) if forward else (near, far)
 
     def beside_all(self, origins: Sequence[str], goals: Sequence[str]) -> tuple[Any, Any]:
-        """`beside` from every origin (rows) to every goal (columns): tables of nodes by number, also if it has one."""
+        """Return `beside` from every origin (rows) to every goal (columns), as tables of node numbers."""
         import numpy as np
 
         second = self._table(origins, goals, lambda root, forward: self._besides(root, forward=forward)[forward])
@@ -156,7 +156,7 @@ class RouteOracle:
         return second.astype(np.intp), last.astype(np.intp)
 
     def _besides(self, root: int, *, forward: bool) -> tuple[Any, Any]:
-        """For every node the next towards the root, and the last before the root."""
+        """Return for every node the next node towards the root, and the last node before the root."""
         import numpy as np
 
         steps = self._row(root, forward=forward)[2]
@@ -179,7 +179,7 @@ class RouteOracle:
         )
 
     def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
-        """All edges by the numbers of their nodes, with length, time and the cost by which routes are compared."""
+        """Return all edges by the numbers of their nodes, with length, time, and the cost that compares routes."""
         return [
             (source, target, length, time, count * time)
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
@@ -187,7 +187,7 @@ class RouteOracle:
         ]
 
     def _tied(self, row: Row, node: int, root: int, tie: int, *, forward: bool) -> int:
-        """The next node towards the root on a route drawn from the routes of equal cost, length and time."""
+        """Return the next node towards the root on a route drawn from the routes of equal cost, length and time."""
         lengths, times, _, costs = row
         length, time, cost = lengths[node] * TIE, times[node] * TIE, costs[node] * TIE
         nexts = [
@@ -202,7 +202,11 @@ class RouteOracle:
         return nexts[_drawn(tie, node, root) % len(nexts)] if nexts else int(row[2][node])
 
     def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
-        """By node the nodes that a route to the root may go on to, with length, time and cost of the edge to them."""
+        """For each node, its neighbours one edge closer to the root of a shortest-path search: edge length, time, cost.
+
+        Routes begin at the root with `forward`, so the neighbours are a node's predecessors; else routes end at the
+        root, and they are its successors.
+        """
         if forward not in self._steps:
             neighbours: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
@@ -214,7 +218,7 @@ class RouteOracle:
         return self._steps[forward]
 
     def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
-        """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
+        """Return lengths or times from every origin (rows) to every goal (columns), a numpy array."""
         import numpy as np
 
         if len(origins) * len(goals) <= FEW:
@@ -224,9 +228,10 @@ class RouteOracle:
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 
     def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
-        """A row for each origin and a column for each goal, from values that are `read` for all nodes at once.
+        """Make a matrix with a row for each origin and a column for each goal, from one shortest-path search for each.
 
-        `read` has a root, and whether the search begins there: at the origin (True) or the goal.
+        `read(root, begins)` returns the values of all nodes for the routes that begin at the root (`begins`, where the
+        root is an origin), or that end there (where the root is a goal).
         """
         import numpy as np
 
@@ -256,7 +261,7 @@ class RouteOracle:
         return self._row(self.index[goal], forward=False), self.index[origin]
 
     def _row(self, root: int, *, forward: bool) -> Row:
-        """Lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
+        """Return lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
         key = root, forward
         row = self._rows.get(key)
         if row is None:
@@ -279,7 +284,7 @@ class RouteOracle:
         return lengths, times, before, lengths
 
     def _from(self, root: int) -> Found:
-        """Algorithm 1 (breadth first): every node is reached from the first node found before it that leads there."""
+        """Search with Algorithm 1 (breadth first): every node is reached from the first node found that leads there."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))
@@ -300,14 +305,14 @@ class RouteOracle:
 
     @cached_property
     def _columns(self) -> tuple[Any, ...]:
-        """From, to, length and time of every edge, in the order of the successors."""
+        """Return arrays of the start node, end node, length and time of every edge, sorted by start node."""
         import numpy as np
 
         edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
         return tuple(np.array(column) for column in zip(*edges, strict=True))
 
     def _cheapest(self, root: int, *, forward: bool) -> tuple[Any, Any]:
-        """The cost of every node from or to one, and the next node towards that; negative where there is none."""
+        """Return the cost of every node from or to a root, and the next node towards it; negative where none is."""
         from scipy.sparse.csgraph import dijkstra
 
         if self._edges is None:
@@ -337,7 +342,7 @@ class RouteOracle:
             edges[left] += 1
 
         def along(what: Cost) -> Any:
-            """Length or time of the routes found."""
+            """Return the length or time of the routes found."""
             if what == self.cost and not self._counted:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
@@ -355,7 +360,7 @@ class RouteOracle:
         return lengths, times, before, lengths if self.cost == "length" else times
 
     def _without_passing(self, graph: Any, root: int, *, forward: bool) -> Any:
-        """The Highways, from or towards a node, without edges by which a route would go on beyond a bay in a lane."""
+        """Return the Highways, from or towards a node, without edges that lead on beyond a bay in a lane."""
         import numpy as np
         from scipy.sparse import csr_array
 
@@ -368,7 +373,7 @@ class RouteOracle:
         return self._open[key]
 
     def _matrices(self) -> dict[bool, tuple[Any, Any, Any, dict[str, Any]]]:
-        """For routes from a node (True) and to one: the Highways with their costs, and their edges node by node.
+        """Return the Highways with their costs, and their edges node by node, for routes from a node (True) and to one.
 
         Of each node the first edge by which a route comes (or goes on), of each edge its other node, length and time.
         """
@@ -390,6 +395,6 @@ class RouteOracle:
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
-    """A pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    """Return a pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
     mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
     return mixed >> 15 ^ mixed >> 7

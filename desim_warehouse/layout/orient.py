@@ -58,7 +58,7 @@ def orient_lanes(
     cost: Callable[[Edge], float],
     trials: int = _TRIALS,
 ) -> Orientation:
-    """Directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
+    """Choose directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
 
     Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
     edge. Parallel aisles prefer alternating directions, and each of the four ways to begin with is tried. The best is
@@ -109,7 +109,7 @@ class _Floor:
         self.weights = weights / weights.sum()
 
     def network(self, ways: np.ndarray) -> csr_array:
-        """The arcs that are open."""
+        """Return the arcs that are open."""
         from scipy.sparse import csr_array
 
         is_open = np.ones(len(self.tails), dtype=bool)
@@ -119,11 +119,11 @@ class _Floor:
         return csr_array((self.costs[is_open], pairs), shape=(self.size, self.size))
 
     def mean_trip(self) -> float:
-        """The mean trip on the floor with all lanes two-way."""
+        """Return the mean trip on the floor with all lanes two-way."""
         return self.mean_trip_of(np.full(self.lanes, _BOTH))
 
     def mean_trip_of(self, ways: np.ndarray) -> float:
-        """The mean cost from a hub to an end and back; infinite where the floor is not strongly connected."""
+        """Return the mean cost from a hub to an end and back; infinite where the floor is not strongly connected."""
         from scipy.sparse.csgraph import dijkstra
 
         network = self.network(ways)
@@ -136,7 +136,7 @@ class _Floor:
         return total
 
     def oriented(self, preferred: np.ndarray) -> np.ndarray:
-        """The arcs left open when every lane has lost a direction that the floor can do without.
+        """Return the arcs left open when every lane has lost a direction that the floor can do without.
 
         At first all lanes are as preferred. Only lanes between parts that this cuts off from each other become two-way
         again, and are decided one by one: on a grid a few of many thousand.
@@ -163,7 +163,7 @@ class _Floor:
         return ways
 
     def best(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """The best ways reached from given ones; on a small floor the best of all."""
+        """Return the best ways reached from given ones; on a small floor the best of all."""
         free = np.flatnonzero(ways != _BOTH)
         if len(free) <= _ALL:
             return self._shortest(ways, free)
@@ -173,7 +173,7 @@ class _Floor:
         return self.improved(self._annealed(ways, free, aisles, _COOLING * trials), aisles, trials)
 
     def _shortest(self, ways: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """The ways with the shortest mean trip, of all ways of the lanes that can be turned."""
+        """Return the ways with the shortest mean trip, of all ways of the lanes that can be turned."""
         shortest, best = ways, self.mean_trip_of(ways)
         turned = (np.arange(2 ** len(free))[:, None] >> np.arange(len(free)) & 1).astype(bool)
         for turns in turned[self._without_dead_ends(ways, free, turned)]:
@@ -185,7 +185,7 @@ class _Floor:
         return shortest
 
     def _without_dead_ends(self, ways: np.ndarray, free: np.ndarray, turned: np.ndarray) -> np.ndarray:
-        """Which rows of `turned` leave every node a way in and a way out: a quick look at tens of thousands."""
+        """Return which rows of `turned` leave every node a way in and a way out: a quick look at tens of thousands."""
         others = ways.copy()
         others[free] = 0
         fixed = self.network(others)
@@ -200,7 +200,7 @@ class _Floor:
         return has_none
 
     def _annealed(self, ways: np.ndarray, free: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """Ways with a short mean trip, found by turning aisles and lanes at random, less and less for the worse.
+        """Return ways with a short mean trip, found by simulated annealing: aisles and lanes are turned at random.
 
         Source: Kirkpatrick, Gelatt and Vecchi (1983).
         """
@@ -255,7 +255,7 @@ class _Floor:
 
 
 def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
-    """Whether there is a path."""
+    """Whether there is a path between two nodes."""
     seen, layer = {start}, [start]
     while layer:
         following = set().union(*(onward[node] for node in layer)) - seen
@@ -279,7 +279,7 @@ class Aisles:
 
     @classmethod
     def of(cls, graph: nx.DiGraph, lanes: Sequence[Edge]) -> Aisles:
-        """The aisles of a floor."""
+        """Return the aisles of a floor."""
         points = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
         tails = np.array([points[tail] for tail, _ in lanes], dtype=float).reshape(-1, 2)
         heads = np.array([points[head] for _, head in lanes], dtype=float).reshape(-1, 2)
@@ -296,12 +296,12 @@ class Aisles:
         return cls(along_x, rank, np.where(along_x, spans[:, 0], spans[:, 1]) >= 0)
 
     def alternating(self, rows: int, columns: int) -> np.ndarray:
-        """Ways of lanes with the direction changing from aisle to aisle; the first row and column lead up if 0."""
+        """Return ways of lanes whose direction changes from aisle to aisle; the first row and column lead up if 0."""
         is_up = (self.rank + np.where(self.along_x, rows, columns)) % 2 == 0
         return np.where(is_up == self.upwards, _AS_LISTED, _TURNED)
 
     def groups(self) -> list[list[int]]:
-        """The lanes of every aisle."""
+        """Return the lanes of every aisle."""
         lanes_by_aisle: dict[tuple[bool, int], list[int]] = {}
         for lane, aisle in enumerate(zip(self.along_x.tolist(), self.rank.tolist(), strict=True)):
             lanes_by_aisle.setdefault(aisle, []).append(lane)

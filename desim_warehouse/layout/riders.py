@@ -26,5 +26,5 @@ class RidersSpec(Part):
     hours: CalendarName | None = Field(None, description="they ride only then; default: always")
 
     def is_random(self, model: Any) -> bool:  # noqa: ARG002 - when they come always is
-        """Whether it is left to chance when they ride, from where to where, or for how long."""
+        """Whether chance decides when people ride, from where to where, or for how long."""
         return True

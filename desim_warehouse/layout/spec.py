@@ -196,7 +196,7 @@ class Edge(Part):
 
 
 def _straight(*ends: Any) -> float | None:
-    """The distance between two nodes, if both have coordinates."""
+    """Return the distance between two nodes, if both have coordinates."""
     try:
         return math.dist(*ends)
     except (TypeError, ValueError, OverflowError):  # reported where the coordinates are checked
@@ -227,7 +227,7 @@ class NodeStorage(Part):
 
 
 def edge_or_node(value: Any) -> str | None:
-    """The form of a place: on an edge or at a node."""
+    """Return the form of a place: on an edge or at a node."""
     at_node = "node" in value if isinstance(value, Mapping) else hasattr(value, "node")
     return ("\0node" if at_node else "\0edge") if isinstance(value, SECTION) else None
 
@@ -500,7 +500,7 @@ _WIDTH = "'wide', 'narrow', or a width"
 
 
 def _form_of_width(value: Any) -> str | None:
-    """The form of a width: a word or a length; of all aisles, or by name."""
+    """Return the form of a width: a word or a length; of all aisles, or by name."""
     if isinstance(value, SECTION):
         return "\0lines"
     if isinstance(value, str) and value.strip()[:1].isalpha():

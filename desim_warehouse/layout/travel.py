@@ -32,7 +32,7 @@ def travel_on(
     node_times: tuple[tuple[str, float], ...] = (),
     slowness: float = 0.0,
 ) -> FreeTravel:
-    """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
+    """Return the travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
     times = dict(node_times)
     return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, times, slowness)
 
@@ -76,13 +76,13 @@ class FreeTravel:
         return time + self.stop_time if time else time
 
     def at(self, speed: float) -> FreeTravel:
-        """The travel times of robots at another speed."""
+        """Return the travel times of robots at another speed."""
         node_time, node_times, slowness = self._given
         ways = self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness
         return FreeTravel(*ways)
 
     def oracle(self, cost: Cost) -> RouteOracle:
-        """The oracle for routes that are cheapest by a cost."""
+        """Return the oracle for routes that are cheapest by a cost."""
         oracle = self._oracles.get(cost)
         if oracle is None:
             oracle = self._oracles[cost] = RouteOracle(
@@ -103,22 +103,22 @@ class FreeTravel:
         return 2 * self.turn_time + self.stop_time
 
     def to_edge(self, node: str, edge: Edge) -> float:
-        """Time from a node to a good's edge, the turn into it included; of a good at a node to that."""
+        """Return the time from a node to a good's edge, with the turn into it; to the node of a good at a node."""
         return self.ways.time(node, edge[0]) + (self._joint(node, edge, first=False) if self.turn_time else 0.0)
 
     def from_edge(self, edge: Edge, node: str) -> float:
-        """Time from the end of a good's edge to a node, the turn out of it included.
+        """Return the time from the end of a good's edge to a node, the turn out of it included.
 
         From a good at a node the turn counts if there is only one edge by which a robot can have come.
         """
         return self.ways.time(edge[1], node) + (self._joint(node, edge, first=True) if self.turn_time else 0.0)
 
     def to_edges(self, nodes: Sequence[str], edges: Sequence[Edge]) -> Any:
-        """`to_edge` from every node (rows) to every edge (columns)."""
+        """Return `to_edge` from every node (rows) to every edge (columns)."""
         return self.between(nodes, edges)
 
     def between(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str]) -> Any:
-        """Times from nodes and the ends of goods' edges (rows) to nodes and the starts of goods' edges (columns).
+        """Return times from nodes and ends of goods' edges (rows) to nodes and starts of goods' edges (columns).
 
         The turns out of the edges and into them are included.
         """
@@ -130,7 +130,7 @@ class FreeTravel:
         return table + self._turns(origins, goals, table)
 
     def _turn(self, origin: Edge | str, goal: Edge | str) -> float:
-        """Time of the turns between a route and the edges that it begins after and ends before."""
+        """Return the time of the turns between a route and the edges that it begins after and ends before."""
         if isinstance(origin, str):
             return 0.0 if isinstance(goal, str) else self._joint(origin, goal, first=False)
         if isinstance(goal, str):
@@ -140,7 +140,7 @@ class FreeTravel:
         return self._joint(goal[0], origin, first=True) + self._joint(origin[1], goal, first=False)
 
     def _turns(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str], times: Any) -> Any:
-        """`_turn` from every origin (rows) to every goal (columns); `times` of the routes (inf: there is none)."""
+        """Return `_turn` from every origin (rows) to every goal (columns); `times` of the routes (inf: no route)."""
         import numpy as np
 
         ways, places = self.ways, self.highways.nodes
@@ -163,7 +163,7 @@ class FreeTravel:
         return sum(turn_times(np.nan_to_num(quarters(turn)), self.turn_time, self.stop_time) for turn in turns)
 
     def _joint(self, node: str, edge: Edge, *, first: bool) -> float:
-        """Time of the turn between an edge and the route from it to a node (`first`) or to it from a node."""
+        """Return the time of the turn between an edge and the route from it (`first`) or to it."""
         key = node, edge, first
         if key not in self._joints:
             quarters = self._quarters(node, edge, first=first)
@@ -181,7 +181,7 @@ class FreeTravel:
         return turning(self.highways, beside, (end, second) if first else (last, end))
 
     def along(self, edge: tuple[str, str], offset: float) -> tuple[float, float]:
-        """Times from the start of a good's edge to the good, and from there to the end, its node time included."""
+        """Return times from the start of a good's edge to the good, and on to the end, its node time included."""
         if edge[0] == edge[1]:
             return 0.0, 0.0
         data = self.highways.edges[edge]
@@ -189,7 +189,7 @@ class FreeTravel:
         return offset / pace, (data["length"] - offset) / pace + self.time_at(edge[1])
 
     def time_at(self, node: str) -> float:
-        """Time spent at a node that is reached."""
+        """Return the time spent at a node that is reached."""
         return self.node_times.get(node, self.node_time)
 
     @cached_property
@@ -198,33 +198,33 @@ class FreeTravel:
         return self.oracle(self.cost)
 
     def distance(self, origin: str, goal: str) -> float:
-        """Length of the shortest route."""
+        """Return the length of the shortest route."""
         return self.oracle("length").length(origin, goal)
 
     def time(self, origin: str, goal: str) -> float:
-        """Time of the fastest route: node times and speed limits included, waiting not."""
+        """Return the time of the fastest route: node times and speed limits included, waiting not."""
         return self.oracle("time").time(origin, goal)
 
     def _by_time(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Some nodes, the node first to which a robot drives in the least time; equally near ones in their order."""
+        """Sort some nodes by the time to drive there, the nearest first; equally near ones in their order."""
         times = self.times([origin], nodes)[0]
         return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 
     def way(self, origin: str, goal: str) -> list[str]:
-        """The nodes that a robot drives from origin to goal, both included."""
+        """Return the nodes that a robot drives from origin to goal, both included."""
         return self.ways.way(origin, goal)
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Free driving times of the routes that robots drive: a row for each origin, a column for each goal."""
+        """Return free driving times of the routes that robots drive: a row for each origin, a column for each goal."""
         return self.ways.matrix(origins, goals, "time")
 
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Lengths of the routes that robots drive: a row for each origin, a column for each goal."""
+        """Return lengths of the routes that robots drive: a row for each origin, a column for each goal."""
         return self.ways.matrix(origins, goals, "length")
 
 
 def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[list[str], list[str]]:
-    """The nodes between which routes lead: from the ends of goods' edges, and to their starts."""
+    """Return the nodes between which routes lead: from the ends of goods' edges, and to their starts."""
     return (
         [origin if isinstance(origin, str) else origin[1] for origin in origins],
         [goal if isinstance(goal, str) else goal[0] for goal in goals],
@@ -232,7 +232,7 @@ def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[l
 
 
 def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
-    """The edge by which a robot has come to the end of a good's edge; to a good at a node only one may lead."""
+    """Return the edge by which a robot has come to the end of a good's edge; to a good at a node only one may lead."""
     if isinstance(place, str) or place[0] != place[1]:
         return None if isinstance(place, str) else place
     before = list(highways.predecessors(place[1]))
@@ -240,5 +240,5 @@ def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
 
 
 def _edge_from(place: Edge | str) -> Edge | None:
-    """The edge of a good, which a robot drives onto; None of a node and of a good at a node."""
+    """Return the edge of a good, which a robot drives onto; None of a node and of a good at a node."""
     return None if isinstance(place, str) or place[0] == place[1] else place

@@ -32,7 +32,7 @@ _MIRRORED: Mapping[Way, Way] = {
 
 
 def mirrored(way: Way) -> Way:
-    """The way of a lane as seen from its other end."""
+    """Return the way of a lane as seen from its other end."""
     return _MIRRORED[way]
 
 
@@ -52,7 +52,7 @@ class Turnable:
 
     @property
     def drawn(self) -> tuple[Way, ...]:
-        """The ways that the floor has."""
+        """The directions that the units of the floor have as drawn."""
         return tuple(ways[0] for ways in self.ways)
 
     def is_connected(self, design: Sequence[Way]) -> bool:
@@ -69,7 +69,7 @@ class Turnable:
         return bool(nx.is_strongly_connected(graph))
 
     def neighbours(self, design: tuple[Way, ...]) -> Iterator[tuple[Way, ...]]:
-        """Designs with a whole aisle driven another way, then those with one unit driven another way."""
+        """Yield designs with a whole aisle driven another way, then those with one unit driven another way."""
         seen = {design}
         for aisle in self.aisles:
             for way in dict.fromkeys(way for unit, _ in aisle for way in self.ways[unit]):
@@ -79,7 +79,7 @@ class Turnable:
                 yield from _new((*design[:unit], way, *design[unit + 1 :]), seen)
 
     def step(self, design: tuple[Way, ...], random: Random) -> tuple[Way, ...]:
-        """A design with an aisle or a unit drawn at random driven a way drawn at random: perhaps the one it has."""
+        """Return a design with an aisle or a unit drawn at random, driven a way drawn at random, maybe its own."""
         number = random.randrange(len(self.aisles) + len(self.units))
         if number < len(self.aisles):
             aisle = self.aisles[number]
@@ -88,7 +88,7 @@ class Turnable:
         return (*design[:unit], random.choice(self.ways[unit]), *design[unit + 1 :])
 
     def _with(self, design: Sequence[Way], aisle: Iterable[tuple[int, Way]], way: Way) -> tuple[Way, ...]:
-        """A design with each unit of an aisle driven `way`, seen along the aisle, where it can be."""
+        """Return a design with each unit of an aisle driven `way`, seen along the aisle, where it can be."""
         turned_design = list(design)
         for unit, along in aisle:
             turned = way if along == "along" else mirrored(way)
@@ -97,18 +97,18 @@ class Turnable:
         return tuple(turned_design)
 
     def lanes(self, design: Sequence[Way]) -> dict[Edge, Way]:
-        """The way of every lane that can be turned."""
+        """Return the way of every lane that can be turned."""
         return {lane: way for lanes, way in zip(self.units, design, strict=True) for lane in lanes}
 
     def turned(self, design: Sequence[Way]) -> list[str]:
-        """The units that are driven another way than drawn, in words: `A>B>C`, `A-B-C both ways`."""
+        """Return the units that are driven another way than drawn, in words: `A>B>C`, `A-B-C both ways`."""
         return [
             _told(lanes, way) for lanes, way, drawn in zip(self.units, design, self.drawn, strict=True) if way != drawn
         ]
 
 
 def turnable(layout: Layout) -> Turnable:
-    """The lanes of a floor that can be turned: one-way lanes without a lane beside them, and two-way lanes.
+    """Return the lanes of a floor that can be turned: one-way lanes without a lane beside them, and two-way lanes.
 
     Lanes that alone lead to what is beyond (bridges) stay as they are. Only the largest part of the floor counts whose
     nodes can reach each other.
@@ -142,7 +142,7 @@ def turnable(layout: Layout) -> Turnable:
 
 
 def turnable_blocks(blocks: Blocks) -> Turnable:
-    """The units of blocks that can be turned: every row and every column of aisles, as a whole.
+    """Return the units of blocks that can be turned: every row and every column of aisles, as a whole.
 
     Floors are alike, so they are turned as the ground floor is.
     """
@@ -158,14 +158,14 @@ def turnable_blocks(blocks: Blocks) -> Turnable:
 
 
 def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ...]]:
-    """Lanes that follow each other through nodes without another lane, in order: they can only be turned together."""
+    """Yield lanes that follow each other through nodes without another lane: they can only be turned together."""
     lanes_at: dict[str, list[Edge]] = {}
     for lane in lanes:
         for node in lane:
             lanes_at.setdefault(node, []).append(lane)
 
     def beyond(node: str, lane: Edge) -> Edge | None:
-        """The lane that goes on at the end of another, listed in the same sense."""
+        """Return the lane that goes on at the end of another, listed in the same sense."""
         around = {*graph.pred[node], *graph.succ[node]}
         here = [other for other in lanes_at[node] if other != lane and other != lane[::-1]]
         if len(around) != 2 or len(here) != 1:  # noqa: PLR2004 - one lane before and one after
@@ -193,7 +193,7 @@ def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ..
 
 
 def _aisles(graph: nx.DiGraph, units: Sequence[tuple[Edge, ...]]) -> Iterator[tuple[tuple[int, Way], ...]]:
-    """Aisles of several units, each with the way in which it leads towards larger x or y."""
+    """Yield aisles of several units, each with the way in which it leads towards larger x or y."""
     lanes = [lane for unit in units for lane in unit]
     if not lanes:
         return

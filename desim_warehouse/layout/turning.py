@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 
 
 def turning(highways: nx.DiGraph, edge: Edge, other: Edge) -> float:
-    """Quarters of a turn from the heading of one edge to the heading of another, drawn straight."""
+    """Return the quarters of a turn from the heading of one edge to the heading of another, drawn straight."""
     return float(quarters(heading(highways, edge) - heading(highways, other)))
 
 
 def heading(highways: nx.DiGraph, edge: Edge) -> float:
-    """The angle of an edge, drawn straight."""
+    """Return the angle of an edge, drawn straight."""
     (x0, y0), (x1, y1) = ((highways.nodes[node]["x"], highways.nodes[node]["y"]) for node in edge)
     return math.atan2(y1 - y0, x1 - x0)
 
 
 def quarters(angle: Any) -> Any:
-    """Quarters of a turn by an angle, a number or an array of them."""
+    """Return the quarters of a turn by an angle, a number or an array of them."""
     return abs((angle + math.pi) % (2 * math.pi) - math.pi) / (math.pi / 2)
 
 
 def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
-    """How long turns take, and the stops for them: by quarters of a turn, a number or an array of them."""
+    """Return how long turns take, and the stops for them: by quarters of a turn, a number or an array of them."""
     return turn_time * quarters + stop_time * (quarters > 0)
 
 
@@ -66,7 +66,7 @@ class Turns:
         self._graphs: dict[bool, Any] = {}
 
     def between(self, steps: Any) -> Any:
-        """Time of the turn between the first two edges of every chain of nodes; 0 for chains of one edge or none."""
+        """Return the time of the turn between the first two edges of every chain of nodes; 0 for shorter chains."""
         import numpy as np
 
         here, further = np.arange(len(steps)), steps[steps]
@@ -74,11 +74,11 @@ class Turns:
         return np.where((steps != here) & (further != steps), self._times(incoming - outgoing), 0.0)
 
     def _times(self, angles: Any) -> Any:
-        """How long turns by some angles take."""
+        """Return how long turns by some angles take."""
         return turn_times(quarters(angles), self.turn_time, self.stop_time)
 
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
-        """Lengths and times from a node to all (or to it), the steps towards it, and the costs.
+        """Return lengths and times from a node to all (or to it), the steps towards it, and the costs.
 
         Steps are over states: the nodes, then the edges. The step of a node is the edge of its route at this end. The
         step of an edge is the edge that follows on the way to the root or, after the last, the root.
@@ -110,7 +110,7 @@ class Turns:
         return sums[0], sums[1], steps, costs
 
     def far_ends(self, *, forward: bool) -> Any:
-        """The node at the root's side of every edge."""
+        """Return the node at the root's side of every edge."""
         return self.source if forward else self.target
 
     def _graph(self, *, forward: bool) -> Any:
@@ -136,7 +136,7 @@ class Turns:
 
 
 def sums_along(steps: Any, first: Any) -> Any:
-    """Sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
+    """Return the sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
     total = first
     while True:
         further = steps.take(steps)
@@ -147,7 +147,7 @@ def sums_along(steps: Any, first: Any) -> Any:
 
 
 def last_steps(steps: Any, root: int) -> Any:
-    """The node before the root on every chain of `steps`; the node itself on chains that do not lead there."""
+    """Return the node before the root on every chain of `steps`; the node itself on chains that do not lead there."""
     import numpy as np
 
     last = np.where(steps == root, np.arange(len(steps)), steps)

@@ -33,7 +33,7 @@ class Way(Protocol[T_co]):
 
 
 def room(length: float, headway: float) -> int:
-    """The number of robots that can stand on a lane: D (`headway`) apart, and D clear of its ends."""
+    """Return the number of robots that can stand on a lane: D (`headway`) apart, and D clear of its ends."""
     return math.floor(length / headway + 1e-9) - 1
 
 
@@ -186,7 +186,7 @@ class HomeSearch(Generic[R, S]):
         return any(other is not robot and other in self.left for other in self.waiting.get(own, ()))
 
     def _refuge(self, robot: R) -> int | None:
-        """The farthest refuge that the first robot of a stand can drive to, as a position on its trail."""
+        """Return the farthest refuge that the first robot of a stand can drive to, as a position on its trail."""
         lines, refuges, trail, refuge = self.lines, self.stands.refuges, self.stands.ways[robot].trail, None
         for index in range(self.at[robot] + 1, len(trail)):
             step = trail[index]
@@ -218,7 +218,7 @@ class HomeSearch(Generic[R, S]):
         self.at[robot], self.own[robot] = index, refuge
 
     def _waiting_for(self, refuge: S) -> dict[R, None]:
-        """Robots that have still to use a refuge, also if no robot has stood there up to now."""
+        """Return the robots that have still to use a refuge, also if no robot has stood there up to now."""
         users = self.waiting.get(refuge)
         if users is None:
             users = self.waiting[refuge] = {}

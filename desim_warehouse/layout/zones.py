@@ -90,7 +90,7 @@ class TrafficZone:
 
 
 def zones_on(layout: Layout, specs: Mapping[str, ZoneSpec]) -> tuple[TrafficZone, ...]:
-    """The zones of a model on its layout."""
+    """Return the zones of a model on its layout."""
     zones = []
     for name, spec in specs.items():
         drawn = [member for member in spec.members if not isinstance(member, str)]
@@ -102,12 +102,12 @@ def zones_on(layout: Layout, specs: Mapping[str, ZoneSpec]) -> tuple[TrafficZone
 
 
 def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
-    """The edges on which no robot waits, as they belong to a zone of one robot."""
+    """Return the edges on which no robot waits, as they belong to a zone of one robot."""
     return frozenset(edge for zone in zones if zone.rule == "one-robot" for edge in zone.edges)
 
 
 def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
-    """The edges of some members, in both directions where they have them, and all edges that lead to member nodes.
+    """Return the edges of some members, in both directions if they have them, and edges that lead to member nodes.
 
     Of the node of a lift those are the lanes to its doors, not the rides. It stands for all cabins of the lift.
     """
@@ -125,12 +125,12 @@ def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[
 
 
 def edges_along(layout: Layout, line: Sequence[str]) -> tuple[Edge, ...]:
-    """The edges along a line of nodes, in both directions where there are two."""
+    """Return the edges along a line of nodes, in both directions where there are two."""
     return edges_of(layout, pairwise(line))
 
 
 def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> frozenset[Edge]:
-    """The edges that lie within one intersection, so that no robot stands between them and the next."""
+    """Return the edges that lie within one intersection, so that no robot stands between them and the next."""
     import networkx as nx
 
     zones = tuple(zones)
@@ -152,7 +152,7 @@ def _is_about(length: float, exact: float) -> bool:
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:
-    """Zones that name missing nodes or edges, zones that can stall all work, and nodes in two zones."""
+    """Find zones that name missing nodes or edges, zones that can stall all work, and nodes in two zones."""
     zones = zones_on(layout, specs)
     for zone in zones:
         place = f"traffic.zones.{zone.name}"
@@ -178,7 +178,7 @@ def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridl
 
 
 def _one_direction(layout: Layout, zone: TrafficZone, contact: float, gridlock: str) -> Iterator[Finding]:
-    """Why a zone cannot be kept to one direction at a time without robots getting stuck."""
+    """Find why a zone cannot be kept to one direction at a time without robots getting stuck."""
     place = f"traffic.zones.{zone.name}"
     if gridlock not in {"auto", "avoid"}:
         text = f"robots that wait for a direction could get stuck under traffic.gridlock: {gridlock}"

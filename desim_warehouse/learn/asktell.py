@@ -85,7 +85,7 @@ class Steps:
         return self._run
 
     def cost_so_far(self) -> tuple[float, float, int]:
-        """The distance driven by all robots, the time, and the collisions so far."""
+        """Return the distance driven by all robots, the time, and the collisions so far."""
         now = self._world.env.now
         robots = self._world.robots
         return (

@@ -101,7 +101,7 @@ class Live:
         self.close()
 
     def _repr_html_(self) -> str:
-        """The page in a frame, for notebooks."""
+        """Return the page in a frame, for notebooks."""
         address = html.escape(self.address)
         return f'<iframe title="Live page" src="{address}" style="width:100%;height:900px;border:0"></iframe>'
 
@@ -167,7 +167,7 @@ def _bound(port: int) -> socket.socket:
 
 
 def _home(model: Model) -> Path:
-    """The folder of a model in the user's cache, closed to others.
+    """Return the folder of a model in the user's cache, closed to others.
 
     Raises:
         StudyError: where it cannot be used.
@@ -189,7 +189,7 @@ def _target(model: Model, text: str | None) -> Target | None:
 
 
 def _main(model: Model) -> str:
-    """The first indicator of a design without a target."""
+    """Return the first indicator of a design without a target."""
     return "throughput_per_hour" if model.tasks.never_end else "T"
 
 
@@ -237,7 +237,7 @@ def _aim(goal: Target, by: float, unit: str) -> Aim:
 
 
 def _promise(model: Model) -> str:
-    """Say for the page when verdicts are given, with what risk, and after how many runs at the earliest."""
+    """Return the live page's promise: when verdicts come, with what risk of error, and after how many runs."""
     least = days_needed(model).least
     when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"

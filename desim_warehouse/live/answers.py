@@ -45,7 +45,7 @@ _SHOWN = 6
 
 
 class ByHand(NamedTuple):
-    """The quick estimate of a design: a sentence, one more, and by key the value that would be enough."""
+    """The quick estimate of a design in words: two sentences, and by key the value that would be enough."""
 
     sentence: str
     more: str
@@ -97,7 +97,7 @@ def _needed(quick: QuickEstimate, model: Model) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Said:
-    """A verdict, its sentence, and further sentences."""
+    """A verdict on a design in words: its sentence, and further sentences."""
 
     verdict: Verdict
     sentence: str
@@ -107,13 +107,13 @@ class Said:
 
     @property
     def label(self) -> str:
-        """The label of the verdict, for people; before the first look how many of its runs there are."""
+        """The label of the verdict for people; before the first look (interim analysis) the number of its runs."""
         return f"{self.runs} of {FIRST_OF_MEANS} runs" if self.runs else label(self.verdict)
 
 
 @dataclass(frozen=True)
 class Named:
-    """A design of a page: its name in words, its changes, and its model."""
+    """A design of a shared page: its name in words, its changes, and its model."""
 
     words: str
     changes: Mapping[str, object]
@@ -133,12 +133,12 @@ class RunsSoFar:
 
     @property
     def n(self) -> int:
-        """How many runs there are."""
+        """The number of runs."""
         return len(self.rows)
 
     @cached_property
     def exact(self) -> bool:
-        """Whether chance plays no part, so that one run is enough."""
+        """Whether the models use no random numbers, so that one run is enough."""
         return self.results.deterministic
 
     @cached_property
@@ -154,25 +154,25 @@ class RunsSoFar:
         return [name for name in dict.fromkeys([self.main, *usual]) if name in names][:_SHOWN]
 
     def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
-        """Mean and usual interval, over the first n runs."""
+        """Return mean and usual interval of an indicator, over the first n runs."""
         return self.results.estimate(self.rows[:n], indicator)
 
     def scale(self, indicator: str) -> Scale:
-        """The scale on which the indicator is written."""
+        """Return the scale on which the indicator is written."""
         return words.scale_of(indicator, self.model, [self.estimate(indicator)])
 
     def reached(self, value: str) -> str:
-        """The main indicator with a value, inside a sentence."""
+        """Return the main indicator with a value, inside a sentence."""
         return words.reached(self.main, value)
 
     def values(self, by: float) -> list[float | None]:
-        """The main indicator in each run, times `by`."""
+        """Return the main indicator in each run, times `by`."""
         values = (by * row.value(self.main) for row in self.rows)
         return [value if math.isfinite(value) else None for value in values]
 
     @cached_property
     def lasting(self) -> Wrong | None:
-        """The problem that makes the time to come unlike the runs; looked for where a verdict may fall, and kept.
+        """Return the problem by which the long run will be worse than the runs; it is kept once it is found.
 
         That work piles up the first run says by itself, as chance is allowed for in its own arrivals.
         """
@@ -183,7 +183,7 @@ class RunsSoFar:
         return None
 
     def met(self, target: Target | None) -> Verdict:
-        """The verdict on a target, which stands once it fell."""
+        """Return the verdict on a target, which stands once it fell."""
         if target not in self._met:
             self._met[target] = self._verdict(target)
         return self._met[target]
@@ -206,7 +206,7 @@ class RunsSoFar:
         return target is not None and all(math.isfinite(row.value(self.main)) for row in self.rows)
 
     def look(self, target: Target | None) -> DesignVerdict[None] | None:
-        """The verdict of the first look that decided, or of the last one; its bounds are the interval of the page."""
+        """Return the verdict of the first look that decided, or of the last; its bounds are the page's interval."""
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
@@ -221,7 +221,7 @@ class RunsSoFar:
         )
 
     def told(self, target: Target | None) -> str:
-        """The main indicator with its one interval, from the verdict; none before the first look at a target."""
+        """Return the main indicator with its one interval, from the verdict; none before the first look at a target."""
         estimate, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
         assert estimate is not None
         if target is None or not self._can_meet(target):
@@ -233,7 +233,7 @@ class RunsSoFar:
         return scale.within(look.mean, look.low, look.high, target.value)
 
     def said(self, target: Target | None) -> Said:
-        """The verdict with its sentence."""
+        """Return the verdict on a target, with its sentence."""
         verdict, design = self.met(target), self.design.words
         estimate = self.estimate(self.main)
         if verdict == "fails":
@@ -258,12 +258,12 @@ class RunsSoFar:
         return Said(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
-        """The cost of a year, where the model has prices."""
+        """Return the cost of a year, where the model has prices."""
         estimate = self.estimate("annual_cost") if self.main != "annual_cost" else None
         return "" if estimate is None else f", {self.scale('annual_cost').value(estimate.mean)} a year"
 
     def measured(self, target: Target | None) -> list[Measured]:
-        """The indicators, each with its one interval."""
+        """Return the indicators, each with its one interval."""
         measured = []
         for name in self.indicators:
             estimate = self.estimate(name)
@@ -290,12 +290,12 @@ class RunsSoFar:
         return measured
 
     def busy(self) -> Busy:
-        """Say which group is busiest, with the load of each group, the largest first."""
+        """Find the busiest group of a design so far, and the load of each group, the largest first."""
         return busy(self.rows, self.model, CONFIDENCE)
 
 
 def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], seed: int, target: str = "") -> Results:
-    """The runs of some designs of a model as the results of a study."""
+    """Return the runs of some designs of a model as the results of a study."""
     from desim_warehouse.study.execution.cache import versions
 
     levels = tuple(Level(design.words, design.changes, ()) for design, _ in designs)
@@ -319,5 +319,5 @@ def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], 
 
 
 def _short(error: str) -> str:
-    """An error without the name of its type."""
+    """Return an error without the name of its type."""
     return numbers.sentence(error.partition(": ")[2] or error)

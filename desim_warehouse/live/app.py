@@ -65,7 +65,7 @@ HEADERS = {
 
 
 def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
-    """The server of a desk, for anybody who has the token."""
+    """Return the server of a desk, for anybody who has the token."""
     calls = Calls(desk, about, frames)
     routes = [
         Route("/", calls.page, methods=["GET"]),
@@ -83,7 +83,7 @@ def application(desk: Desk, about: About, token: str, hosts: frozenset[str], fra
 
 
 def page(name: str) -> str:
-    """The page as one text; its policy comes with the answer."""
+    """Return the page as one text; its content security policy comes with the answer."""
     import html
 
     return joined("desim_warehouse.live", {"title": html.escape(name), "frozen": ""}, SHARED, policy="")
@@ -125,7 +125,7 @@ class Guard:
 
 
 def refused(status: int, *problems: str) -> JSONResponse:
-    """An answer that says why nothing was done."""
+    """Return an answer that says why nothing was done."""
     return JSONResponse({"problems": list(problems)}, status, HEADERS)
 
 
@@ -139,7 +139,7 @@ class Calls:
         self.by_target = 1.0 if aim is None else scale(aim.indicator, desk.model, (aim.value,)).by
 
     async def page(self, request: Request) -> Response:  # noqa: ARG002
-        """The page, without any data; its script runs by a word that is new each time."""
+        """Answer with the page, without any data; its script runs by a word that is new each time (a nonce)."""
         nonce, frames = secrets.token_urlsafe(16), " ".join(self.frames) or "'none'"
         policy = (
             "default-src 'none'; connect-src 'self'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
@@ -149,21 +149,21 @@ class Calls:
         return HTMLResponse(body, headers={**HEADERS, "Content-Security-Policy": policy})
 
     async def model(self, request: Request) -> Response:  # noqa: ARG002
-        """The model, and the keys on offer."""
+        """Answer with the model, and the keys on offer."""
         return _json(self.about)
 
     async def openapi(self, request: Request) -> Response:  # noqa: ARG002
-        """The calls."""
+        """Answer with the calls as OpenAPI."""
         return JSONResponse(openapi(), headers=HEADERS)
 
     async def design(self, request: Request) -> Response:
-        """The quick estimate of a design."""
+        """Answer with the quick estimate of a design."""
         ask = await _read(request, Ask)
         design = await run_in_threadpool(self.desk.design, ask.levels)
         return _json(asked(design))
 
     async def events(self, request: Request) -> Response:
-        """The answers on a design as they change."""
+        """Answer with the results of a design as they change, event by event."""
         design, query = self._known(request.path_params["id"]), request.query_params
         unknown = set(query) - {"runs", "pinned", "target", "floor"}
         if unknown or len(query.multi_items()) != len(query):
@@ -207,14 +207,14 @@ class Calls:
                     yield "event: alive\ndata: {}\n\n"
 
     async def floor(self, request: Request) -> Response:
-        """The replay of one run, for the page to play."""
+        """Answer with the replay of one run, for the page to play."""
         design = self._known(request.path_params["id"])
         if not design.floor:
             raise HTTPException(404, "floor: none yet, expected after the event that says so")
         return JSONResponse(dict(design.floor), headers=HEADERS)
 
     async def share(self, request: Request) -> Response:
-        """The page of some designs, which needs no server."""
+        """Answer with the page of some designs, which needs no server."""
         ask = await _read(request, ShareAsk)
         designs = [self._known(name) for name in dict.fromkeys(ask.ids)]
         made = await run_in_threadpool(self.desk.page, [design for design in designs if design.n], self.about)
@@ -243,7 +243,7 @@ class _Stream(StreamingResponse):
 
 
 async def _read(request: Request, kind: type[M]) -> M:
-    """The body of a call as a message.
+    """Read the body of a call as a message.
 
     Raises:
         HTTPException: too long, of another type, or not such a message.
@@ -306,7 +306,7 @@ class TimedRequests(H11Protocol):
         self._watch()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait for nothing."""
+        """Stop waiting for requests of a connection."""
         self._stop()
         super().connection_lost(exc)
 

@@ -19,7 +19,7 @@ class Busy(NamedTuple):
 
 
 def busy(rows: Sequence[Row], model: Model, confidence: float) -> Busy:
-    """Say which group is busiest in the runs of a design, and by how much."""
+    """Find the busiest group of a design from its runs: the sentence on it, and the load of each group."""
     measured = loads(rows, model, confidence)
     line = busiest.are(measured)
     listed = [(numbers.capital(load.group.name), load.mean) for load in measured]

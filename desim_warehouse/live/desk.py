@@ -73,7 +73,7 @@ class Design:
 
     @property
     def n(self) -> int:
-        """How many runs there are from the first on without a gap, whatever the speed of workers."""
+        """The number of runs from the first on without a gap, whatever the speed of workers."""
         n = 0
         while n in self.outcomes:
             n += 1
@@ -157,7 +157,7 @@ class Desk:
     # Designs
 
     def design(self, levels: Mapping[str, Any]) -> Design:
-        """The design with these values; the others are as in the model.
+        """Return the design with these values; the others are as in the model.
 
         Raises:
             StudyError: a key or value that is not offered.
@@ -249,7 +249,7 @@ class Desk:
     # Runs
 
     def wanted(self, design: Design, listener: Listener) -> int:
-        """How many runs of a design a listener wants."""
+        """Return how many runs of a design a listener wants."""
         least = listener.runs if design is listener.design else 0
         return max(design.n if self._is_clear(design, listener.target) else listener.most, least)
 
@@ -268,7 +268,7 @@ class Desk:
         return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "overloaded", "drained"}
 
     def known(self, design: Design) -> RunsSoFar:
-        """The runs of a design so far, with the results that follow."""
+        """Return the runs of a design so far, with the results that follow."""
         with self.lock:
             if design.known is None or design.known.n != design.n:
                 outcomes = [design.outcomes[r] for r in range(design.n)]
@@ -298,7 +298,7 @@ class Desk:
             self._submit(chosen, run)
 
     def _next(self, design: Design, most: int, watched: bool) -> int | None:
-        """The next run of a design: the latest once more, for its floor, where that is watched and not made yet."""
+        """Return the next run of a design; if its floor is watched, the latest once more, for a replay."""
         under_way = any(r in design.outcomes for r in design.handles)
         if watched and design.n and design.floor is None and not under_way:
             return design.n - 1
@@ -367,7 +367,7 @@ class Desk:
     # Looking
 
     def _beside(self, other: RunsSoFar, pinned: Design, listener: Listener, by: float) -> tuple[Band | None, list[str]]:
-        """The band of the pinned design on the scale, and sentences on it beside the design that is shown."""
+        """Return the band of the pinned design on the scale, and sentences on it beside the design that is shown."""
         band: Band | None = None
         lines: list[str] = []
         estimate = other.estimate(self.main)
@@ -379,7 +379,7 @@ class Desk:
         return band, lines + ([] if apart is None else [f"Difference, run by run: {apart}."])
 
     def answer(self, listener: Listener) -> Watched:
-        """The state of a listener's design."""
+        """Return the state of a listener's design."""
         with self.lock:
             design, pinned = listener.design, listener.pinned
             runs, wanted = self.known(design), self.wanted(design, listener)
@@ -443,13 +443,13 @@ class Desk:
         )
 
     def results(self, designs: Sequence[Design], target: str = "") -> Results:
-        """The runs of some designs, the first as baseline, as the results of a study."""
+        """Return the runs of some designs, the first as baseline, as the results of a study."""
         with self.lock:
             pairs = [(design.named, [design.outcomes[r] for r in range(design.n)]) for design in designs]
         return replace(results_of(self.model, pairs, self.seed, target), folder=self.folder, notes=tuple(self.notes))
 
     def page(self, designs: Sequence[Design], about: About) -> FrozenPage:
-        """The page of these designs, which needs no server; the first is pinned, the second shown.
+        """Return the page of these designs, which needs no server; the first is pinned, the second shown.
 
         Raises:
             ReportError: fewer than two that have runs, or too many.
@@ -463,7 +463,7 @@ class Desk:
         return frozen.page(about.model_copy(update={"folder": ""}), watched, table, start=1, pinned=0)
 
     def _difference(self, base: Design, other: Design) -> str | None:
-        """The difference of the second to the first, run by run; None where there is none to tell."""
+        """Return the difference of the second to the first, run by run; None where there is none to tell."""
         if base is other:
             return None
         results = self.results([base, other])
@@ -471,7 +471,7 @@ class Desk:
         return None if comparison is None else difference(results, self.main, comparison.differences[0]).text
 
     def _write(self) -> None:
-        """Say which study the folder has, for `desim report`; its runs are in the journal."""
+        """Write the study's record into the folder, so that `desim report` can read it; its runs are in the journal."""
         self.changed, self.written = False, monotonic()
         tried = [design for design in self.designs.values() if design.n]
         if not tried:
@@ -485,7 +485,7 @@ class Desk:
 
 
 def asked(design: Design) -> Calculated:
-    """A design as the page has it at once: by quick estimate."""
+    """Return a design as the page has it at once: by quick estimate."""
     return Calculated(
         id=design.id,
         words=design.named.words,
@@ -498,6 +498,6 @@ def asked(design: Design) -> Calculated:
 
 
 def _times(by: float, band: Band) -> Band:
-    """A band on another scale."""
+    """Return a band on another scale."""
     mean, low, high = band
     return by * mean, None if low is None else by * low, None if high is None else by * high

@@ -60,7 +60,7 @@ def page(
     pinned: int | None = None,
     answers: Sequence[str] = (),
 ) -> FrozenPage:
-    """The page of some designs, with their differences to each other in the first indicator.
+    """Return the page of some designs, with their differences to each other in the first indicator.
 
     `start`, `pinned`: the designs shown first. `answers`: sentences above them.
     """
@@ -87,7 +87,7 @@ def page(
 
 
 def _kept(knob: Knob, values: set[Any]) -> Knob:
-    """A knob with these values only."""
+    """Return a knob with these values only."""
     kept = [place for place, value in enumerate(knob.values) if value in values]
     today = kept.index(knob.today) if knob.today in kept else None
     kept_values = {"values": [knob.values[place] for place in kept], "texts": [knob.texts[place] for place in kept]}
@@ -95,7 +95,7 @@ def _kept(knob: Knob, values: set[Any]) -> Knob:
 
 
 def what_if_page(study: Results, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
-    """The page of a study, with the sentences and numbers of its answer.
+    """Return the page of a study, with the sentences and numbers of its answer.
 
     Args:
         study: the finished runs of a study whose designs are all combinations of its factors' values.
@@ -118,7 +118,7 @@ def what_if_page(study: Results, path: str | Path | None = None, *, command: str
 
 
 class _Frozen:
-    """The designs of a study as messages of the live page."""
+    """The designs of a finished study as messages of the live page, which is then frozen: it starts no more runs."""
 
     def __init__(self, study: Results, command: str) -> None:
         self.study, self.command, self.answer = study, command, study.answer
@@ -179,7 +179,7 @@ class _Frozen:
         )
 
     def _own(self, key: str, levels: Sequence[Any]) -> int | None:
-        """Which of the values tried, from 0, is the model's own; None if none of them is."""
+        """Return which of the values tried, from 0, is the model's own; None if none of them is."""
         base = self.study.base
         for rank, level in enumerate(levels):
             try:
@@ -252,7 +252,7 @@ class _Frozen:
         )
 
     def _differences(self, base: str) -> list[str | None]:
-        """All designs minus this one; copies of a design have its difference."""
+        """Return all designs minus this one; copies of a design have its difference."""
         comparison = self.study.compare_finished(self.main, base)
         rows = {} if comparison is None else {str(row.design): row for row in comparison.differences}
         original = {design: self.study.same.get(design, design) for design in self.designs}

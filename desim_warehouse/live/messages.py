@@ -23,7 +23,7 @@ _APART: dict[Verdict, str] = {
 
 
 def label(verdict: Verdict) -> str:
-    """The label of a verdict, for people."""
+    """Return the label of a verdict, for people."""
     return capital(_APART.get(verdict) or WORDS[verdict])  # type: ignore[index] # the others are above
 
 
@@ -157,7 +157,7 @@ class Refusal(Message):
 
 # A list of calls, long as it is.
 def openapi() -> dict[str, Any]:
-    """The calls and their types as OpenAPI 3.1."""
+    """Return the calls and their types as OpenAPI 3.1."""
     types = (Ask, ShareAsk, About, Calculated, Watched, Refusal)
     place = "#/components/schemas/{model}"
     made, schemas = models_json_schema([(kind, "validation") for kind in types], ref_template=place)

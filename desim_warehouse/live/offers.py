@@ -41,11 +41,11 @@ class Offer:
 
     @property
     def is_number(self) -> bool:
-        """Whether its values are numbers, ascending."""
+        """Whether the values of the key are numbers, ascending."""
         return is_numeric(self.values)
 
     def place(self, value: Any) -> int | None:
-        """The rank of a value, which has the type that was offered; None for any other."""
+        """Return the rank of a value, which has the type that was offered; None for any other."""
         kind = (int, float) if self.is_number else str
         fits = isinstance(value, kind) and not isinstance(value, bool)
         return self.values.index(value) if fits and value in self.values else None
@@ -80,7 +80,7 @@ def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[s
 
 
 def levels_of(offered: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The value of each key where these are all the changes to the model; None where no values on offer make them."""
+    """Return the value of each key that makes exactly these changes to the model; None where no values do."""
     levels, made = {}, dict[str, Any]()
     for key, offer in offered.items():
         fits = [place for place, change in enumerate(offer.changes) if change and change.items() <= changes.items()]
@@ -91,7 +91,7 @@ def levels_of(offered: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[
 
 
 def spoken_design(offered: Mapping[str, Offer], places: Mapping[str, int]) -> str:
-    """A design in words: its robots and chargers, and all else that is not as today."""
+    """Return a design in words: its robots and chargers, and all else that is not as today."""
     chosen = {}
     for key, offer in offered.items():
         counted = key == ROBOTS or key.endswith(".total_chargers")
@@ -128,7 +128,7 @@ def _usual(model: Model) -> dict[str, Offer]:
 
 
 def _range(today: int) -> list[int]:
-    """Whole numbers around today's, up to more than twice as many."""
+    """Return whole numbers around today's number, up to more than twice as many."""
     most = max(math.ceil(2.2 * today), 6)
     step = math.ceil(most / _MOST)
     return sorted({today, *range(step, most + 1, step)})

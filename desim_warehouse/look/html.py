@@ -1,4 +1,7 @@
-"""Pages without scripts: their templates, which escape all names, their style, and the figures in them."""
+"""Pages without scripts: their templates, which escape all names, their style, and the figures in them.
+
+For the page of an answer or report, and for the course of a run in its replay.
+"""
 
 from __future__ import annotations
 
@@ -29,20 +32,20 @@ _COLOURS = 64
 
 @cache
 def template(name: str) -> Template:
-    """Load a template of the package; what is put in is escaped unless it is Markup."""
+    """Load a template of the package; text that is put in is escaped unless it is Markup."""
     loader = PackageLoader("desim_warehouse.look")
     made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return made.get_template(name)
 
 
 def figure(macro: str, *values: object) -> Markup:
-    """Draw a figure of templates/figures.html."""
+    """Render a figure by a macro of templates/figures.html."""
     drawn: Markup = getattr(template("figures.html").module, macro)(*values)
     return drawn
 
 
 def picture(axes: Axes) -> Markup:
-    """Turn a figure into a picture inside the page, with the words that say what it shows."""
+    """Turn a figure into a picture inside the page, with a text that says in words what it shows."""
     data, facts = axes._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
     return figure("picture", b64encode(_in_few_colours(data)).decode("ascii"), facts["width"], facts["alt"])
 
@@ -69,7 +72,7 @@ def style(figures: Collection[str] = FIGURES) -> str:
 
 
 def _without(figures: Collection[str], css: str) -> str:
-    """Leave the rules out that are for such figures alone."""
+    """Remove the rules of a style that are only for such figures."""
     if not figures:
         return css
     listed = "|".join(figures)
@@ -92,12 +95,12 @@ def course_style(themes: bool = False) -> str:
 
 
 def _css(name: str) -> str:
-    """Read a style without comments and spaces that say nothing."""
+    """Read a style without comments and spaces."""
     return _short(files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8"))
 
 
 def _short(css: str) -> str:
-    """Leave out of rules what says nothing: comments, spaces, the last semicolon, a zero before the point."""
+    """Shorten rules of a style: remove comments, spaces, the last semicolon, and a zero before the point."""
     css = re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", css, flags=re.DOTALL))
     css = re.sub(r" ?([{};,>]) ?", r"\1", css).replace(": ", ":").replace(";}", "}")
     return re.sub(r"(?<![\w.])0\.(?=\d)", ".", css).strip()

@@ -1,4 +1,7 @@
-"""Where names stand on a drawing: beside what they name, and on nothing else that is drawn."""
+"""Where names stand on a drawing: beside what they name, and on nothing else that is drawn.
+
+For the floor that `desim draw`, `plot.layout` and the page of a run show.
+"""
 
 from __future__ import annotations
 
@@ -20,26 +23,26 @@ _FARTHER = (1.0, 2.5, 4.5)
 
 @dataclass(frozen=True)
 class Spot:
-    """Where a name stands: the box that it fills, and on which side of what it names (-1: left, 0: over or below)."""
+    """The place of a name on a drawing: its box, and on which side it stands (-1: left, 0: over or below)."""
 
     box: Box
     across: int
 
     @property
     def x(self) -> float:
-        """Where the text is held: at its end that is near what it names, or in its middle."""
+        """The x at which the text is anchored: its end next to what it names, or its middle."""
         left, _, right, _ = self.box
         return (left + right) / 2 - self.across * (right - left) / 2
 
     @property
     def y(self) -> float:
-        """The height of its middle."""
+        """The y of the middle of the text."""
         return (self.box[1] + self.box[3]) / 2
 
 
 @dataclass
 class Sheet:
-    """Boxes of all that is drawn already.
+    """The boxes on a drawing that are occupied already.
 
     Attributes:
         marks: nodes, slots and names, which no name covers.
@@ -60,7 +63,7 @@ class Sheet:
             around: the box of what is named.
             gap: the least room between the two.
             side: where it stands if it can; else on the sides next to that one, and farther out.
-            again: whether the name stands elsewhere already, so that it is worth no line.
+            again: whether the name stands elsewhere already, so that it may not cover lines, either.
 
         Returns:
             The spot and which of the sizes it has; None where each would cover a mark.

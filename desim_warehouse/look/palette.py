@@ -1,4 +1,7 @@
-"""The colours of figures and replay pages."""
+"""The colours of figures and replay pages.
+
+For `plot`, the replay, the live page and pages of answers.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Pages of one file: `WebPage` saves or shows any page, `joined` makes the pages of the replay and the live page."""
+"""Pages of one file: `WebPage` saves or shows any page, `joined` makes the pages of the replay and the live page.
+
+For the replay, the live page and pages of answers.
+"""
 
 from __future__ import annotations
 

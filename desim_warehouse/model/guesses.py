@@ -42,5 +42,5 @@ def guesses(path: str | Path, changed: Iterable[str] = ()) -> tuple[str, ...]:
 
 
 def _named(keys: Keys) -> Keys:
-    """The keys of an entry of a list, where its first key stands on the line."""
+    """Return the keys of an entry of a list, where its first key stands on the line."""
     return keys[:-1] if len(keys) > 1 and isinstance(keys[-2], int) else keys

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import got, nearest, spoken, synonym
+from desim_warehouse.errors import did_you_mean, got, nearest, spoken, synonym
 from desim_warehouse.values.fields import TOP
 
 if TYPE_CHECKING:
@@ -185,11 +185,10 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
 
 
 def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
-    """Say what to write instead, where the value shows it."""
+    """Return the words that say what to write instead, where the wrong value shows it; else an empty text."""
     if isinstance(value, str):
-        near = nearest(value, re.findall(r"'(.*?)'", context.get("expected", "")))
-        if near is not None:
-            return f"; did you mean '{near}'?"
+        if hint := did_you_mean(value, re.findall(r"'(.*?)'", context.get("expected", ""))):
+            return hint
         if kind in _NUMBERS and _numeric(value):
             return "; write it without quotes"
         if kind == "tuple_type" and value:
@@ -232,7 +231,7 @@ class Outline:
         return list(dict.fromkeys(key for form in self._at(keys) for key in form.get("properties", {})))
 
     def expected(self, keys: Keys) -> str:
-        """Say what a missing key expects, and what it means."""
+        """Return the words that say what a missing key expects, and what it means."""
         node = next(step for form in self._at(keys[:-1]) for step in self._step(form, keys[-1]))
         if "errorMessage" in node:
             return str(node["errorMessage"]).removeprefix("expected ")
@@ -245,7 +244,7 @@ class Outline:
         return f"a section with {spoken(needed or self.keys_at(keys) or ['names', 'what each stands for'])}"
 
     def entries(self, keys: Keys) -> str:
-        """Say how many entries a list must have, and what they mean."""
+        """Return the words that say how many entries a list must have, and what they mean: `2 entries, x and y`."""
         node = next(form for form in self._at(keys) if "maxItems" in form)
         return f"{node['maxItems']} entries" + (f", {node['description']}" if "description" in node else "")
 

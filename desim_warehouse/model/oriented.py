@@ -140,7 +140,7 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, ways: Mapping[Edge,
 
 
 def _drive(item: MutableMapping[str, Any], against: float | None, *, is_back: bool) -> None:
-    """Make an edge lead the other way round if so, one-way without `against`, with it both ways."""
+    """Turn an edge round (`is_back`), and make it one-way, or with `against` lead both ways, preferring one."""
     _drop(item, "against")
     if is_back:
         item["from"], item["to"] = item["to"], item["from"]

@@ -14,7 +14,7 @@ from desim_warehouse.model.sections.policy import Policies
 
 
 class Unset(Enum):
-    """As the value of an override, `UNSET` removes its key, as if the model file had never said it."""
+    """As the value of an override, `UNSET` removes its key from the model, as if the file had never had it."""
 
     UNSET = "!unset"
 
@@ -103,7 +103,7 @@ def _put(section: Any, path: Keys, value: Any, positions: FilePositions, label: 
 
 
 def _remove(section: Any, path: Keys) -> list[Problem]:
-    """Take a key away, if it is there; an entry of a list stays, and is the problem returned."""
+    """Remove a key, if it is there; an entry of a list stays, and is the problem returned."""
     for key in path[:-1]:
         section = (
             section[int(key)] if _is_entry(section, key) else section.get(key) if isinstance(section, dict) else None
@@ -129,7 +129,7 @@ def _is_entry(section: Any, key: str | int) -> bool:
 
 
 def _opened(section: Any, keys: Keys, positions: FilePositions, label: str) -> Any:
-    """Return what lies below a key: a policy or rule given by its name becomes a section, a missing one is made."""
+    """Return the content below a key: a policy given by name becomes a section, a missing section is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)
     if len(keys) == 2 and keys[0] == "policies" and key in Policies.model_fields:  # noqa: PLR2004 - policies.charging
@@ -144,7 +144,7 @@ def _opened(section: Any, keys: Keys, positions: FilePositions, label: str) -> A
 
 
 def _closed(section: Any, here: str, key: str | int) -> str:
-    """Say why nothing can be set there."""
+    """Return the message that nothing can be set below a key, and why."""
     if isinstance(section, list):
         have = f"{len(section)} entries, 0 to {len(section) - 1}" if section else "no entries"
         return f"no entry {key} in '{here}' (it has {have}), expected one of these, or '{here}' as a whole"

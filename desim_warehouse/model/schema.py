@@ -56,7 +56,7 @@ from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time, in_24_hours
 from desim_warehouse.values.dates import has_time, read_times
-from desim_warehouse.values.distributions import Varying, mean_of
+from desim_warehouse.values.distributions import Distribution, Varying
 from desim_warehouse.values.fields import (
     TOP,
     Duration,
@@ -100,7 +100,7 @@ class Units(Part):
 
     @property
     def has_seconds(self) -> bool:
-        """Whether it is known how long a time unit is: by its name, or given. A model in steps may not say."""
+        """Whether the time unit has a known length: by its name, or given. A model in steps may not say."""
         return self.time in SECONDS or self.seconds != 1
 
     @property
@@ -148,7 +148,7 @@ class Tasks(Part):
     )
 
     def is_random(self, model: Model) -> bool:
-        """Whether stations are drawn, or something else of it is."""
+        """Whether chance decides anything of the work, such as the stations of tasks."""
         if self.station_choice == "random" and self._choice_of_nodes(model):
             return True
         return super().is_random(model)
@@ -161,15 +161,10 @@ class Tasks(Part):
         named = {item.to for item in listed if isinstance(item, Good) and item.to is not None}
         return len(self.unload_at) > 1 or any(len(model.floor.nodes_of(name)) > 1 for name in named)
 
-    @property
-    def mean_load(self) -> float:
-        """The mean time of loading, which estimates take."""
-        return mean_of(self.load_time)
-
-    @property
-    def mean_unload(self) -> float:
-        """The mean time of unloading, which estimates take."""
-        return mean_of(self.unload_time)
+    def handling_of(self, flow: FlowSpec) -> tuple[float | Distribution, float | Distribution]:
+        """Return the times of loading and unloading a task: set by its flow, else by `load_time` and `unload_time`."""
+        loading = self.load_time if flow.load_time is None else flow.load_time
+        return loading, self.unload_time if flow.unload_time is None else flow.unload_time
 
     @property
     def has_via(self) -> bool:
@@ -238,7 +233,7 @@ class Tasks(Part):
 
     @property
     def grow(self) -> bool:
-        """Whether it `has_rates`, and none of it ends, as a schedule does."""
+        """Whether tasks arrive at rates (`has_rates`), and none of the work ends, as a schedule does."""
         return self.has_rates and all(flow.never_ends for flow in self.flows.values())
 
     @model_validator(mode="after")
@@ -301,7 +296,7 @@ class RunSpec(Part):
 
 
 def _instant_of(start: str) -> str | None:
-    """A time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
+    """Return a time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
 
     Both may be as people write them, in one reading, without a time zone.
     """
@@ -320,7 +315,7 @@ def _instant_of(start: str) -> str | None:
 
 
 def _without_end(tasks: Tasks) -> str:
-    """Say which work goes on for ever, for a message."""
+    """Return the words that say which work goes on for ever, for a message."""
     for name, flow in tasks.flows.items():
         if flow.never_ends:
             return f"as tasks.flows.{name} goes on for ever"
@@ -568,7 +563,7 @@ class Model(Part):
 
     @property
     def is_deterministic(self) -> bool:
-        """Whether its runs draw no random numbers, so that all are equal and one is enough.
+        """Whether runs of the model draw no random numbers, so that all are equal and one is enough.
 
         Known before a run, from what each section says of itself; what a run did is in `Run.deterministic`.
         """
@@ -576,7 +571,7 @@ class Model(Part):
 
     @property
     def floor(self) -> Layout:
-        """Its layout as it is driven, with the speed limits of slow zones that always hold.
+        """The model's layout as it is driven, with the speed limits of slow zones that always hold.
 
         Raises:
             LayoutError: where two things claim one node.
@@ -586,7 +581,7 @@ class Model(Part):
 
     @property
     def waits_apart(self) -> tuple[str, ...]:
-        """Kinds of waits that its runs may have beside those for other robots."""
+        """The kinds of waits that runs of the model may have beside waits for other robots."""
         return tuple(name for name, state in APART.items() if state.applies(self))
 
     def hours(self, calendar: str | None) -> Hours:
@@ -663,5 +658,5 @@ def _check_orders(model: Model, source: str) -> None:
 
 
 def reading(model: Model, layout: Layout) -> Reading:
-    """Return how files of orders are understood on a layout of a model."""
+    """Return the facts by which files of orders are read on a layout of a model."""
     return Reading.of(layout, model.run.start, model.units.seconds, model.pods)

@@ -21,7 +21,7 @@ WAVES = 24
 
 
 def evenly(model: Model) -> dict[str, Any]:
-    """Return the changes by which flows with peaks bring as many tasks in the counted time at one rate, if any."""
+    """Return the changes by which flows with peaks bring as many tasks in the evaluation period at one rate, if any."""
     changes = {name: _even(model, flow) for name, flow in model.tasks.flows.items() if "." not in name}
     return {f"tasks.flows.{name}.arrivals": even for name, even in changes.items() if even is not None}
 

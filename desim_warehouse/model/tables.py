@@ -231,7 +231,7 @@ def _place_names(named: dict[str, Any], keys: Keys, folder: Path, positions: Fil
 
 
 def _holds(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
-    """Read what pods hold: a row for each item on a pod. Pods and items are numbered as the file first names them."""
+    """Read the contents of pods: a row for each item on a pod. Pods and items are numbered as the file names them."""
     form = HoldsFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     for column in ("pod", "item"):
@@ -353,7 +353,7 @@ def _columns(header: Sequence[str]) -> str:
 
 
 def _check_size(path: Path) -> None:
-    """Refuse what may never end, such as a device or a pipe, and files larger than any table."""
+    """Refuse files that may never end, such as a device or a pipe, and files larger than any table."""
     if path.exists() and not path.is_file():
         raise OSError(0, "not a file")
     if path.exists() and path.stat().st_size > LIMITS["bytes"][0]:

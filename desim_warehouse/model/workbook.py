@@ -40,7 +40,7 @@ def rows_of(path: Path, sheet: str | None) -> Iterator[list[str]]:
 
 
 def sheets_of(path: Path) -> list[str]:
-    """The names of the sheets of a workbook; raises errors as `rows_of` does."""
+    """Return the names of the sheets of a workbook; raises errors as `rows_of` does."""
     with _opened(path) as book:
         return list(book.sheetnames)
 
@@ -86,7 +86,7 @@ def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
 
 
 def _text(cell: Any) -> str:
-    """Text of a cell; a duration beyond a day (`[h]:mm`) has all of its hours."""
+    """Return the text of a cell; a duration beyond a day (`[h]:mm`) has all of its hours."""
     if isinstance(cell, dt.timedelta):
         minutes, seconds = divmod(round(cell.total_seconds()), 60)
         return f"{minutes // 60:02}:{minutes % 60:02}:{seconds:02}"

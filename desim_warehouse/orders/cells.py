@@ -1,5 +1,7 @@
 """Reading cells of an export as times and numbers, in all ways in which people and programs write them.
 
+For `desim orders`.
+
 A column has one reading of dates, points and commas, by all its rows. Row by row `2.5` beside `1,5` was 2.5 beside 1.5,
 and `1.234` beside `2.5` was 1,234. Going by the language of the headings was rejected, which are often English in
 German exports. Where only `1.234` stands it is 1,234, as SAP writes it, and that is said. Times have no zone, as the
@@ -86,7 +88,7 @@ class ExportRows(OrderRows):
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """Number of tasks that each quantity of pieces takes."""
+        """Return the number of tasks that each quantity of pieces takes."""
         self.pieces = quantities
         most = self._per_load
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities
@@ -106,7 +108,7 @@ class ExportRows(OrderRows):
         return read
 
     def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Dates without their offsets from UTC; how they are read is added to `assumed`.
+        """Remove the offsets from UTC of dates; how they are read is added to `assumed`.
 
         In a night of a clock change all are on the clock of the first. Times of any other zone are refused.
         """
@@ -131,7 +133,7 @@ class ExportRows(OrderRows):
         ]
 
     def _to_the_end_of_days(self, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Due dates, moved to the end of their day where they have no time of day."""
+        """Move due dates without a time of day to the end of their day."""
         days = _are_days(dates)
         alone = [
             _has_no_time(date) and (days or ":" not in text)
@@ -155,7 +157,7 @@ def _are_days(dates: list[dt.datetime | None]) -> bool:
 
 
 def _first_day(dates: list[dt.datetime | None]) -> dt.datetime | None:
-    """Day of the first order, apart from sentinel dates long before most orders; None without dates."""
+    """Return the day of the first order, ignoring sentinel dates long before most orders; None without dates."""
     days = sorted(date.replace(hour=0, minute=0, second=0, microsecond=0) for date in dates if date is not None)
     if not days:
         return None

@@ -1,4 +1,7 @@
-"""A day of orders from an ERP, made ready for a model: contents, problems, assumptions."""
+"""A day of orders from an ERP, made ready for a model: contents, problems, assumptions.
+
+For `desim orders`, and `order_day` in Python.
+"""
 
 from __future__ import annotations
 
@@ -39,17 +42,17 @@ _HOUR, _DAY = 3600.0, 86_400.0
 
 @dataclass(frozen=True)
 class OrderDay:
-    """The orders of a file.
+    """The orders of a file, ready for a model: what could be read, what is wrong, and what is assumed.
 
     Attributes:
         lines: the rows that could be read, in order of release; quantities are tasks, each a trip.
-        pieces: quantities added up, as the file has them.
-        problems: what is wrong with other rows, a line for each kind.
-        skipped: these rows, as they stand in the file.
-        assumed: what the file does not say.
+        pieces: sum of the quantities as the file has them.
+        problems: what is wrong with other rows, a line for each kind of problem.
+        skipped: the rows with problems, as they stand in the file.
+        assumed: assumptions on what the file does not say, each in words.
         midnight: the day of the first order; None where the file has no dates.
-        how: what of the model it takes to understand the file.
-        unread: columns that are not read; one that has places of the model says so.
+        how: facts of the model by which the file is read.
+        unread: columns that are not read; a note names those that hold places of the model.
     """
 
     lines: tuple[OrderLine, ...]
@@ -200,7 +203,7 @@ def _without_orders(path: Path) -> Model:
 
 
 def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
-    """Words for the direction of priorities, where they differ."""
+    """Return words for the direction of priorities, if priorities differ."""
     priorities = {line.priority for line in lines if line.priority is not None}
     if len(priorities) < 2:  # noqa: PLR2004 - nothing comes before another
         return []
@@ -209,7 +212,7 @@ def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
 
 
 def _totals(cells: pd.DataFrame) -> Any:
-    """Whether each row is a total: a word for a sum, and no place."""
+    """Return for each row whether it is a total: it has a word for a sum, and no place."""
     words = cells[_ours(cells)].apply(lambda column: column.str.match(_TOTAL)).any(axis=1).to_numpy()
     return words & (cells[[name for name in ("from", "to") if name in cells]] == "").all(axis=1).to_numpy()
 
@@ -245,7 +248,7 @@ def _doubles(rows: ExportRows) -> None:
 
 
 def files(day: OrderDay, out: Path) -> tuple[Path, ...]:
-    """The files of a day: its orders, and the rows left out beside them, if there are some."""
+    """Return the files of a day: its orders, and the rows left out beside them, if there are some."""
     return (out, out.with_name(f"{out.stem}.skipped.csv")) if len(day.skipped) else (out,)
 
 

@@ -1,5 +1,7 @@
 """Reading the table of orders in an export as text: CSV with any delimiter, Parquet, Excel.
 
+For `desim orders`.
+
 What the file does not say is found out and kept as words: encoding, separator, the row of the header, columns by
 common headings. A file is read in one way or refused, as a guess would be wrong in silence. Common headings are looked
 for only where there is no column `release`. The whole file is held, so that a column is read by all of its rows: at
@@ -69,7 +71,7 @@ class Export:
 
 
 def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Export:
-    """Read a table of orders.
+    """Read the table of orders in an export as text.
 
     Args:
         path: of CSV, Parquet or Excel.
@@ -169,7 +171,7 @@ def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str
 
 
 def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
-    """The separator of cells: the one with which there is a column of releases, and the most columns."""
+    """Return the separator of cells: the one with which there is a column of releases, and the most columns."""
     with path.open(encoding=encoding, newline="") as lines:
         sample = lines.read(_SAMPLE)
     if "\0" in sample:
@@ -184,7 +186,7 @@ def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
 
 
 def _encoding(path: Path) -> str:
-    """Encoding of a file: UTF-8 if valid, UTF-16 with its byte order mark, else Windows-1252."""
+    """Return the encoding of a file: UTF-8 if valid, UTF-16 with its byte order mark, else Windows-1252."""
     with path.open("rb") as file:
         start = file.read(2)
         if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
@@ -201,7 +203,7 @@ def _encoding(path: Path) -> str:
 
 
 def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[int, list[str], dict[str, int]]:
-    """Find the header: rank of the first row with a column of releases, its headings, and the ranks of our columns.
+    """Find the header: rank of the first row with a column of releases, headings, and ranks of our columns.
 
     Where none has one it is the first, and no column is ours.
     """

@@ -1,5 +1,7 @@
 """An exact account of time: every second of every robot and task has one cause, and the parts add up to the whole.
 
+For the tables of a run (`Run.account`), the figures of its page, and the suspects of `desim why`.
+
 What a robot does is its state or, while it waits in traffic, what it waits for. Both are cut at the same instants, so
 nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
 here (see `states`). A new reason for collisions is a line in `_TRAFFIC` and in `pieces`. Waits need `log: all`.
@@ -112,7 +114,7 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
 
 
 def _rows(history: History, by: By) -> Found:
-    """Tell what the rows of an account are, and which stretches of time belong to each."""
+    """Return the rows of an account, and the stretches of time that belong to each."""
     tables: dict[By, Callable[[History], Found]] = {
         "task": _by_task,
         "flow": _by_flow,
@@ -126,7 +128,7 @@ def _rows(history: History, by: By) -> Found:
 
 
 def share_of_tasks(history: History, *parts: str) -> float:
-    """Return the share that some parts have of the time of all tasks together."""
+    """Return the share of some causes in the time of all tasks together."""
     spent = account(history, "task").sum()
     whole = float(spent.sum())
     return math.fsum(float(spent.get(part, 0.0)) for part in parts) / whole if whole else 0.0
@@ -136,7 +138,7 @@ def share_of_tasks(history: History, *parts: str) -> float:
 
 
 def booked(history: History) -> list[list[Piece]]:
-    """Divide the time of each robot in pieces, as `pieces`, by what is to blame: a closure or person at the root."""
+    """Divide the time of each robot in pieces, as `pieces` does, with the closure or person at the root of waits."""
     if history not in _known:
         chains = Chains(history)
         _known[history] = [[part for piece in robot for part in _blamed(piece, chains)] for robot in chains.fleet]
@@ -195,7 +197,7 @@ def _by_hour(history: History) -> Found:
 
 
 def counted_tasks(history: History) -> dict[int, TaskHistory]:
-    """Return the tasks that `account` has rows for, by number: all but those done before the counted time."""
+    """Return the tasks that `account` has rows for, by number: all but those done before the evaluation period."""
     return {number: task for number, task in history.tasks.items() if history.counts(task.done)}
 
 
@@ -262,7 +264,7 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
 
 
 def _turns(history: History) -> dict[int, float]:
-    """Return when each line was picked at the earliest: with pods it waits its turn behind its robot's line before."""
+    """Return when each line could be picked at the earliest: with pods a line waits for the robot's line before it."""
     last, turns = [0.0] * len(history.states), {}
     for row in history.rows("delivered"):
         turns[row.task], last[row.robot] = last[row.robot], row.time

@@ -1,5 +1,7 @@
 """Why robots wait: who waits for whom, followed to the root, where somebody waits for nobody.
 
+For `Run.waits`, the page and answer of a run, its replay, and `desim why`.
+
 A robot that waits in traffic waits for another, which may itself wait for a third. The chain ends at its root: a robot
 at work, a queue for a server or charger, a closure, a person, a two-way lane that is taken, or the crossing itself.
 Chains change while robots wait, so waits are cut wherever one on the chain does something else. Needs `log: all`.
@@ -34,7 +36,7 @@ _known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
 
 
 class Root(NamedTuple):
-    """The end of a chain of waits: a state of a robot, a wait for a closure or person, or a root above; and where.
+    """The end of a chain of waits: a state of a robot, a closure, a person, or a root listed above; and its place.
 
     `at`: a node, or an edge (`A>B`); "" for a charger, whichever is free first, and for pickers, who come anywhere.
     """
@@ -77,7 +79,7 @@ def roots(history: History) -> list[Root]:
 
 
 def lost_to(history: History, until: float = math.inf) -> dict[Root, tuple[float, int]]:
-    """Return for each root how long all robots together waited for it (counted time), and how many did, most first.
+    """Return for each root the time that all robots together waited for it, and how many did, the longest first.
 
     Waits that begin after `until` are left out, and of others what comes after it.
     """
@@ -96,7 +98,7 @@ def _waits(piece: Piece) -> bool:
 
 
 def _place(wait: Wait) -> Root:
-    """Return the root of a wait for nobody that can be followed: what is under way at the place where it waits."""
+    """Return the root of a wait for no robot that could be followed: the traffic at the place of the wait."""
     if wait.cause in APART:
         return Root(wait.cause, ">".join(wait.into) if wait.into else wait.node or "")
     return Root(LANE, ">".join(wait.edge)) if wait.edge is not None else Root(CROSSING, wait.node or "")

@@ -1,5 +1,7 @@
 """The course of a run over the clock: robots by what they do, deliveries, open tasks, queues, chargers, batteries.
 
+For the drawing of a run's course on its page and in its replay, and for `plot.day`.
+
 Sums since the start hide when something happened. So the run is cut into parts of five minutes, counted from the end of
 the warm-up in both directions. Each curve has its mean in each part, so it integrates to the run's own indicator.
 Waiting in traffic is told from work with `log: all` only; without it a robot that waits counts as at work.
@@ -54,7 +56,7 @@ _TIMES_MEDIAN = 2.0
 
 
 class PileUp(NamedTuple):
-    """A stretch of time with more open tasks than usual, `most`, against a median of `usual`.
+    """A stretch of time with far more open tasks than usual: `most` at its peak, against a median of `usual`.
 
     `doing` is what robots do in that time more than in the rest of it, and `share` the part of the fleet that does.
     """
@@ -160,7 +162,7 @@ def _robots(history: History, bounds: Numbers) -> dict[str, Numbers]:
 
 
 def shares_of_robots(history: History) -> dict[str, Numbers]:
-    """Return for each robot the shares of its counted time by what it does, in the order of `DOING`.
+    """Return for each robot the shares of its evaluation period by what it does, in the order of `DOING`.
 
     They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
     far as `day` does.
@@ -223,7 +225,7 @@ def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[
 
 
 def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, int]:
-    """Return the first part, from `first` on, and the end of the stretch around `top` that has at least `least`."""
+    """Return the bounds of the stretch around part `top` with values of at least `least`, from part `first` on."""
     low = high = top
     while low > first and values[low - 1] >= least:
         low -= 1
@@ -233,7 +235,7 @@ def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, i
 
 
 def _more_than_else(robots: dict[str, Numbers], bounds: Numbers, low: int, high: int) -> tuple[str, float]:
-    """Return what a larger part of the fleet does between two parts than in the whole run, and that share."""
+    """Return the state that robots are in more between two parts than in the whole run, and the share of the fleet."""
     lengths = np.diff(bounds)
     fleet = float(sum(numbers[0] for numbers in robots.values())) or 1.0
 

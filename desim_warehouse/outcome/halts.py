@@ -1,5 +1,7 @@
 """Standstills: when deliveries stood still though tasks were open, and what for.
 
+For the answer of a run, and for its course on the page and in the replay.
+
 A gap between two deliveries counts if tasks are open in it for longer than the 95 % quantile of cycle times, and if for
 most of that time no robot is at work: one that drives to or with a load, or handles one, and does not wait in traffic.
 So a single task that takes long is none. Waits in traffic are known with `log: all`.
@@ -41,7 +43,7 @@ class Halt(NamedTuple):
 
 
 def halts(history: History) -> list[Halt]:
-    """Return the standstills of deliveries in the counted time, in order."""
+    """Return the standstills of deliveries in the evaluation period, in order."""
     if len(history.cycle_times) < LEAST_DONE:
         return []
     longest = quantile(history.cycle_times, 0.95)
@@ -63,7 +65,7 @@ def halts(history: History) -> list[Halt]:
 
 
 def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
-    """Iterate over the times without a delivery in which tasks are open all along, with how many are at the end."""
+    """Yield the intervals without a delivery in which tasks are open all along, with the number open at the end."""
     begin, end = history.begin, history.end
     done = [task.delivered for task in history.counted_deliveries if task.delivered <= end]
     released = sorted(task.released for task in history.tasks.values())
@@ -96,7 +98,10 @@ def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
 
 
 def _what(part: str) -> Cause | None:
-    """Return the cause of a standstill that a state, or a wait in traffic, shows; None: at work, or driving to park."""
+    """Return the cause of a standstill that a state, or a wait in traffic, shows.
+
+    It is None for a robot that is at work, or drives to park.
+    """
     if part in APART:
         return "lanes"
     if part not in SHOWN:
@@ -115,7 +120,7 @@ def _what(part: str) -> Cause | None:
 
 
 def _cause(history: History, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
-    """Return what most robots did; behind one that waits for a lane to open others wait for each other."""
+    """Return the cause of a standstill: what most robots did in it."""
     cause = max(spent, key=spent.__getitem__)
     if cause == "queues" and spent.get("lanes", 0.0) > MOST_AT_WORK * (end - start):
         return "lanes"
@@ -138,7 +143,7 @@ def _waits_for_repair(history: History, time: float) -> bool:
 
 
 def _shut(model: Model, start: float, end: float) -> Cause:
-    """Return why robots without a task are given none between two times."""
+    """Return why robots without a task are given none between two times: hours or closures."""
     middle, stations_by_node = (start + end) / 2, specs(model, model.floor)
     stations = [
         model.hours(stations_by_node[node].hours)

@@ -91,11 +91,11 @@ class History:
 
     @property
     def history(self) -> History:
-        """Itself; the history of a flow has the history of the whole run here."""
+        """The history of the whole run: of `History` itself, of a part of a run its whole."""
         return self
 
     def since(self, begin: float) -> History:
-        """Return the history of the run, counted from another moment on: itself if it counts from there already."""
+        """Return the run's history with the evaluation period beginning at `begin`; itself where it does so already."""
         if begin == self.begin:
             return self
         other = History(self.log, self.model, self.layout, self.seed)
@@ -104,16 +104,16 @@ class History:
 
     @property
     def counted(self) -> float:
-        """The length of time in which indicators count."""
+        """The length of the evaluation period (the counted time), from the end of the warm-up to the end of the run."""
         return self.end - self.begin
 
     @property
     def stretches(self) -> list[Stretch]:
-        """The counted time, as one stretch; a part of the day has one on each day."""
+        """The evaluation period as one stretch; a part of the day has one stretch on each day."""
         return [(self.begin, self.end)]
 
     def counts(self, time: float) -> bool:
-        """Whether what happens at a time is counted: from the very end of the warm-up on."""
+        """Whether an event at a time is counted: from the very end of the warm-up on."""
         return time >= self.begin
 
     def within(self, start: float, end: float) -> float:
@@ -122,7 +122,7 @@ class History:
 
     @cached_property
     def totals(self) -> dict[str, float]:
-        """The tallies of all robots together (see `Run.robots`), in the counted time."""
+        """The tallies of all robots together (see `Run.robots`), in the evaluation period."""
         return {key: math.fsum(robot[key] for robot in self.log.robots) for key in self.log.robots[0]}
 
     # Tasks
@@ -135,7 +135,7 @@ class History:
 
     @cached_property
     def for_workers(self) -> list[TaskHistory]:
-        """The tasks whose load units are for the workers of a station, in order of release, as the world says."""
+        """The tasks whose load units people in a station work on, in order of release, as the world noted it."""
         return [self.tasks[number] for number in sorted(self._for_workers)]
 
     @cached_property
@@ -202,17 +202,17 @@ class History:
 
     @cached_property
     def counted_deliveries(self) -> list[TaskHistory]:
-        """The tasks that were delivered in the counted time, in order of delivery."""
+        """The tasks that were delivered in the evaluation period, in order of delivery."""
         return [task for task in self.delivered if self.counts(task.delivered)]
 
     @cached_property
     def counted_done(self) -> list[TaskHistory]:
-        """The tasks that were done in the counted time, in that order."""
+        """The tasks that were done in the evaluation period, in that order."""
         return [task for task in self.done if self.counts(task.done)]
 
     @cached_property
     def cycle_times(self) -> list[float]:
-        """The cycle times of the tasks done in the counted time, shortest first."""
+        """The cycle times of the tasks done in the evaluation period, shortest first."""
         return sorted(task.cycle_time for task in self.counted_done)
 
     @cached_property
@@ -221,7 +221,7 @@ class History:
         return not self.model.tasks.never_end and self.end < self.model.run.end and len(self.done) == len(self.tasks)
 
     def falling_due(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
-        """Return the deadlines in the counted time, ends included, in order of due times: met, missed or still open.
+        """Return the deadlines that fall in the evaluation period, ends included, by due time: met, missed or open.
 
         If the run ended with its work, deadlines after its end that were met count too.
         """
@@ -234,17 +234,17 @@ class History:
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of tasks that fall in the counted time, in order of time."""
+        """The due times of tasks that fall in the evaluation period, in order of time."""
         return self.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The due times of work on load units for stations with workers, in the counted time, in order."""
+        """The due times of work on load units for stations with workers, in the evaluation period, in order."""
         return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
     def order_deadlines(self) -> list[Deadline]:
-        """The due times of orders that fall in the counted time, in order of time."""
+        """The due times of orders that fall in the evaluation period, in order of time."""
         return self.falling_due(order.deadline for order in self.orders)
 
     @cached_property
@@ -258,7 +258,7 @@ class History:
 
     @cached_property
     def counted_orders(self) -> list[OrderHistory]:
-        """The orders whose last task was done in the counted time."""
+        """The orders whose last task was done in the evaluation period."""
         return [order for order in self.orders if self.counts(order.done) and order.done <= self.end]
 
     @cached_property
@@ -277,7 +277,7 @@ class History:
 
     @cached_property
     def knows_batches(self) -> bool:
-        """Whether the log says when tasks were put into batches: some were, and it is of 0.4.0 or later."""
+        """Whether the log says when tasks were put into batches: it is of 0.4.0 or later, and there are batches."""
         batching = self.model.policies.batching.name != "single"
         return batching and all(math.isfinite(self.tasks[assignment.task].batched) for assignment in self.assignments)
 
@@ -314,7 +314,7 @@ class History:
 
     @cached_property
     def starts(self) -> list[Start]:
-        """Where each robot begins: as the model has it, or, in a settled fleet, at the charger where it charges."""
+        """The start of each robot: as the model has it or, in a fleet that begins in steady state, at its charger."""
         starts = self.model.fleet.starts(self.layout.bays)
         for row in self.rows(AT_START):
             if row.time > 0:
@@ -351,7 +351,7 @@ class History:
 
     @cached_property
     def served(self) -> list[tuple[str, float, float]]:
-        """When robots loaded or unloaded in stations: the node of the station, from when, and until when."""
+        """The intervals in which robots loaded or unloaded in stations: node of the station, begin, end."""
         stored = {row.task for row in self.rows("released") if row.value is not None and row.value >= 0}
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
@@ -379,7 +379,7 @@ class History:
 
     @cached_property
     def recharges(self) -> list[float]:
-        """When robots that had been charged went out again."""
+        """The times at which robots went out again after charging."""
         return [row.time for row in self.rows("recharged")]
 
     # Traffic
@@ -408,7 +408,7 @@ class History:
 
     @cached_property
     def blocked(self) -> list[Blocked]:
-        """When edges were closed or had people in them, in order of time, up to the end of the run."""
+        """The intervals in which edges were closed or had people in them, in order of time, up to the run's end."""
         spans = []
         since: dict[tuple[Edge | None, float | None], LogRow] = {}
         for row in self.rows("edge_closed", "edge_opened", "person_in", "person_out"):
@@ -422,7 +422,7 @@ class History:
 
     @cached_property
     def stays(self) -> list[list[Whereabouts]]:
-        """For each robot where it is, in order of time, from its start. Needs `log: moves` or `all`."""
+        """The whereabouts of each robot in order of time, from its start. Needs `log: moves` or `all`."""
         stays = [[Whereabouts(0.0, start.edge, start.node)] for start in self.starts]
         for row in self.rows(*PLACES):
             stays[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
@@ -442,7 +442,7 @@ class History:
 
     @cached_property
     def chargings(self) -> list[ChargeSpan]:
-        """When robots were at a charger, one robot after the other. Empty without batteries."""
+        """The intervals in which robots were at a charger, one robot after the other. Empty without batteries."""
         return [
             ChargeSpan(
                 span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0
@@ -461,7 +461,7 @@ class History:
 
     @cached_property
     def charged(self) -> float:
-        """The energy charged into all batteries together in the counted time."""
+        """The energy charged into all batteries together in the evaluation period."""
         return math.fsum(
             span.after - self._level_when_counting_begins(span) for span in self.chargings if self.counts(span.end)
         )
@@ -472,7 +472,7 @@ class History:
 
     @cached_property
     def lowest_levels(self) -> list[float]:
-        """The lowest level of each battery in the counted time, as a share of its capacity; empty without batteries.
+        """The lowest level of each battery in the evaluation period, as a share of its capacity; else empty.
 
         At every level of the log. Levels only fall between charging stops, so the lowest is at the beginning of a
         state, or at an end.
@@ -489,7 +489,7 @@ class History:
 
     @cached_property
     def charger_wait(self) -> float:
-        """The counted time that all robots together queued for a charger. Their other queueing was for a server.
+        """The evaluation period that all robots together queued for a charger. Their other queueing was for a server.
 
         Robots that rest too low to work are not in the queue.
         """
@@ -503,7 +503,7 @@ class History:
 
     @cached_property
     def energy_curves(self) -> list[Curve]:
-        """For each robot times and energies between which its battery level is linear. Empty without batteries.
+        """For each robot the times and energies of the corners of its battery level, linear between them.
 
         The log has the energy at every change of state. In between it falls at the state's rate. Where standing draws
         another rate, waits are corners too, as far as they are recorded (`log: all`), and a tapered charge is sampled.
@@ -540,7 +540,7 @@ class History:
         return {kind for kind, kind_model in by_kind(self.model).items() if kind_model.policies.charging.name == "swap"}
 
     def _corners(self, span: StateSpan, waits: list[Wait]) -> list[tuple[float, float]]:
-        """Return time and energy at the start of a state, and wherever the rate changes in it."""
+        """Return times and energies in a state of a robot: at its start, and wherever the rate of drawing changes."""
         level, robot = span.energy or 0.0, span.robot
         points = [(span.start, level)]
         if span.seen.phase is Phase.CHARGING:
@@ -563,7 +563,7 @@ class History:
         return points
 
     def _charged(self, robot: int, level: float, time: float) -> float:
-        """Return the energy charged in a time at a charger. A swapped battery is full only at the end of it."""
+        """Return the energy that a charger gives in a time. A swapped battery is full only at the end of it."""
         if self._kinds[robot] in self._swapped:
             return 0.0
         return charging.charge_gain(self.batteries[robot], level, time)

@@ -116,12 +116,12 @@ class Indicator:
 
     @property
     def is_share(self) -> bool:
-        """Whether it is a share, at most 1 and shown in per cent."""
+        """Whether the indicator is a share, at most 1 and shown in per cent."""
         return self.unit.startswith("share")
 
     @property
     def within(self) -> tuple[float, float]:
-        """Its range: at least 0 unless it is signed, at most 1 if it is a share, unbounded otherwise."""
+        """The range of the indicator: at least 0 unless it is signed, at most 1 if it is a share, else unbounded."""
         return -math.inf if self.signed else 0.0, 1.0 if self.is_share else math.inf
 
 
@@ -417,7 +417,7 @@ INDICATORS = {
             "Worked on in time",
             "share of load units",
             "the same of load units for stations with workers, and of the work on them: one that comes due before it "
-            "is put down is late, too, if it can go nowhere else; only where they have due times",
+            "is put down is late, too, if it can go nowhere else; only where loads have due times",
             "more",
             measures.worked_on_time,
             measures.has_due_work,
@@ -428,7 +428,7 @@ INDICATORS = {
             "loads_due",
             "Loads come due",
             "count",
-            "the load units that `worked_on_time` is a share of; only where they have due times",
+            "the load units that `worked_on_time` is a share of; only where loads have due times",
             None,
             measures.loads_due,
             measures.has_due_work,
@@ -765,8 +765,12 @@ def kpis(history: History) -> RunIndicators:
     return values
 
 
+_CONDITION = re.compile(r"; (only (?:with|where) .+?)(?:$|, where|[;:]|\. )")
+"""Which models have an indicator, as its meaning says."""
+
+
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
-    """Return the indicators that a run of this kind is judged by, first things first, as far as it has them."""
+    """Return the indicators by which a run of this kind is judged, the most important first, as far as it has them."""
     return [name for name in _JUDGED[never_ends] if name in names]
 
 
@@ -783,12 +787,15 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def no_run_has(name: str, has: Collection[str]) -> str:
-    """Return the message for an indicator that runs lack, naming the nearest of those that they have."""
-    return f"indicator {name!r}: no run has it, {hint(name, has)}"
+    """Return the message for an indicator that runs lack: what it takes, or the nearest that they have."""
+    indicator = look_up(name)
+    condition = None if indicator is None else _CONDITION.search(indicator.meaning)
+    missing = hint(name, has) if condition is None else f"which is there {condition[1]}"
+    return f"indicator {name!r}: no run has it, {missing}"
 
 
 def hint(name: str, has: Collection[str]) -> str:
-    """Say which indicator was meant: by its name, another word, its title, or a flow beside it."""
+    """Return the hint on which indicator was meant: by its name, another word, its title, or a flow beside it."""
     names = name.split(",")
     if len(names) > 1:
         return f"expected one name at a time; the option may be repeated, for {spoken(map(str.strip, names))}"
@@ -859,19 +866,19 @@ def within(name: str) -> tuple[float, float]:
 
 
 def is_measured(name: str) -> bool:
-    """Whether an indicator is measured, as times and costs are: what is made of counts may agree by chance."""
+    """Whether an indicator is a measurement, as times and costs are; counts of two designs may agree by chance."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _MEASURED
 
 
 def is_of_due(name: str) -> bool:
-    """Whether an indicator is a share of what is done or comes due."""
+    """Whether an indicator is a share of the tasks or orders that are done or come due."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _COUNTS
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """Return the indicators of a run that count the tasks or orders behind a share of ours; empty if it is no share.
+    """Return the indicators that count the tasks or orders behind an indicator that is a share; else none.
 
     Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """

@@ -1,5 +1,7 @@
 """How busy everybody was in a run: the loads of `model.facts.workers`, measured.
 
+For the sentence on the busiest group in the answer of a run and of `desim why`, and for plans.
+
 A group that works all of its time may be asked for more. Where more work is left open in the end than chance explains,
 loads are of all work that came, and may be above 1.
 """
@@ -25,7 +27,7 @@ _WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING, Phase.
 class RobotTime(NamedTuple):
     """Parts of the time in which robots are on duty and not broken: work, the drive back to parking, and waits.
 
-    `traffic`: that part of `held` in which they wait in traffic.
+    `held`: waits; `traffic`: the part of `held` in which they wait in traffic.
     """
 
     work: float
@@ -53,9 +55,9 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
 
 
 def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
-    """Measure the load of each group in the counted time of a run, by its history and its indicators.
+    """Measure the load of each group in the evaluation period of a run, by its history and its indicators.
 
-    Lanes are among them where robots wait in traffic longer than they work. Without counted time there are none.
+    Lanes are among them where robots wait in traffic longer than they work. Without evaluation period there are none.
     """
     model, measured = history.model, list[Load | None]()
     factor, (carried, worked) = peak_factor(model), _asked_for(history)
@@ -84,9 +86,10 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
 
 
 def left_waiting(history: History) -> tuple[int, float]:
-    """Count by how many tasks more are open and in no robot's hands at the end than when counting began, and by chance.
+    """Return how many more tasks are open, with no robot, at the end of the evaluation period than at its begin.
 
-    By chance it may be the square root of those that came, the standard deviation of such a number.
+    With it comes how many more there may be by chance: the square root of the number of tasks that came, the standard
+    deviation of such a number.
     """
     came = _came(history)
     return came - len(history.counted_done) - _in_hand(history), math.sqrt(came)
@@ -97,7 +100,7 @@ def _came(history: History) -> int:
 
 
 def _in_hand(history: History) -> int:
-    """Count by how many tasks more robots have in hand at the end than when counting began."""
+    """Return by how many the tasks in the hands of robots grew in the evaluation period."""
     begin, end = (
         sum(
             1
@@ -110,9 +113,9 @@ def _in_hand(history: History) -> int:
 
 
 def _asked_for(history: History) -> tuple[float, float]:
-    """Return how many times the tasks delivered came in the counted time, and the loads worked on were put down.
+    """Return the ratio of tasks that came to tasks delivered, and of loads put down to loads worked on.
 
-    Both are 1 where no more are left than may be by chance, with what comes while stations or robots are off.
+    Both are 1 where the backlog is no larger than chance allows, with what comes while stations or robots are off.
     """
     model, hours = history.model, history.counted
     if not model.tasks.arrive or not hours:

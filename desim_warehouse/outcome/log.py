@@ -59,7 +59,7 @@ class LogRow(NamedTuple):
 
 
 class RowKind(NamedTuple):
-    """The least detailed `level` of the log that has a kind of row, what happened, and what its `value` is."""
+    """A kind of row: the least detailed `level` of the log that has it, what happened, and what its `value` is."""
 
     level: Detail
     meaning: str
@@ -207,7 +207,7 @@ class Log:
             self.orders[task] = order
 
     def is_for_workers(self, task: int) -> None:
-        """Note that the load unit of a task is to be worked on in a station."""
+        """Note that people in a station will work on the load unit of a task."""
         assert self.for_workers is not None
         self.for_workers.add(task)
 

@@ -1,5 +1,7 @@
 """The functions behind indicators: each takes the history of a run, or of a part of its tasks, and gives a number.
 
+For the list of indicators (`outcome.indicators`).
+
 The last ones are for goods to person: visits of pods, lines picked at each, idle pickers, and the way for a line.
 """
 
@@ -39,7 +41,7 @@ def collisions(history: History) -> int:
 
 
 def cost(history: History) -> float:
-    """Return the paper's outlook: distance x w_d + time x w_t + S x w_c, in the counted time (without a warm-up T)."""
+    """Return the paper's cost in the evaluation period: distance x w_d + time x w_t + S x w_c (T without warm-up)."""
     weights, distance = history.model.cost, history.totals["distance"]
     return distance * weights.distance + history.counted * weights.time + collisions(history) * weights.collisions
 
@@ -116,7 +118,7 @@ def in_hours(
     busy: Iterable[tuple[str, float, float]],
     stretches: Sequence[Stretch],
 ) -> float:
-    """Return the share of the time of servers or workers, by node so many and their hours, in which they are busy.
+    """Return the utilisation of servers or workers in their hours: a number of them, and hours, for each node.
 
     Work after the end of the hours, as `at_close: finish` has it, is not counted: it has no such time.
     """
@@ -162,7 +164,7 @@ def tardiness(tasks: History | PartHistory) -> float:
 
 
 def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
-    """Return the tasks of flows with departures (`due_at`) that come due in the counted time."""
+    """Return the tasks of flows with departures (`due_at`) that come due in the evaluation period."""
     whole = tasks.history
     flows = {name for name, flow in whole.model.tasks.flows.items() if flow.due_at}
     until = whole.model.run.end if whole.ended_with_its_work else whole.end
@@ -174,7 +176,7 @@ def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
 
 
 def departure_lead(tasks: History | PartHistory) -> float:
-    """Return the longest time before its departure at which a task came that missed it; 0 if none did."""
+    """Return the longest time before its departure at which a task arrived that missed it; 0 if no task missed one."""
     missed = (
         task.due - task.released for task in for_departures(tasks) if task.due is not None and task.done > task.due
     )
@@ -207,7 +209,7 @@ def mean(values: Sequence[float]) -> float:
 
 
 def quantile(ordered: Sequence[float], part: float) -> float:
-    """Interpolate linearly between order statistics, as numpy's default (kept here to start up without numpy)."""
+    """Return a quantile of sorted values, interpolated linearly as numpy does (kept here to start up without it)."""
     if not ordered:
         return math.nan
     place = part * (len(ordered) - 1)
@@ -217,7 +219,7 @@ def quantile(ordered: Sequence[float], part: float) -> float:
 
 
 def backlog_growth(history: History) -> float:
-    """Return tasks released less tasks done in the counted time, an hour."""
+    """Return tasks released minus tasks done in the evaluation period, an hour."""
     hours = history.counted / history.model.units.hour
     released = sum(1 for task in history.tasks.values() if history.counts(task.released))
     return (released - len(history.counted_done)) / hours if hours else math.nan
@@ -228,7 +230,7 @@ def energy_lowest(history: History) -> float:
 
 
 def energy_drift(history: History) -> float:
-    """Return energy charged less energy drawn, 0 where the two differ by rounding alone."""
+    """Return energy charged minus energy drawn, 0 where the two differ by rounding alone."""
     batteries, hours = history.batteries, history.counted / history.model.units.hour
     if not batteries or not hours:
         return math.nan
@@ -245,7 +247,7 @@ def charger_utilisation(part: History | PartHistory) -> float:
 
 
 def robots_busy(part: History | PartHistory) -> float:
-    """Return the share of time on duty in which a robot does not stand idle: waits keep it from a task, too."""
+    """Return the share of time on duty in which a robot is not idle: waits count, as they keep it from a task."""
     time = dict.fromkeys(RESTING, 0.0)
     for robot in part.history.changes:
         for span in robot:
@@ -267,7 +269,7 @@ def overlap(start: float, end: float, stretches: Sequence[Stretch]) -> float:
 
 
 def time_in(history: History, states: Iterable[str]) -> float:
-    """Return the time of all robots together in some states; nothing in states that the model does not have."""
+    """Return the time of all robots together in some states; 0 in states that the model does not have."""
     return math.fsum(history.totals.get(state, 0.0) for state in states)
 
 
@@ -331,7 +333,7 @@ def has_stations(history: History) -> bool:
 
 
 def has_tally(name: str) -> Callable[[History], bool]:
-    """Whether robots counted something, as their model has it."""
+    """Return a condition for indicators: whether robots of a run have a tally of this name."""
     return lambda history: name in history.totals
 
 
@@ -363,7 +365,7 @@ def pile_on(history: History) -> float:
 
 
 def lifts_taken(history: History) -> dict[str, float]:
-    """Work out for each lift the share of the counted time in which it is taken, by the rides in it.
+    """Return the utilisation of each lift: the share of the evaluation period in which it is busy, by the rides in it.
 
     The time that robots wait for cabins and ride is known of all lifts together, and shared as the rides take.
     """
@@ -380,7 +382,7 @@ def lifts_taken(history: History) -> dict[str, float]:
 
 
 def lift_utilisation(history: History) -> float:
-    """The mean over all lifts."""
+    """Return the mean utilisation of all lifts."""
     return statistics.fmean(lifts_taken(history).values())
 
 
@@ -409,7 +411,7 @@ def _pickers(history: History) -> dict[str, tuple[int, Hours]]:
 
 
 def lines_per_picker(part: History | PartHistory) -> float:
-    """Return the loads handled by the end of a pick in the counted time, for each hour of a picker at work."""
+    """Return the loads handled by the end of a pick in the evaluation period, for each hour of a picker at work."""
     ends = [span.end for span in part.history.pickers_work if span.picks]
     lines = sum(begin <= end <= until for end in ends for begin, until in part.stretches)
     at_work = math.fsum(

@@ -1,4 +1,7 @@
-"""The cost of a year: of the design (`model.facts.costs`), and of what was counted in a run."""
+"""The cost of a year: of the design (`model.facts.costs`), and of what was counted in a run.
+
+For the indicators of cost.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from desim_warehouse.outcome.history import History
 
 
 def annual_cost(history: History) -> float:
-    """Return the cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
+    """Return the cost of a year of `prices.hours` hours like the evaluation period; nan without prices or such time."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     if prices is None or not hours:
         return math.nan
@@ -18,14 +21,14 @@ def annual_cost(history: History) -> float:
 
 
 def cost_per_task(history: History) -> float:
-    """Return the year's cost by the tasks that it delivers at the rate counted, nan where there were none."""
+    """Return the annual cost divided by the tasks of a year at the rate of the run; nan where there were none."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     tasks = history.totals["delivered"] / hours if hours else 0.0
     return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan
 
 
 def late(history: History) -> int:
-    """Count the orders that came due in the counted time, its end included, and were not done by then.
+    """Count the orders that came due in the evaluation period, its end included, and were not done by then.
 
     A task of no order counts as an order by itself.
     """

@@ -1,4 +1,4 @@
-"""Parts of a run: the tasks of one flow, or one part of the day with the tasks that come in it."""
+"""Parts of a run, for indicators such as `on_time@11:30-13:00`: the tasks of one flow, or of one part of the day."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PartHistory:
     def __init__(
         self, history: History, belongs: Callable[[TaskHistory], bool], stretches: Sequence[Stretch] | None = None
     ) -> None:
-        """Take the tasks that `belongs` picks; `stretches`: in order and apart, by default the counted time."""
+        """Take the tasks that `belongs` picks; `stretches`: in order and apart, by default the evaluation period."""
         self.history = history
         self.stretches = history.stretches if stretches is None else stretches
         self._belongs = belongs
@@ -42,17 +42,17 @@ class PartHistory:
 
     @cached_property
     def counted_deliveries(self) -> list[TaskHistory]:
-        """The tasks of this part delivered in the counted time."""
+        """The tasks of this part delivered in the evaluation period."""
         return [task for task in self.history.delivered if self._belongs(task) and self.history.counts(task.delivered)]
 
     @cached_property
     def cycle_times(self) -> list[float]:
-        """The cycle times of the tasks of this part done in the counted time, shortest first."""
+        """The cycle times of the tasks of this part done in the evaluation period, shortest first."""
         return sorted(task.cycle_time for task in self.done if self.history.counts(task.done))
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of the tasks of this part that fall in the counted time, in order of time."""
+        """The due times of the tasks of this part that fall in the evaluation period, in order of time."""
         return self.history.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property

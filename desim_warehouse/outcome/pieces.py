@@ -1,4 +1,7 @@
-"""The time of robots in pieces that fill it, each with one state or one wait, and where. Waits need `log: all`."""
+"""The time of robots in pieces that fill it, each with one state or one wait, and where. Waits need `log: all`.
+
+For the account of time, chains of waiting, and the use of stations and chargers.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +74,7 @@ def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], 
 
 
 def _reason(wait: Wait) -> tuple[str, tuple[str, str] | None, str]:
-    """Return what a robot waits for in traffic, and the edge or node that it waits for."""
+    """Return the cause of a wait in traffic, and the edge or node that the robot waits for."""
     if wait.cause in APART:
         return wait.cause, None, wait.node or ""
     if wait.edge is not None:

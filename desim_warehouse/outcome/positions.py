@@ -1,5 +1,7 @@
 """Where every robot is at any time, rebuilt from the log of a run alone.
 
+For the replay, and for `Run.positions`.
+
 A robot's path is a chain of *legs*: from one position on an edge to another, at constant speed, between two
 times; after a leg it stands. The slots of a bay or station are joined to their node by short edges of their
 own, which only this module knows: a robot in a slot stands at the start of one, and drives to its end in the
@@ -102,7 +104,7 @@ class Positions:
         return self._along(low + np.maximum(later - 1, 0), times)
 
     def _along(self, leg: Ints, times: Floats) -> tuple[Ints, Floats]:
-        """Return the edges and positions along them of some legs, each at a time."""
+        """Return the edges of some legs, and the positions along them: of each leg at its own time."""
         legs = self.legs
         begin, end = legs.begin[leg], legs.end[leg]
         lasts = end > begin
@@ -166,7 +168,7 @@ def _edges(history: History, places: Sequence[Zone]) -> Edges:
 
 
 def _place(row: LogRow) -> tuple[str, float]:
-    """Return the lane beside which a robot stands, and how far along."""
+    """Return the lane beside which a robot stands, and its position along the lane."""
     assert row.edge is not None
     assert row.value is not None
     return ">".join(row.edge), round(row.value, 6)
@@ -188,7 +190,7 @@ def _point_beside(history: History, edge: tuple[str, str], offset: float) -> tup
 
 
 class _Berths:
-    """The slots of one zone: the nearest free one is taken."""
+    """The slots of one zone: a robot takes the nearest free one."""
 
     def __init__(self, first_edge: int, count: int) -> None:
         self.free = list(range(first_edge, first_edge + count))
@@ -255,7 +257,7 @@ class _Follower:
         return self._sorted()
 
     def _stand(self, robot: int, start: Start) -> None:
-        """Note that a robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
+        """Note that a robot begins on the lanes: on an edge, or on a node, at the start of one of its edges."""
         edge = start.edge or next(iter(self.history.layout.graph.out_edges(start.node)))
         self.on[robot], self.position[robot] = self.number[edge], start.offset
         self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
@@ -293,7 +295,7 @@ class _Follower:
         self.inside[robot] = None
 
     def _come_out(self, robot: int, time: float) -> None:
-        """Note that a robot broke down, beside its bay if it was in one: none breaks down in a bay."""
+        """Note that a robot broke down; in a drawing it is then on the lane, as no robot breaks down in a bay."""
         inside = self.inside[robot]
         if inside is not None and inside[2] == "bay":
             self._leave_berth(robot, time, inside)

@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
 
 class Deadline(NamedTuple):
-    """When something was due, and when it was done (inf: not by the end of the run)."""
+    """A deadline: when something was due, and when it was done (inf: not by the end of the run)."""
 
     due: float
     done: float
 
     @property
     def missed(self) -> bool:
-        """Whether it was not done by its due time."""
+        """Whether the deadline passed before it was done."""
         return self.done > self.due
 
     def overrun(self, end: float) -> float:
-        """Return by how much it is late: 0 if it is not, and up to `end` where it is not done by then."""
+        """Return the lateness: 0 if it was done in time, and up to `end` if it was not done by then."""
         return max(min(self.done, end) - self.due, 0.0)
 
 
@@ -58,17 +58,17 @@ class TaskHistory:
 
     @property
     def cycle_time(self) -> float:
-        """From its release until it was done."""
+        """The time from the task's release until it was done."""
         return self.done - self.released
 
     @property
     def deadline(self) -> Deadline | None:
-        """When it was due, and done; None: it was not due."""
+        """When the task was due, and done; None if it was not due."""
         return None if self.due is None else Deadline(self.due, self.done)
 
     @property
     def work_deadline(self) -> Deadline | None:
-        """When the work on its load unit was due, and done; None: it was not due."""
+        """When the work on its load unit was due, and done; None if it was not due."""
         return None if self.due is None else Deadline(self.due, self.worked)
 
 
@@ -81,22 +81,22 @@ class OrderHistory(NamedTuple):
 
     @property
     def released(self) -> float:
-        """When its first task was released."""
+        """When the order's first task was released."""
         return min(task.released for task in self.tasks)
 
     @property
     def done(self) -> float:
-        """When its last task was done (inf: never)."""
+        """When the order's last task was done (inf: never)."""
         return max(task.done for task in self.tasks)
 
     @property
     def cycle_time(self) -> float:
-        """From its release until the whole of it was done."""
+        """The time from the order's release until the whole of it was done."""
         return self.done - self.released
 
     @property
     def deadline(self) -> Deadline | None:
-        """When it was due and done: late from the first instant at which a task is; None: no task was due."""
+        """When the order was due and done: late from the first instant at which a task is; None if no task was due."""
         deadlines = [task.deadline for task in self.tasks if task.deadline is not None]
         if not deadlines:
             return None

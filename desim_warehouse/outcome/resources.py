@@ -1,5 +1,7 @@
 """Stations and chargers: how many of their servers or chargers are in use and how many robots queue, at any time.
 
+For the stations on a run's page and in its replay.
+
 Both are read from the account of time, so that utilisation and queues here are the sums of its parts there. A server is
 in use while a robot loads or unloads in the station. Needs `log: all`.
 """
@@ -107,7 +109,7 @@ def resources(history: History) -> list[Resource]:
 
 
 def steps(changes: list[tuple[float, int]]) -> Steps:
-    """Return how many there are over time, from the times at which they get more or fewer, 0 at the start."""
+    """Return a step function of a number over time: from the times at which it rises or falls, 0 at the start."""
     change: defaultdict[float, int] = defaultdict(int)
     for time, by in changes:
         change[time] += by

@@ -1,4 +1,7 @@
-"""Rows or aisles in which robots wait: the waits of single crossings added up, where the floor is drawn in rows."""
+"""Rows or aisles in which robots wait: the waits of single crossings added up, where the floor is drawn in rows.
+
+For the figures on a run's page.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ _NAME = re.compile(r"r(\d+)c(\d+)")
 
 
 def waits_by_row(history: History) -> dict[str, float]:
-    """Return the part of the fleet's time waited in traffic at each row, most first; by aisle where that tells more.
+    """Return for each row the share of the fleet's time waited in traffic, most first; by aisle where that tells more.
 
     A robot waits at the node before which it stands. Empty on floors whose nodes are in no rows. Needs `log: all`.
     """

@@ -1,4 +1,7 @@
-"""A planner's target, as in "throughput_per_hour >= 220", and amounts of indicators as people write them."""
+"""A planner's target, as in "throughput_per_hour >= 220", and amounts of indicators as people write them.
+
+For `--target` of every command that has it, and for the table of indicators of an answer.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,7 @@ class Target:
 
     @property
     def more_helps(self) -> bool:
-        """Whether more robots are guessed to do no worse: all but where its indicator usually moves the other way."""
+        """Whether more robots are expected to do no worse: True unless the indicator usually moves the other way."""
         return self.measure.with_robots != ("falls" if self.sign > 0 else "rises")
 
     def met_by(self, mean: float) -> bool:
@@ -51,7 +54,7 @@ class Target:
 
     @property
     def missed(self) -> float:
-        """A value that clearly misses it, for runs that could not go on."""
+        """A value that clearly misses the target, for runs that could not go on."""
         return self.value - self.sign * max(1.0, abs(self.value))
 
     @property

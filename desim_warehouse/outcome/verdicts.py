@@ -1,5 +1,7 @@
 """Verdicts: what is wrong with a run or a design, in words. It cannot keep up, drains its batteries, or is jammed.
 
+For the answer of a run, and for every verdict on a design.
+
 The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
 use indicators, of a run or as means over the runs of a design, so that both are judged alike.
 
@@ -12,9 +14,9 @@ Fewer robots under way may do more. Whether one run shows that, `past_knee` says
 with more of them. A floor has a most that it lets through, with some number of robots under way, and lets less
 through with more of them: the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation
 Research B 42 (2008) 759-770). A run draws a part of that curve only where the number under way changes, and long enough
-that jams have time to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on
-average. Windows with many robots under way are compared with those with fewer. Where the number hardly changes, as with
-work always waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
+that jams have time to form or to dissolve. So the evaluation period is cut into windows in which a robot does two tasks
+on average. Windows with many robots under way are compared with those with fewer. Where the number hardly changes, as
+with work always waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
 """
 
 from __future__ import annotations
@@ -81,7 +83,7 @@ class Verdict:
 
     @property
     def is_lasting(self) -> bool:
-        """Whether the time to come is worse than the time simulated, whatever the indicators say of that."""
+        """Whether the long run is worse than the run simulated, whatever its indicators say."""
         return self.code in LASTING and self.size > 0
 
     @property
@@ -161,13 +163,13 @@ def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
 
 
 def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Return how much earlier than the warm-up the run ended."""
+    """Return how long before the end of the warm-up the run ended, None if it did not."""
     early = model.run.warm_up - kpis.get("T", math.nan)
     return early if early > 0 else None
 
 
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
-    """Return the counted time in the unit of the model. A run that ends before its warm-up does counts as a whole."""
+    """Return the evaluation period in the unit of the model; the whole run if it ends before its warm-up does."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
     return end - warm_up if end >= warm_up else end
 
@@ -230,12 +232,12 @@ RULES = {
 
 
 def piles_up(verdicts: Iterable[Verdict]) -> bool:
-    """Whether a run or design cannot keep up: cycle times of what is done leave out ever more."""
+    """Whether the backlog of a run or design grows: cycle times of the tasks done then leave out ever more tasks."""
     return any(verdict.code == PILES_UP for verdict in verdicts)
 
 
 def is_no_answer(indicator: str, verdicts: Iterable[Verdict]) -> bool:
-    """Whether an indicator says nothing of a design: work piles up, so the share in time falls with a run's length."""
+    """Whether work piles up, so that an indicator says nothing: the share in time falls with the run's length."""
     return is_of_due(indicator) and piles_up(verdicts)
 
 
@@ -296,7 +298,7 @@ def _shown(value: float) -> str:
 
 
 def drifts_of_robots(history: History) -> list[float]:
-    """Return by how much the level of each robot moved in the counted time: shares of the capacity an hour."""
+    """Return by how much the level of each robot moved in the evaluation period: shares of the capacity an hour."""
     import numpy as np
 
     hours = history.counted / history.model.units.hour
@@ -308,12 +310,14 @@ def drifts_of_robots(history: History) -> list[float]:
 
 
 def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
-    """Return by how much levels fall, or rise (below 0), from the moves of robots or of runs; None: by chance.
+    """Return how fast battery levels fall, or rise (below 0), by the moves of robots or runs; None if by chance.
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
     from 0 (a t interval). `part`: the share of the error (alpha) to spend, where it is asked again as runs come in.
-    None for a fleet that begins settled: what is left of a drift comes from the run in which it settled. None for
-    one whole day whose hours or rates repeat: the level at its end belongs beside the level a day later.
+
+    It returns None for a fleet that begins settled, as what is left of a drift comes from the run in which it settled.
+    It also returns None for one whole day whose hours or rates repeat: the level at its end belongs beside the level a
+    day later.
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None
@@ -335,12 +339,12 @@ def _is_one_day(model: Model) -> bool:
 
 
 def _refills(fall: float, model: Model) -> bool:
-    """Whether a night makes good what batteries fall in a day, by a share of the capacity an hour."""
+    """Whether a night makes up for the energy lost in a day, given the fall as a share of the capacity an hour."""
     return refills_overnight(model, fall * model.run.end / model.units.hour)
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
-    """Return what to expect of chargers and robots once batteries have settled, by estimate, in words."""
+    """Return in words the use of chargers and robots to expect once batteries have settled, by estimate."""
     time = kpis.get("T", math.nan)
     counted = time - model.run.warm_up if time > model.run.warm_up else time
     away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
@@ -364,7 +368,10 @@ def amount_of(value: float) -> str:
 
 
 class PastKnee(NamedTuple):
-    """The finding that with `cap` robots under way more was done an hour than with `many`, by the part `gain`."""
+    """The finding that a fleet is past its knee: with `cap` robots under way more was done an hour than with `many`.
+
+    `gain`: the part by which more was done.
+    """
 
     cap: int
     many: int
@@ -372,14 +379,14 @@ class PastKnee(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A window: robots under way on average, and goods moved (load and delivery each half a task) per time unit."""
+    """A window of time: robots under way on average, and goods moved per time unit (load and delivery count half)."""
 
     under_way: float
     done: float
 
 
 def past_knee(history: History) -> PastKnee | None:
-    """Return the finding that fewer robots under way do more, if the counted part of a run shows it, or None."""
+    """Return the finding that fewer robots under way do more, if the evaluation period shows it; else None."""
     fleet = history.counted * len(history.log.robots)
     if not fleet or history.totals["waiting"] < LEAST_WAITING * fleet:
         return None
@@ -406,7 +413,7 @@ def _done(band: list[Window]) -> float:
 
 
 def windows(history: History) -> list[Window]:
-    """Cut the counted time in windows of equal length, about as long as a robot takes for `TASKS_A_WINDOW` tasks."""
+    """Cut the evaluation period in windows of equal length, in which a robot does about `TASKS_A_WINDOW` tasks."""
     changes: defaultdict[float, int] = defaultdict(int)
     for spans in history.changes:
         for span in spans:

@@ -1,5 +1,7 @@
 """Drawn places of bays and stations: slots beside their node, away from edges; one in the lane on its node.
 
+For drawings of the floor, the replay and the page of a run.
+
 On a grid of cells they are inside the cell of their node, as beside it are others.
 """
 
@@ -129,7 +131,7 @@ def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
 
 
 def _room(layout: Layout, count: int, radius: float) -> float:
-    """Return the radius for which slots have room: a robot's, or less where so many slots would hide the floor.
+    """Return the radius for which slots are drawn: a robot's, or less where so many slots would cover the floor.
 
     Imported plants have slots for the largest fleet that could be asked for.
     """

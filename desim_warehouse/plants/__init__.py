@@ -1,4 +1,4 @@
-"""Plants drawn in other programs: their files as models.
+"""Plants drawn in other programs, whose files `desim import` makes models of.
 
 A reader turns a file into a `Plant`; `imported` makes a model of it and says what could not be carried over.
 """

@@ -1,4 +1,7 @@
-"""Checks of a drawing: faults are noted by name and position, and corrected where no model could be made otherwise."""
+"""Checks of a drawing: faults are noted by name and position, and corrected where no model could be made otherwise.
+
+For `desim import` and `desim export`, which print the remarks.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ _LONG = 200.0  # metres: if half of all links are longer, their unit may be anot
 
 
 def put_right(plant: Plant) -> None:
-    """Check a plant before a model is made of it, and note in it what looks wrong, in this order.
+    """Check a plant before a model is made of it, correct what must be corrected, and note in it what looks wrong.
 
     - Locations linked to no point are left out.
     - Links shorter than the straight line between their points keep their length.
@@ -66,7 +69,7 @@ def _separate(plant: Plant) -> None:
 
 
 def floor_of(plant: Plant) -> tuple[float, float]:
-    """Width and height of the box around all points, in metres."""
+    """Return width and height of the box around all points, in metres."""
     xs, ys = (
         [point.x for point in plant.points.values()] or [0.0],
         [point.y for point in plant.points.values()] or [0.0],
@@ -75,11 +78,11 @@ def floor_of(plant: Plant) -> tuple[float, float]:
 
 
 def length_of(plant: Plant, link: Link) -> float:
-    """Length of a link in metres: as drawn, else the straight distance."""
+    """Return the length of a link in metres: as drawn, else the straight distance."""
     return distance(plant, link.source, link.target) if link.length is None else link.length
 
 
 def distance(plant: Plant, source: str, target: str) -> float:
-    """Straight distance between two points, in metres."""
+    """Return the straight distance between two points, in metres."""
     a, b = plant.points[source], plant.points[target]
     return math.hypot(b.x - a.x, b.y - a.y)

@@ -1,4 +1,4 @@
-"""DXF drawings: lanes are the lines of some layers, marks are blocks and points, by the names of layers and blocks.
+"""DXF drawings for `desim import`: lanes are lines of some layers, marks are blocks and points by their names.
 
 - Needs ezdxf, the extra `dxf`. The drawing is saved as DXF, not as DWG. Units are those of the drawing ($INSUNITS), y
   is upwards. Layers that are off or frozen are left out.
@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason, spoken
 from desim_warehouse.plants.lines import CURVE, Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
@@ -137,7 +137,7 @@ def _is_flat(entity: Any) -> bool:
 
 
 def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
-    """The entities of the model space with their layers, but not those on layers that are off or frozen."""
+    """Yield the entities of the model space with their layers, but not those on layers that are off or frozen."""
     hidden: dict[str, None] = {}
     off = {layer.dxf.name.casefold() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     for entity in document.modelspace():
@@ -150,7 +150,7 @@ def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
 
 
 def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]) -> list[tuple[str, Any]]:
-    """Lines and points inside inserted blocks with lanes, however deep, each with its layer."""
+    """Return lines and points inside inserted blocks with lanes, however deep, each with its layer."""
     from ezdxf.disassemble import recursive_decompose
 
     inserts = [entity for _, entity in entities if entity.dxftype() == "INSERT"]
@@ -174,7 +174,7 @@ def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]
 
 
 def _drawn(insert: Any, sizes: dict[str, int]) -> int:
-    """Number of entities that an inserted block is taken apart into; `sizes`: numbers of blocks counted before."""
+    """Return the number of entities in an inserted block taken apart; `sizes`: of blocks counted before."""
     block = insert.block()
     name = str(insert.dxf.get("name", ""))
     if block is not None and name not in sizes:
@@ -191,9 +191,8 @@ def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str
     for name in asked:
         same = {layer for layer in layers if layer.casefold() == name.casefold()}
         if not same:
-            near = nearest(name, layers)
-            hint = f"; did you mean {got(near)}?" if near else ""
-            raise ModelError([f"{path}: no lines on a layer {got(name)}, expected one of {have}{hint}"])
+            text = f"{path}: no lines on a layer {got(name)}, expected one of {have}"
+            raise ModelError([text + did_you_mean(name, layers)])
         chosen |= same
     if not layers:
         raise ModelError([f"{path}: no lines in the model space, nor in its blocks, expected lanes drawn as lines"])
@@ -204,7 +203,7 @@ def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str
 
 
 def _scale(document: Any, plant: Plant, entities: list[Any]) -> float:
-    """Metres in a unit of the drawing."""
+    """Return the metres in a unit of the drawing."""
     from ezdxf import units
 
     if document.units:
@@ -223,7 +222,7 @@ def _ends(entity: Any) -> Iterable[Spot]:
 
 
 def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: set[str], scale: float) -> Iterator[Line]:
-    """The lines of the chosen layers, in metres."""
+    """Yield the lines of the chosen layers, in metres."""
     from ezdxf import path as paths
 
     others: Counter[str] = Counter()
@@ -247,7 +246,7 @@ def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: se
 
 
 def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Mark]:
-    """Blocks and points as marks, which may be operations by the names of their layers and blocks."""
+    """Return blocks and points as marks, whose operations may be the names of their layers and blocks."""
     marks, numbers = [], Counter[str]()
     for rank, (layer, entity) in enumerate(entities):
         if entity.dxftype() not in {"INSERT", "POINT"}:
@@ -264,7 +263,7 @@ def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Ma
 
 
 def _spot(path: Path, position: str, corner: Any, scale: float) -> Spot:
-    """A point of the drawing in metres, y downwards, to a tenth of a millimetre."""
+    """Return a point of the drawing in metres, y downwards, to a tenth of a millimetre."""
     if not max(abs(corner.x), abs(corner.y)) * scale <= LIMITS["number"][0]:
         raise ModelError(
             [f"{path}: {position}: beyond any plant (got {got([corner.x, corner.y])}), expected coordinates"]

@@ -1,4 +1,7 @@
-"""Export of a model's layout to the formats that `read_layout` reads, with remarks on losses."""
+"""Export of a model's layout to the formats that `read_layout` reads, with remarks on losses.
+
+For `desim export`.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from pathlib import Path
 from typing import Literal, get_args
 from xml.sax.saxutils import escape, quoteattr
 
-from desim_warehouse.errors import ReportError, got, nearest, reason
+from desim_warehouse.errors import ReportError, did_you_mean, got, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.model import Model, Source, as_model
@@ -34,7 +37,7 @@ LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
 
 
 def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
-    """Write the layout of a model for other programs, in metres and seconds.
+    """Write the layout of a model as a file for other programs, in metres and seconds.
 
     Args:
         model: the model.
@@ -50,8 +53,7 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
         LayoutError: where two things claim one node.
     """
     if format not in LAYOUT_FORMATS:
-        near = nearest(format, LAYOUT_FORMATS)
-        hint = f"; did you mean {got(near)}?" if near else ""
+        hint = did_you_mean(format, LAYOUT_FORMATS)
         raise ReportError(f"format {got(format)}: expected one of {', '.join(LAYOUT_FORMATS)}{hint}")
     path, plant = Path(path), drawn(as_model(model))
     plain_names(plant)
@@ -66,7 +68,7 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
 
 
 def _texts(plant: Plant, form: str) -> dict[str, str]:
-    """The texts to write, by the names of files in a folder. A single file has no name."""
+    """Return the texts to write, by the names of files in a folder. A single file has no name."""
     if form == "rmf":
         from desim_warehouse.plants.to_rmf import rmf
 
@@ -232,7 +234,7 @@ class _Drawing:
         note("left out", "section", list(self.sections()), "a layout has no work, policies or energy")
 
     def sections(self) -> Iterable[str]:
-        """Name what a layout cannot hold: tasks, and sections, or parts of them, that differ from their defaults."""
+        """List what a layout cannot hold: tasks, and sections, or parts of them, that differ from their defaults."""
         model = self.model
         for key in ("calendars", "tasks", "battery", "people", "policies", "run", "cost", "prices", "accept"):
             if key == "tasks" or getattr(model, key) != type(model).model_fields[key].default:
@@ -295,19 +297,19 @@ def _trimmed(name: str) -> str:
 
 
 def tables(plant: Plant) -> dict[str, str]:
-    """Tables of nodes and edges by the names of their files; losses are noted in the plant."""
+    """Return the tables of nodes and edges by the names of their files; losses are noted in the plant."""
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
     return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
 
 
 def _columns(edges: list[Row]) -> tuple[str, ...]:
-    """Columns of the table of edges: speed_back only where some edge has one."""
+    """Return the columns of the table of edges: speed_back only where some edge has one."""
     return tuple(name for name in _EDGE_COLUMNS if name != "speed_back" or any(name in row for row in edges))
 
 
 def graphml(plant: Plant) -> str:
-    """Text of a GraphML file; a two-way lane becomes two edges, as in any directed graph."""
+    """Return the text of a GraphML file; a two-way lane becomes two edges, as in any directed graph."""
     _losses(plant)
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<graphml xmlns="http://graphml.graphdrawing.org/xmlns">']
     kinds = {"x": "double", "y": "double", "role": "string", "station": "string"}

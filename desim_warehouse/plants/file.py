@@ -1,4 +1,7 @@
-"""The bytes of a file from an untrusted source: a regular file of limited size."""
+"""The bytes of a file from an untrusted source: a regular file of limited size.
+
+For `desim import`.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from desim_warehouse.values.fields import LIMITS
 
 
 def content_of(path: Path, expected: str, most: int = LIMITS["bytes"][0]) -> bytes:
-    """The bytes of a foreign file, up to a limit; raises ModelError."""
+    """Return the bytes of a foreign file, up to a limit; raises ModelError."""
     try:
         regular = path.is_file() or not path.exists()  # a pipe or a device may never end
         with path.open("rb") if regular else BytesIO() as file:

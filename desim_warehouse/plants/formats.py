@@ -1,4 +1,7 @@
-"""The formats of other programs that can be read, and how a file is recognised as one."""
+"""The formats of other programs that can be read, and how a file is recognised as one.
+
+For `desim import`.
+"""
 
 from __future__ import annotations
 
@@ -108,12 +111,12 @@ TASK_FILES = (
 
 
 def titles(formats: tuple[Format, ...]) -> str:
-    """The titles of some formats in words: one, another, or a third."""
+    """Return the titles of some formats in words: one, another, or a third."""
     return spoken([form.title for form in formats], "or")
 
 
 def names_with(option: str) -> str:
-    """The formats in which something can be chosen, by name."""
+    """Return the formats in which something can be chosen, by name."""
     return ", ".join(form.name for form in FORMATS if option in form.options)
 
 

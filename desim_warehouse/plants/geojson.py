@@ -1,4 +1,4 @@
-"""GeoJSON: lanes as LineString and MultiLineString, marks as Point, with properties.
+"""GeoJSON for `desim import`: lanes as LineString and MultiLineString, marks as Point, with properties.
 
 - A file whose lines name their ends, `startid` and `endid` as route graphs of Nav2 do, or `from` and `to`, is a graph:
   its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say `two_way`. They
@@ -79,7 +79,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 def _is_graph(features: list[Any]) -> bool:
-    """Whether lines name their ends: by the words of Nav2, or as points of the file are called."""
+    """Whether the lines of a file name their end nodes, by the words of Nav2 or by the names of points."""
     ids = {str(_own_id(feature)) for feature in features if _kind_of(feature) == "Point"} - {"None"}
     for feature in features:
         properties = feature.get("properties") if isinstance(feature, dict) else None
@@ -99,7 +99,7 @@ def _kind_of(feature: Any) -> Any:
 
 
 def _own_id(feature: Mapping[str, Any]) -> Any:
-    """The id of a feature: among its properties, or its own."""
+    """Return the id of a feature: among its properties, or its own."""
     properties = feature.get("properties")
     named = Columns.of(properties, {"name": _ID}, "").named if isinstance(properties, dict) else {}
     return properties[named["name"]] if named else feature.get("id")  # type: ignore[index]
@@ -157,7 +157,7 @@ class _Reader:
     def fill(
         self, nodes: list[tuple[str, dict[str, Any], Spot]], edges: list[tuple[str, dict[str, Any], list[Spot]]]
     ) -> None:
-        """Fill the plant with nodes and edges, each with its place in the file, properties and coordinates."""
+        """Add nodes and edges to the plant, each with its position in the file, its properties and its coordinates."""
         to_metres = self.projection([spot for *_, spot in nodes])
         unread: dict[str, None] = {}
         points, links, aside = [], [], []
@@ -220,7 +220,7 @@ class _Reader:
         return TableRecord(columns, properties, position, where)
 
     def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
-        """A lane, in both directions unless it says otherwise."""
+        """Add a lane, in both directions unless it says otherwise."""
         speed, two_way, one_way = record.above_0("speed") or math.inf, record.flag("two_way"), record.get("one_way")
         backwards = str(one_way).strip() in {"-1", "reverse"}
         if two_way is None:
@@ -252,7 +252,7 @@ class _Reader:
         ]
 
     def position(self, value: Any, where: str) -> Spot:
-        """A position in the coordinates of the file; a height is not read."""
+        """Return a position in the coordinates of the file; a height is not read."""
         most = LIMITS["number"][0]
         fits = isinstance(value, list) and len(value) > 1 and all(type(number) in (int, float) for number in value[:2])
         if not fits or not all(abs(number) <= most for number in value[:2]):

@@ -1,4 +1,7 @@
-"""Degrees on the globe as metres on a plane that touches it in the middle of a plant."""
+"""Degrees on the globe as metres on a plane that touches it in the middle of a plant.
+
+For the readers of GeoJSON and Open-RMF.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ Spot = tuple[float, float]
 
 
 def plane(spots: Sequence[Spot], plant: Plant) -> Callable[[Spot], Spot]:
-    """Degrees (longitude, latitude) as metres, y downwards, around the middle of some spots; noted in the plant."""
+    """Return the projection of degrees (longitude, latitude) to metres around the middle of spots.
+
+    It is noted in the plant.
+    """
     xs, ys = [x for x, _ in spots] or [0.0], [y for _, y in spots] or [0.0]
     centre, middle = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
     across = math.cos(math.radians(middle))

@@ -1,4 +1,4 @@
-"""Graphs as plants: graphs of networkx, and GraphML files, which are read safely.
+"""Graphs as plants for `desim import`: graphs of networkx, and GraphML files, which are read safely.
 
 Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
 without direction is a two-way lane. Without a length `weight` is one, as networkx calls it, where every edge has one
@@ -64,7 +64,7 @@ def from_networkx(graph: nx.Graph, name: str = "") -> Plant:
 
 
 def _position(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes of a node, with x and y in place of `pos`."""
+    """Return the attributes of a node, with x and y in place of `pos`."""
     values = {str(key): value for key, value in data.items()}
     position: Any = values.get("pos")
     if "x" in values or not hasattr(position, "__len__") or isinstance(position, str) or len(position) != 2:  # noqa: PLR2004
@@ -95,7 +95,7 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
 
 
 def _weigh(plant: Plant, weights: list[Any]) -> None:
-    """Take weights for lengths (m), unless a weight is missing or shorter than the straight line; noted either way."""
+    """Take weights as lengths (m), unless a weight is missing or shorter than the straight line; noted either way."""
     lengths = []
     for link, weight in zip(plant.links, weights, strict=True):
         a, b = plant.points[link.source], plant.points[link.target]
@@ -187,7 +187,7 @@ def _where(item: Element, *names: str) -> str:
 
 
 class _Keys:
-    """Meaning of the keys of a GraphML file: their names, and defaults of nodes and edges."""
+    """The keys of a GraphML file: their names, and defaults of nodes and edges."""
 
     def __init__(self, root: Element) -> None:
         self.names: dict[str, str] = {}
@@ -200,7 +200,7 @@ class _Keys:
                         its[name] = default.content
 
     def values(self, item: Element, kind: str) -> dict[str, str]:
-        """The attributes of a node or edge by name."""
+        """Return the attributes of a node or edge by name."""
         attributes = dict(self.defaults[kind])
         for data in item.all("data"):
             key = data.text("key")
@@ -214,7 +214,7 @@ class _Keys:
 
 
 def _drawn(data: Element) -> Iterator[tuple[str, str]]:
-    """Where yEd draws a node: its middle, in its units, y downwards."""
+    """Yield where yEd draws a node: its middle, in its units, y downwards."""
     for shape in data.children:
         for place in shape.all("y:Geometry"):
             for axis, side in (("x", "width"), ("y", "height")):

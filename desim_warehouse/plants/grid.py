@@ -1,4 +1,4 @@
-"""Grids of cells, as in multi-agent path finding: free cells are points, joined to neighbours by two-way lanes.
+"""Grids of cells for `desim import`, as in path finding: free cells are points, joined by two-way lanes.
 
 A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a
 plant of the `Grid` that a reader fills in.
@@ -25,7 +25,7 @@ _DIGITS = 9
 
 
 class CellKind(NamedTuple):
-    """Kind of cell that a letter of a grid stands for: operations of robots there; they enter only `free` cells."""
+    """The meaning of a letter of a grid: the operations of robots in such a cell, and whether it is free to enter."""
 
     name: str
     operations: tuple[str, ...] = ()
@@ -45,31 +45,31 @@ class Grid:
     kinds: Mapping[str, CellKind]
 
     def kind(self, cell: Cell) -> CellKind:
-        """Kind of a cell; cells outside of the grid are blocked."""
+        """Return the kind of a cell; cells outside of the grid are blocked."""
         row, column = cell
         if not (0 <= row < len(self.rows) and 0 <= column < len(self.rows[row])):
             return BLOCKED
         return self.kinds[self.rows[row][column]]
 
     def free(self) -> Iterator[Cell]:
-        """The cells that robots can enter, row by row."""
+        """Yield the cells that robots can enter, row by row."""
         for row, letters in enumerate(self.rows):
             for column, letter in enumerate(letters):
                 if self.kinds[letter].free:
                     yield row, column
 
     def number(self, cell: Cell) -> int:
-        """Number of a cell as planners count: row by row, blocked cells included."""
+        """Return the number of a cell as planners count: row by row, blocked cells included."""
         return cell[0] * len(self.rows[0]) + cell[1]
 
 
 def point(cell: Cell) -> str:
-    """The name of a cell's point."""
+    """Return the name of the point of a grid cell, `r3c7` for row 3 and column 7."""
     return f"r{cell[0]}c{cell[1]}"
 
 
 def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[tuple[Cell, Cell], float]) -> Plant:
-    """A plant with a point in the middle of every free cell, and a lane between neighbours.
+    """Return a plant with a point in the middle of every free cell, and a lane between neighbours.
 
     Args:
         name: what to call it.
@@ -184,7 +184,7 @@ class Lines:
             self.refuse(f"one more {noun} (got {got(more)}), expected {what} as the head of the file says")
 
     def rows(self, height: int, width: int, kinds: Mapping[str, CellKind]) -> list[str]:
-        """The rows of a grid of this size, which end the file."""
+        """Return the rows of a grid of this size, which end the file."""
         if height < 1 or width < 1:
             self.refuse(f"a grid without cells (got {height} rows of {width}), expected at least one of each")
         made = []

@@ -1,4 +1,4 @@
-"""Warehouses of guidance graph optimisation (GGO, PIBT benchmarks): JSON with the rows of a grid, perhaps with weights.
+"""Warehouses of guidance graph optimisation (GGO, PIBT benchmarks) for `desim import`: JSON with rows of a grid.
 
 `layout` holds the rows: `@` shelf, `T` blocked, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods
 are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` counts where
@@ -81,7 +81,7 @@ def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
 
 
 def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, Cell], float]:
-    """The weight of each step from a cell to a neighbour."""
+    """Return the weight of each step from a cell to a neighbour."""
     listed = head.get("weights")
     cells = list(grid.free())
     steps = [(cell, other) for cell in cells for turn in _TURNS if grid.kind(other := _next(cell, turn)).free]

@@ -1,4 +1,4 @@
-"""Warehouses of the benchmarks of pickup and delivery (MAPD, RHCR): kiva maps, and their files of tasks.
+"""Kiva maps of the benchmarks of pickup and delivery (MAPD, RHCR) for `desim import`, and their files of tasks.
 
 A map has four lines of numbers: its size in rows and columns, endpoints, agents, horizon. Then come the rows: `@`
 shelf, `e` endpoint (goods are picked and delivered there), `r` home of a robot, `.` aisle. A file of tasks has their

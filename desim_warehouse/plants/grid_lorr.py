@@ -1,4 +1,4 @@
-"""Problems of the League of Robot Runners: JSON that names a map, the robots and the tasks.
+"""Problems of the League of Robot Runners for `desim import`: JSON that names a map, the robots and the tasks.
 
 Robots start in the cells that the agents file lists. A task is a list of cells that one robot visits in this order: it
 loads in the first and unloads in the last. A cell's number counts row by row from 0, blocked cells too. Lines with `#`
@@ -60,7 +60,10 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 
 
 def _file(path: Path, head: dict[str, Any], key: str) -> Path:
-    """A file that the problem names: below its folder, or of the same name beside it."""
+    """Return the path of a file that a problem file of the League of Robot Runners names under a key.
+
+    It lies below the folder of the problem file as named, or else beside the problem file under its base name.
+    """
     name = head[key]
     if not isinstance(name, str) or not name or "\0" in name or PurePosixPath(name).is_absolute() or ".." in name:
         refuse(path, f"{key}: not a file below the folder of the problem (got {got(name)}), expected its name")
@@ -69,7 +72,7 @@ def _file(path: Path, head: dict[str, Any], key: str) -> Path:
 
 
 def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem: Path) -> None:
-    """The robots: as many as the team has, in the cells that the file lists."""
+    """Read the robots: as many as the team has, in the cells that the file lists."""
     starts = _listed(Lines.of(path, content_of(path, "agents"), "#"), plant, "agents", 1)
     team = head.get("teamSize", len(starts))
     if type(team) is not int or not 1 <= team <= len(starts):
@@ -111,7 +114,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
 
 
 def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tuple[list[int], int]]:
-    """The lists of cells of a file, which says first how many there are, and their lines."""
+    """Return the lists of cells of a file, which says first how many there are, and their lines."""
     expected = "numbers of cells that robots can enter, such as 17" + ",203" * (each is None)
     number, lists = lines.number(f"the number of {what}"), []
     most = LIMITS["tasks"][0]

@@ -1,4 +1,4 @@
-"""Grid maps (`.map`) of the MovingAI benchmarks and of the League of Robot Runners.
+"""Grid maps (`.map`) of the MovingAI benchmarks and the League of Robot Runners, for `desim import`.
 
 `type octile`, `height H`, `width W`, `map`, then H rows. `@`, `O`, `T` and `W` cannot be entered, `.`, `G` and `S` can.
 Where there are `E` cells, goods are delivered there and picked in the `S` cells (League of Robot Runners).
@@ -36,7 +36,7 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 
 
 def read_grid(path: Path, content: bytes) -> Grid:
-    """The cells of a map."""
+    """Return the cells of a map."""
     lines, head = Lines.of(path, content), dict[str, str]()
     while (line := lines.take(_HEAD)).strip().lower() != "map":
         key, _, value = line.strip().partition(" ")

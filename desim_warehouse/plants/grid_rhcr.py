@@ -1,4 +1,4 @@
-"""Road networks of RHCR (`.grid`), such as its sorting centre: cells with a weight for each direction.
+"""Road networks of RHCR (`.grid`) for `desim import`, as of its sorting centre: a weight for each direction.
 
 `Grid size (x, y)`, `W,H`, the names of the columns, then a line for every cell, column by column: id, type, station, x,
 y (upwards), and the weights of driving north, west, south and east, and of waiting; `inf` where robots may not.
@@ -78,7 +78,7 @@ def _square(line: str, lines: Lines) -> _Square:
 
 
 def _fill(plant: Plant, squares: dict[tuple[int, int], _Square], height: int, side: float) -> None:
-    """Points, one-way links and locations; a cell that no arc leads to or from is an obstacle."""
+    """Add points, one-way links and locations; a cell that no arc leads to or from is an obstacle."""
     weighted = []
     ends: set[str] = set()
     for square in squares.values():

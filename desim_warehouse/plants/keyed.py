@@ -1,7 +1,7 @@
-"""The keys that a foreign file must and may have: a table to read it by, leniently or strictly.
+"""Tables of the keys that an imported JSON file must and may have: LIF is read by them, leniently or strictly.
 
 Leniently, what is written otherwise but clear is put right, and what is wrong but not needed is left out; each with its
-position. To the letter, all of that is refused.
+position. Strictly (to the letter), all of that is refused.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ POSITION = "\0place"
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Text; `one_of`: what it may be."""
+    """The kind of a value that is text; `one_of`: the texts allowed."""
 
     one_of: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number from `least` to `most`."""
+    """The kind of a value that is a number from `least` to `most`."""
 
     least: float = -math.inf
     most: float = math.inf
@@ -42,19 +42,19 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """True or false."""
+    """The kind of a value that is true or false."""
 
 
 @dataclass(frozen=True, slots=True)
 class Each:
-    """A list of values of one kind."""
+    """The kind of a value that is a list of values of one kind."""
 
     item: Kind
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """An object with keys: of those `required` by the format, the ones `needed` by a reader, and others."""
+    """The kind of a value that is an object: keys `required` by the format, keys `needed` by our reader, and others."""
 
     keys: Mapping[str, Kind]
     required: frozenset[str]
@@ -101,7 +101,10 @@ class Reader:
         raise ModelError([printable(f"{self.file}: {position}: {text}")])
 
     def wrong(self, position: str, text: str, become: str) -> None:
-        """Record a value that the format does not allow, and its replacement; raises ModelError for too many."""
+        """Note a value that the format does not allow, with its replacement (`become`).
+
+        Raises ModelError for too many.
+        """
         self.count += 1
         if self.count > _WRONG:
             self.refuse(
@@ -110,7 +113,7 @@ class Reader:
         self.found.setdefault((text, become), []).append(position)
 
     def finish(self, plant: Plant, letter: str) -> None:
-        """Note the faults in the plant, or refuse the file. `letter` names the strict check in messages."""
+        """Note all faults in the plant or, if strict, refuse the file. `letter` names the strict check in messages."""
         if self.strict and self.found:
             lines = [
                 f"{self.file}: {position}: {text} ({letter})"

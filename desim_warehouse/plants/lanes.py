@@ -1,4 +1,7 @@
-"""Lanes from the links of a drawing: links there and back join to one lane, of parallel links the shortest stays."""
+"""Lanes from the links of a drawing: links there and back join to one lane, of parallel links the shortest stays.
+
+For `desim import` (`plants.model`), and for export to openTCS.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ CRAWL = 0.1
 
 @dataclass(slots=True)
 class DrawnLane:
-    """A lane from source to target; `side_by_side`: there is another, of its own, back; the rest as of links."""
+    """A lane from source to target, made of links; with `side_by_side` another lane of its own leads back."""
 
     source: str
     target: str

@@ -1,4 +1,4 @@
-"""Layouts in the VDMA's Layout Interchange Format: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
+"""Layouts in the VDMA's LIF for `desim import`: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
 
 - A file says nothing of batteries, fleets and tasks. It is read leniently, as many files are not as the schema says:
   what is clear is put right, such as a number written as text or a missing list of stations, and named under `changed`.
@@ -345,7 +345,7 @@ class _Drawn:
 
 
 def _in_order(levels: Iterable[str]) -> tuple[str, ...]:
-    """Levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
+    """Sort levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
     listed = tuple(levels)
     try:
         return tuple(sorted(listed, key=float))
@@ -354,13 +354,13 @@ def _in_order(levels: Iterable[str]) -> tuple[str, ...]:
 
 
 def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
-    """Vehicle types that a node or edge lists; None (all types) where it lists none, or a type without a name."""
+    """Return the vehicle types that a node or edge lists; None (all types) where it lists none or a nameless one."""
     listed = [entry.get("vehicleTypeId") for entry in properties or ()]
     return frozenset(kind for kind in listed if kind is not None) if listed and None not in listed else None
 
 
 def _of(properties: Sequence[Item] | None, kind: str | None) -> Item:
-    """Properties of a node or edge for a vehicle type; empty where it lists none."""
+    """Return the properties of a node or edge for a vehicle type; empty where it lists none."""
     return next((entry for entry in properties or () if entry.get("vehicleTypeId") in {None, kind}), {})
 
 
@@ -369,12 +369,12 @@ def _actions(item: Item) -> tuple[str, ...]:
 
 
 def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
-    """Words for a name that does not exist: the names expected instead, and a hint at the nearest."""
+    """Return words for a name that does not exist: the names expected instead, and a hint at the nearest."""
     return f"one of {', '.join(names)}" if names else "none", did_you_mean(asked, names)
 
 
 def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
-    """Length of an edge along its trajectory (None: the straight distance), and words for a faulty trajectory."""
+    """Return the length of an edge along its trajectory (None: straight), and words for a faulty trajectory."""
     trajectory = item.get("trajectory")
     if trajectory is None:
         return item.get("physicalLineGuidedProperty", {}).get("length") or None, ""
@@ -398,7 +398,7 @@ def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
 def arc_length(
     degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
 ) -> float:
-    """Length of a non-uniform rational B-spline (NURBS), from its first knot of full support to its last.
+    """Return the length of a non-uniform rational B-spline (NURBS), from its first knot of full support to its last.
 
     Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
     coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts

@@ -1,5 +1,7 @@
 """The keys of LIF files: version 1.0 as in the guideline's JSON schema, and version 2.0 translated to it.
 
+For the reader of LIF, `plants.lif`.
+
 Sources: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024, and version 2.0.0, 2026. Keys not listed here are
 allowed there, too. What is new in 2.0 and has no key in version 1 stays as it is, and is named as left out, as is what
 models do not hold.
@@ -206,7 +208,7 @@ def is_2(data: Item, content: bytes) -> bool:
 
 
 def layouts_of(data: Item) -> Iterator[tuple[str, str, Item]]:
-    """The layouts of a file: the position, the origin and the content of each."""
+    """Yield the layouts of a file: the position, the origin and the content of each."""
     for rank, layout in enumerate(_items(data, "layouts")):
         yield f"layouts[{rank}]", "", _layout(layout)
     for number, origin in enumerate(_items(data, "origins")):
@@ -256,6 +258,6 @@ def _properties(item: Item) -> Iterator[Item]:
 
 
 def _items(item: Item, key: str) -> list[Item]:
-    """The objects of a list."""
+    """Return the objects of a list."""
     value = item.get(key)
     return [entry for entry in value if isinstance(entry, dict)] if isinstance(value, list) else []

@@ -1,5 +1,7 @@
 """Lanes drawn as lines in maps and drawings without a graph: lines become links, and points where they meet.
 
+For the readers of DXF and GeoJSON.
+
 A floor is flat, so lines that cross or end on another are joined there. Corners are points; curves become chords that
 are at most `CURVE` off, and keep their length. Marks beside a lane belong to its nearest point.
 """
@@ -115,7 +117,7 @@ class _Floor:
         return point
 
     def cells_of(self, piece: _Piece) -> set[tuple[int, int]]:
-        """The cells that a piece passes, and a little more."""
+        """Return the cells that a piece passes, and a little more."""
         steps = max(1, math.ceil(math.dist(piece.a, piece.b) / self.side * 2))
         stops = [_along(piece, step / steps) for step in range(steps + 1)]
         cells = set()
@@ -203,7 +205,7 @@ class _Floor:
         return placed
 
     def chains(self) -> list[list[Spot]]:
-        """The spots along every line, with the spots at which it is cut."""
+        """Return the spots along every line, with the spots at which it is cut."""
         chains: list[list[Spot]] = [[] for _ in self.lines]
         for piece in self.pieces:
             chain = chains[piece.line]
@@ -242,7 +244,7 @@ class _Network:
         return name
 
     def point(self, spot: Spot) -> str:
-        """Name of the point at a spot; the point is added where it is new."""
+        """Return the name of the point at a spot; the point is added where it is new."""
         name = self.named.get(spot) or self.name(spot, f"p{len(self.plant.points) + 1}")
         if name not in self.plant.points:
             self.plant.points[name] = Waypoint(name, *spot)
@@ -274,7 +276,7 @@ class _Network:
 
 
 def _part(piece: _Piece, spot: Spot) -> float:
-    """Fraction of the way along a piece, 0 to 1 inside it, at which it is nearest to a point."""
+    """Return the fraction of the way along a piece, from 0 to 1 inside it, at which it is nearest to a point."""
     (ax, ay), (bx, by) = piece.a, piece.b
     return ((spot[0] - ax) * (bx - ax) + (spot[1] - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
 

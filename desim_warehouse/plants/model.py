@@ -1,4 +1,4 @@
-"""Making a model of a plant: the layout as drawn, and marked assumptions for everything that drawings lack.
+"""Making a model of a plant for `desim import`: the layout as drawn, and marked assumptions for what drawings lack.
 
 - The length that is drawn counts, not the straight distance. Two points on one spot are drawn 1 cm apart.
 - Two edges that join the same points there and back are a two-way lane, unless their lengths differ by more than 5 %:
@@ -87,7 +87,7 @@ class Imported:
         return ", ".join([*(number_of(len(items), kind) for items, kind in counts), f"{sides} m", stations, robots])
 
     def text(self) -> str:
-        """The model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
+        """Return the model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
         return self._text(self.content)
 
     def files(self, path: Path) -> dict[Path, str]:
@@ -153,7 +153,7 @@ def imported(
 
 
 def _summary(plant: Plant) -> str:
-    """Description of the model: its source, the parts left out, and the assumptions."""
+    """Return the description of the model: its source, the parts left out, and the assumptions."""
     lost = [remark for remark in plant.remarks if remark.what in {"left out", "unreachable"}]
     counts = ", ".join(number_of(len(remark.names), remark.kind) for remark in lost)
     assumed = ", ".join(remark.kind for remark in plant.remarks if remark.what == "assumed")
@@ -161,13 +161,13 @@ def _summary(plant: Plant) -> str:
 
 
 def _why(plant: Plant) -> str:
-    """Words in brackets for the parts lost so far; empty where there are none."""
+    """Return words in brackets for the parts lost so far; empty where there are none."""
     lost = "; ".join(str(remark) for remark in plant.remarks if remark.what in {"left out", "unreachable"})
     return f" ({lost[:_LONGEST]}{' ...' * (len(lost) > _LONGEST)})" if lost else ""
 
 
 def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
-    """The points of the largest part in which robots can drive from everywhere to everywhere."""
+    """Return the points of the largest part in which robots can drive from everywhere to everywhere."""
     import networkx as nx
 
     graph = nx.DiGraph()
@@ -215,7 +215,7 @@ class _Maker:
         self.named: dict[Keys, str] = {}
 
     def content(self, robots: int | None) -> Content:
-        """All sections."""
+        """Return all sections of the model."""
         layout, fleet = self.layout(), self.fleet(robots)
         layout["bays"] = self.bays()
         layout["stations"] = self.stations()
@@ -265,7 +265,7 @@ class _Maker:
         return edge
 
     def storage(self) -> list[Content]:
-        """A storage place at every point where robots load."""
+        """Return a storage place at every point where robots load."""
         common = Counter(name for names in self.stops.load.values() for name in names)
         for rank, (point, names) in enumerate(self.stops.load.items()):
             if names != [point] and any(common[name] == 1 for name in names):  # a name that all share tells nothing
@@ -273,7 +273,7 @@ class _Maker:
         return [{"node": point} for point in self.stops.load]
 
     def bays(self) -> Content:
-        """Chargers and parking points; where the drawing has none, robots park at the points where they work.
+        """Return the bays: chargers and parking points; where the drawing has none, points where robots work.
 
         Each has room for one vehicle, as drawn, and for as many as start there in a larger fleet.
         """
@@ -291,7 +291,7 @@ class _Maker:
         return bays
 
     def stations(self) -> Content:
-        """Stations beside the points where robots unload: points of the same locations share one, named after them.
+        """Return the stations beside the points where robots unload; points of the same locations share a station.
 
         A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
         larger fleet in its bays, whatever the lanes can carry. Their number does not depend on the fleet, so that
@@ -311,7 +311,7 @@ class _Maker:
         return stations
 
     def lifts(self) -> Content:
-        """Lifts with assumed times, which no drawing has."""
+        """Return the lifts, with assumed times, which no drawing has."""
         why = f"{RIDE:g} s from level to level, and {DOORS:g} s for the doors to open or close"
         self.plant.assume("layout.lifts", why, self.plant.lifts)
         return {
@@ -516,7 +516,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
-    """Members of an area by name, as a model has them: a node as its name, an edge as a pair of nodes."""
+    """Return the members of an area by name, as a model has them: a node as its name, an edge as a pair of nodes."""
     members: dict[str, Any] = {}
     for name in area.members:
         if name in plant.points:

@@ -1,4 +1,4 @@
-"""Plant models of openTCS: XML, versions 0.0.2 to 7.0.0, in mm and mm/s, y upwards.
+"""Plant models of openTCS for `desim import`: XML, versions 0.0.2 to 7.0.0, in mm and mm/s, y upwards.
 
 - A path with a reverse velocity is used in both directions. One that is driven back at less than a tenth of the speed
   is named: it is meant one-way, as a rule. A velocity of 0 forbids a direction, and locked paths are not used at all.

@@ -1,4 +1,7 @@
-"""Transport orders of openTCS: XML beside a plant model."""
+"""Transport orders of openTCS: XML beside a plant model.
+
+For `desim import`, which adds them to the model of the plant.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A plant as drawn, in metres and seconds, y downwards; every reader of a format fills one in."""
+"""A plant as drawn, in metres and seconds, y downwards; every reader of a format fills one in.
+
+For `desim import` and `desim export`.
+"""
 
 from __future__ import annotations
 
@@ -116,7 +119,7 @@ class Remark:
     positions: tuple[str, ...] = ()
 
     def which(self, most: int | None = None) -> str:
-        """The names, each with its position in the file, up to a number."""
+        """Return the names, each with its position in the file, up to a number."""
         positions = self.positions or ("",) * len(self.names)
         named = [
             f"{name} ({position})" if position else name for name, position in zip(self.names, positions, strict=True)

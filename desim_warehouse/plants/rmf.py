@@ -1,4 +1,4 @@
-"""Maps of Open-RMF: building maps of the traffic editor, and the navigation graphs made of them; YAML.
+"""Maps of Open-RMF for `desim import`: building maps of the traffic editor, and navigation graphs; YAML.
 
 - Building maps are in pixels, y downwards, or in metres, y upwards, as are navigation graphs, or in degrees. Pixels are
   metres by the mean of the measured distances; one that differs by more than 5 % is doubted.
@@ -183,16 +183,16 @@ class _Map:
         self.plant.note("left out", "lift", others, "no lanes lead to the cabin on two of the levels that are read")
 
     def elevation(self, level: str) -> float:
-        """Height of a level; levels without one are in the order of the map."""
+        """Return the height of a level; levels without one are in the order of the map."""
         height = self.data["levels"][level].get("elevation")
         return float(height) if _is_number(height) else float(list(self.data["levels"]).index(level))
 
     # What is read
 
     def lanes(self, asked: str | None, graph: int | None) -> dict[str, list[_Lane]]:
-        """The lanes of a graph by level: of the level with most of them, and of those to which lifts lead from there.
+        """Return the lanes of a graph by level: of the level with most of them, and of levels that lifts join to it.
 
-        Or of the level that is asked for.
+        If a level is asked for, its lanes are returned instead.
         """
         levels = self.data["levels"]
         if asked is not None and asked not in levels:
@@ -223,7 +223,7 @@ class _Map:
         return {name: mine[name] for name in levels if name in joined}
 
     def joined(self, level: str, lanes: Mapping[str, list[_Lane]]) -> list[str]:
-        """The levels that robots get to from one by lifts, itself included."""
+        """Return the levels that robots get to from one by lifts, itself included."""
         lifts = {name: self.lifts_at(name, its) for name, its in lanes.items()}
         joined = [level]
         for name in joined:
@@ -231,14 +231,14 @@ class _Map:
         return joined
 
     def lifts_at(self, name: str, lanes: list[_Lane]) -> set[str]:
-        """The lifts to whose cabins lanes of a level lead."""
+        """Return the lifts to whose cabins lanes of a level lead."""
         vertices = self.items(self.data["levels"][name], "vertices", ("levels", name))
         ends = {end for lane in lanes for end in (lane.source, lane.target) if end < len(vertices)}
         cabins = (_cabin(self.vertex(vertices[end], ("levels", name, "vertices", end))[-1]) for end in ends)
         return set(filter(None, cabins))
 
     def lanes_of(self, name: str) -> list[tuple[int, _Lane]]:
-        """The lanes of a level, each with its graph."""
+        """Return the lanes of a level, each with its graph."""
         level, lanes = self.data["levels"][name], []
         for rank, item in enumerate(self.items(level, "lanes", ("levels", name))):
             keys: Keys = ("levels", name, "lanes", rank)
@@ -279,7 +279,7 @@ class _Map:
         return lambda spot: (spot[0] * scale, spot[1] * scale)
 
     def scale(self, name: str) -> float:
-        """Scale of a level: the mean of its measurements, in metres a pixel."""
+        """Return the scale of a level in metres a pixel: the mean of its measurements."""
         scales = self.measured(name)
         if not scales:
             others = [title for title in self.data["levels"] if title != name]
@@ -295,7 +295,7 @@ class _Map:
         return mean
 
     def measured(self, name: str) -> list[float]:
-        """Scales by each distance measured on a level, in metres a pixel."""
+        """Return the scale by each distance measured on a level, in metres a pixel."""
         level, scales = self.data["levels"][name], []
         vertices = self.items(level, "vertices", ("levels", name))
         for rank, item in enumerate(self.items(level, "measurements", ("levels", name))):
@@ -373,7 +373,7 @@ class _Map:
     # Values
 
     def items(self, level: Any, key: str, keys: Keys) -> list[Any]:
-        """List at a key of a level; empty where the key is missing."""
+        """Return the list at a key of a level; empty where the key is missing."""
         if not isinstance(level, dict):
             self.refuse(keys, f"not a level (got {got(level)}), expected vertices and lanes")
         items = level.get(key, [])
@@ -382,7 +382,7 @@ class _Map:
         return items
 
     def about(self, value: Any, keys: Keys) -> dict[str, Any]:
-        """Parameters of a part, without the codes of their types that building maps have."""
+        """Return the parameters of a part, without the codes of their types that building maps have."""
         if not isinstance(value, dict):
             self.refuse(keys, f"not parameters (got {got(value)}), expected {{name: [type, value]}}")
         typed = {key: item[1] if isinstance(item, list) and len(item) == _PAIR else item for key, item in value.items()}
@@ -402,7 +402,7 @@ class _Map:
 
 
 def _cabin(about: dict[str, Any]) -> str:
-    """The lift in whose cabin a vertex is; empty: in none."""
+    """Return the lift in whose cabin a vertex is; empty: in none."""
     return str(about.get("lift_cabin") or about.get("lift") or "")
 
 
@@ -419,7 +419,7 @@ def _title(lane: _Lane, names: dict[int, str]) -> str:
 
 
 def _names(parts: Any) -> list[str]:
-    """The names of lifts (by name) or doors (`[vertex, vertex, {name: [1, ...]}]`)."""
+    """Return the names of lifts (by name) or doors (`[vertex, vertex, {name: [1, ...]}]`)."""
     if isinstance(parts, dict):
         return list(parts)
     names = []

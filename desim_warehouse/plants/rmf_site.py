@@ -1,4 +1,4 @@
-"""Sites of Open-RMF's site editor (`.site.json`), read as the navigation graphs that Open-RMF makes of them.
+"""Sites of Open-RMF's site editor (`.site.json`) for `desim import`, read as Open-RMF's navigation graphs.
 
 Source: rmf_site_format of rmf_site. Coordinates are metres, y upwards. A lane leads both ways unless its reverse is
 disabled, and belongs to all graphs, to some, or to all but some; graphs are counted from 0 in their ranking.
@@ -55,7 +55,7 @@ class _Site:
         self.graphs = list(dict.fromkeys([*ranked, *self.inner(self.guided, "graphs")])) or ["0"]
 
     def levels(self) -> Item:
-        """Levels with their vertices and lanes; parts of the site itself belong to every level."""
+        """Return the levels with their vertices and lanes; parts of the site itself belong to every level."""
         levels: Item = {}
         shared = self.inner(self.data, "anchors")
         for key, level in self.parts(self.data, "levels"):
@@ -86,7 +86,7 @@ class _Site:
         return {"vertices": vertices, "lanes": lanes}
 
     def graphs_of(self, lane: Item) -> list[int]:
-        """The graphs that a lane belongs to, by their ranks."""
+        """Return the graphs that a lane belongs to, by their ranks."""
         which = lane.get("graphs", "All")
         if not isinstance(which, dict):
             return list(range(len(self.graphs)))
@@ -94,7 +94,7 @@ class _Site:
         return [rank for rank, graph in enumerate(self.graphs) if (graph in only if only else graph not in but)]
 
     def lane(self, lane: Item) -> Item:
-        """Parameters of a lane in a navigation graph: the motion forward, and back the same motion or none."""
+        """Return the parameters of a lane in a navigation graph: the motion forward, and back, if there is any."""
         ahead, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
         limits = [motion.get("speed_limit") for motion in (ahead, *(back.values() if isinstance(back, dict) else ()))]
         parameters: Item = {"bidirectional": back not in ("Disable", "Disabled")}
@@ -106,7 +106,7 @@ class _Site:
         return parameters
 
     def place(self, place: Item) -> Item:
-        """A location as parameters of a vertex."""
+        """Return a location as parameters of a vertex."""
         tags = place.get("tags")
         parameters: Item = {"name": str(place.get("name") or "")}
         for tag in tags if isinstance(tags, list) else ():
@@ -117,7 +117,7 @@ class _Site:
         return parameters
 
     def spot(self, anchor: Any, where: str) -> list[float]:
-        """Position of an anchor, in metres."""
+        """Return the position of an anchor, in metres."""
         place: Any = next(iter(anchor.values()), None) if isinstance(anchor, dict) else None
         if isinstance(place, dict):
             place = place.get("General", place.get("trans"))
@@ -126,7 +126,7 @@ class _Site:
         return place[:_PAIR]
 
     def parts(self, item: Item, key: str) -> Iterator[tuple[str, Item]]:
-        """The objects of a section, by their numbers."""
+        """Yield the objects of a section, by their numbers."""
         for name, part in self.inner(item, key).items():
             yield name, self.section(part, f"{key} {name}")
 

@@ -1,5 +1,7 @@
 """Operations of a plant's locations, sorted into loading, unloading, charging and parking.
 
+For `desim import`; its `--operation` hands in the mapping.
+
 Every plant has words of its own for its operations, so what they look like is only a guess: the mapping given comes
 first. Points out of reach are named.
 """
@@ -26,7 +28,7 @@ VISIT = "visit"
 
 
 class PlantTask(NamedTuple):
-    """A load to be brought from one point to another, past others in this order."""
+    """A task that a plant lists: a load to be brought from one point to another, past other points in order."""
 
     source: str
     target: str
@@ -38,7 +40,7 @@ class PlantTask(NamedTuple):
 
 @dataclass
 class Stops:
-    """Points in reach by what robots do there, each with the names of its locations."""
+    """Points that robots can reach, by what robots do there, each with the names of its locations."""
 
     load: dict[str, list[str]] = field(default_factory=dict)
     unload: dict[str, list[str]] = field(default_factory=dict)
@@ -88,7 +90,7 @@ def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, 
 
 
 def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
-    """Role of every operation: as mapped by the user, else as its name sounds."""
+    """Return the role of every operation: as the user maps it, else as its name sounds."""
     names = dict.fromkeys(
         name for location in plant.locations for allowed in location.operations.values() for name in allowed
     )
@@ -108,7 +110,7 @@ def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
 
 
 def sounds_like(name: str) -> str:
-    """Role that the name of an operation suggests; `none` where it suggests none."""
+    """Return the role that the name of an operation suggests; `none` where it suggests none."""
     sound = name.casefold().replace("_", " ")
     return next((role for role, pattern in _GUESSES if re.search(pattern, sound)), NONE)
 
@@ -158,7 +160,7 @@ def _tasks(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Coll
 
 
 def _fall_back(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
-    """Load, or unload, wherever robots do anything but charge, where no operation is loading, or unloading.
+    """Assume loading, or unloading, at all locations but chargers, where no operation is loading, or unloading.
 
     Where the drawing has no other locations, use the points where robots park; where they park nowhere, every point.
     """

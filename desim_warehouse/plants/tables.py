@@ -1,4 +1,4 @@
-"""Nodes and edges from two CSV files, as spreadsheets write them: `nodes.csv`, and `edges.csv` beside it.
+"""Nodes and edges for `desim import` from two CSV files, as spreadsheets write them: `nodes.csv` and `edges.csv`.
 
 - A workbook of Excel has them as sheets `nodes` and `edges`.
 - Other names do, too, if one has `nodes` where the other has `edges`: `hall-nodes.csv` and `hall-edges.csv`. A folder
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, did_you_mean, got, reason, spoken
 from desim_warehouse.model.workbook import rows_of, sheets_of
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
@@ -59,7 +59,6 @@ _SHORTEST = 0.001
 """Of a length in metres, and of a speed in metres a second: what is below is a slip."""
 _METRES = UnitNames()
 _SHOWN = 30  # names in a message, at most
-_COMPARED = 1000  # names to search for a similar one, at most
 
 EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
 NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"
@@ -126,7 +125,7 @@ def _read(plant: Plant, nodes: _Table, edges: _Table, *, two_way: bool) -> None:
 
 
 def edges_beside(path: Path) -> Path:
-    """Path of the table of edges of a table of nodes: `edges` in place of `nodes` in its name."""
+    """Return the path of the table of edges of a table of nodes: `edges` in place of `nodes` in its name."""
     if not _NODES.search(path.stem):
         text = f"{path}: a table whose name does not say what is in it, expected nodes.csv with edges.csv beside it"
         raise ModelError([text])
@@ -170,12 +169,9 @@ class Columns:
         """Refuse a table without one of these columns."""
         for name in names:
             if name not in self.named:
-                near = nearest(name, self.unread)
-                hint = f"; did you mean {got(near)}?" if near else ""
                 have = [title[:_SHOWN] for title in (*self.named.values(), *self.unread)][:12]
-                raise ModelError(
-                    [f"{where}: no column {name} (got {spoken(have) if have else 'none'}), expected it{hint}"]
-                )
+                shown, hint = spoken(have) if have else "none", did_you_mean(name, self.unread)
+                raise ModelError([f"{where}: no column {name} (got {shown}), expected it{hint}"])
 
 
 def _size(unit: str, name: str, where: str) -> float:
@@ -196,7 +192,7 @@ class TableRecord:
     position: str = ""
 
     def get(self, name: str) -> Any:
-        """Value of a column; None where the cell is empty or the column is missing."""
+        """Return the value of a column; None where the cell is empty or the column is missing."""
         title = self.columns.named.get(name)
         value = None if title is None else self.values.get(title)
         return None if isinstance(value, str) and not value.strip() else value
@@ -207,14 +203,14 @@ class TableRecord:
         raise ModelError([f"{self.where}: {title}: {text}"]) from None
 
     def text(self, name: str) -> str:
-        """A value that must be there, as text."""
+        """Return a value that must be there, as text."""
         value = self.get(name)
         if value is None:
             self.refuse(name, "empty, expected a name")
         return str(value).strip()
 
     def number(self, name: str) -> float | None:
-        """Value in metres, or metres a second; None for an empty cell, or a speed without a limit."""
+        """Return a value in metres, or metres a second; None for an empty cell, or a speed without a limit."""
         value = self.get(name)
         if value is None:
             return None
@@ -233,7 +229,7 @@ class TableRecord:
         return number
 
     def above_0(self, name: str) -> float | None:
-        """Length (m) or speed (m/s) above 0; None for an empty cell."""
+        """Return the length (m) or speed (m/s) above 0; None for an empty cell."""
         number = self.number(name)
         if number is not None and number < _SHORTEST:
             what = "too small" if number > 0 else "not above 0"
@@ -241,7 +237,7 @@ class TableRecord:
         return number
 
     def flag(self, name: str) -> bool | None:
-        """Truth value of a yes or no; None for an empty cell."""
+        """Return the truth value of a yes or no; None for an empty cell."""
         value = self.get(name)
         word = str(value).strip().casefold()
         if value is None:
@@ -300,8 +296,7 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
     ends = record.text("from"), record.text("to")
     for column, end in zip(("from", "to"), ends, strict=True):
         if end not in plant.points:
-            near = nearest(end, plant.points) if len(plant.points) <= _COMPARED else None
-            hint = f"; did you mean {got(near)}?" if near else ""
+            hint = did_you_mean(end, plant.points)
             record.refuse(column, f"no such node (got {got(end)}), expected the name of a node{hint}")
     speed, both = record.above_0("speed") or math.inf, record.flag("two_way")
     back = speed if record.get("speed_back") is None else record.above_0("speed_back") or math.inf
@@ -327,7 +322,7 @@ class _Table:
 
     @classmethod
     def of_csv(cls, path: Path, content: bytes) -> _Table:
-        """The table that a CSV file holds."""
+        """Return the table that a CSV file holds."""
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
@@ -342,7 +337,7 @@ class _Table:
 
     @classmethod
     def of_sheet(cls, path: Path, sheet: str) -> _Table:
-        """The table that a sheet of a workbook holds."""
+        """Return the table that a sheet of a workbook holds."""
         return cls._of(f"sheet {sheet}", f"{path}, {sheet}:", enumerate(rows_of(path, sheet), 1), comma=True)
 
     @classmethod
@@ -353,11 +348,11 @@ class _Table:
         return cls(name, place, header, rows, comma)
 
     def columns(self, headings: Mapping[str, tuple[str, ...]]) -> Columns:
-        """The columns that are read."""
+        """Return the columns that are read."""
         return Columns.of(filter(None, self.header), headings, f"{self.place}1")
 
     def records(self, columns: Columns) -> Iterator[TableRecord]:
-        """The rows that are not empty."""
+        """Yield the rows that are not empty."""
         count = 0
         for number, cells in self.rows:
             where = f"{self.place}{number}"
@@ -372,13 +367,13 @@ class _Table:
             yield TableRecord(columns, values, where, f"{self.name} row {number}")
 
     def cell(self, text: str) -> str:
-        """Text of a cell, with a decimal point in place of a decimal comma."""
+        """Return the text of a cell, with a decimal point in place of a decimal comma."""
         text = text.strip()
         return text.replace(",", ".") if self.comma and _DECIMAL.fullmatch(text) else text
 
 
 def _lines(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """The rows of a CSV text, each with the number of its last line; raises ModelError where it is none."""
+    """Yield the rows of a CSV text, each with the number of its last line; raises ModelError where it is none."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     while True:
         try:

@@ -1,5 +1,7 @@
 """Model files as people write them: sections as blocks, small parts in one line, comments beside keys.
 
+For the files that `desim import` writes.
+
 The files of an imported model: a large layout or a long list of tasks gets a file of its own.
 """
 
@@ -31,7 +33,7 @@ MOST = 500
 
 
 def written(content: Mapping[str, Any], comments: Comments, head: Iterable[str] = ()) -> str:
-    """YAML that `load` reads back as the same.
+    """Return the text of a model file: YAML that `load` reads back as an equal model.
 
     Args:
         content: plain values: mappings, lists, text, numbers, true, false.
@@ -69,7 +71,7 @@ def _entry(
     about: Container[tuple[str | int, ...]],
     depth: int,
 ) -> Iterator[str]:
-    """The lines of a key or list item and its value."""
+    """Yield the lines of a key or list item and its value."""
     indent, comment = "  " * depth, comments.get(keys)
     beside = f"  # {one_line(comment)}" if comment else ""
     inside = keys in about
@@ -105,7 +107,7 @@ def _flow(value: Any) -> str:
 
 
 def _scalar(value: Any) -> str:
-    """A number, true or false, or text: in quotes where YAML would take it for something else."""
+    """Return a number, true or false, or text: in quotes where YAML would take it for something else."""
     if not isinstance(value, str):
         return json.dumps(value)
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
@@ -123,7 +125,7 @@ def _scalar(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """The text with blanks for line ends and other unseen characters."""
+    """Return the text in one line, with blanks for line ends and other unseen characters."""
     return "".join(character if character.isprintable() else " " for character in text)
 
 
@@ -140,18 +142,18 @@ def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:
 
 
 def _size(part: Any) -> int:
-    """Number of entries of a part, with the entries of the lists in it."""
+    """Return the number of entries of a part, with the entries of the lists in it."""
     items = part.values() if isinstance(part, dict) else part
     return len(part) + sum(len(item.get("at", ())) for item in items if isinstance(item, dict))
 
 
 def are_orders(tasks: list[PlantTask]) -> bool:
-    """Whether tasks are written as orders, in a file of their own: many, or some with stops on the way."""
+    """Whether tasks are written as orders, in a file of their own: they are many, or some have stops on the way."""
     return len(tasks) > MOST or any(task.via for task in tasks)
 
 
 def orders_text(tasks: Sequence[PlantTask]) -> str:
-    """The tasks as a file of orders, earliest first."""
+    """Return the tasks as a file of orders, earliest first."""
     columns: dict[str, Callable[[PlantTask], str]] = {
         "order": lambda task: task.name,
         "release": lambda task: f"{task.release:g}",
@@ -169,12 +171,12 @@ def orders_text(tasks: Sequence[PlantTask]) -> str:
 
 
 def orders_beside(path: Path) -> Path:
-    """Path of the orders beside a model file."""
+    """Return the path of the orders beside a model file."""
     return path.with_name(f"{path.stem}.orders.csv")
 
 
 def kept(text: str, name: str) -> Path:
-    """A temporary file with this text, kept until the process ends, for a model that is not written."""
+    """Return a temporary file with this text, kept until the process ends, for a model that is not written."""
     path = Path(_folder().name) / name
     path.write_text(text, encoding="utf-8")
     return path

@@ -1,5 +1,7 @@
 """XML from strangers: elements with their lines, and nothing that a parser could be led astray by.
 
+For the readers of GraphML and openTCS.
+
 Document types are refused, and with them all entities but XML's own five. So nothing is expanded, and no other file is
 opened. Size, depth and the number of elements are limited.
 """
@@ -35,18 +37,18 @@ class Element:
         return f"line {self.line}"
 
     def all(self, tag: str) -> Iterator[Element]:
-        """The children with a tag."""
+        """Return the children with a tag."""
         return (child for child in self.children if child.tag == tag)
 
     def text(self, *names: str) -> str:
-        """Attribute under the first of its names that is present; raises ModelError where none is."""
+        """Return the attribute under the first of its names that is present; raises ModelError where none is."""
         for name in names:
             if name in self.attributes:
                 return self.attributes[name]
         return self.refuse(f"no {names[0]}, expected one{did_you_mean(names[0], self.attributes)}")
 
     def number(self, *names: str, default: float | None = None) -> float:
-        """Number in an attribute, under the first of its names that is present; raises ModelError where it is none."""
+        """Return the number in an attribute, under the first name that is present; raises ModelError without one."""
         if default is not None and not any(name in self.attributes for name in names):
             return default
         text = self.text(*names)
@@ -70,7 +72,7 @@ def looks(path: Path, start: bytes) -> bool:
 
 
 def read_xml(path: Path, content: bytes, expected: str) -> Element:
-    """The root element of a file.
+    """Return the root element of a file.
 
     Args:
         path: the file, for messages.
@@ -84,7 +86,7 @@ def read_xml(path: Path, content: bytes, expected: str) -> Element:
 
 
 class _Reader:
-    """Builds the elements of one file as the parser finds them."""
+    """Builds the elements of one XML file as the parser meets them."""
 
     def __init__(self, file: str, expected: str) -> None:
         self.file = file

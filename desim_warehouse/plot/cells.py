@@ -1,5 +1,7 @@
 """A floor of cells drawn as a map: aisles are light, shelves are dark, and colours say what cells are for.
 
+For `plot.layout` and `plot.congestion`, and so for `desim draw`.
+
 On such a floor nodes are as close as robots can stand, so that names, arrows and slots beside them would lie over one
 another.
 """
@@ -94,7 +96,7 @@ _KEY = {
 
 
 def _colours(model: Model, floor: Layout) -> dict[str, str]:
-    """The colour of each node by its use, the last in the order of the key. A use of most nodes has no colour."""
+    """Return the colour of each node by its use, the last in the order of the key; none for a use of most nodes."""
     chargers = chargers_at(model, floor) if model.battery is not None else {}
     nodes = {
         "bay": set(floor.bays),
@@ -110,14 +112,14 @@ def _colours(model: Model, floor: Layout) -> dict[str, str]:
 
 
 def _squares(middles: np.ndarray, side: float) -> np.ndarray:
-    """The corners of a square around each point."""
+    """Return the corners of a square around each point."""
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * side / 2
     squares: np.ndarray = middles.reshape(-1, 1, 2) + corners
     return squares
 
 
 def _arrows(axes: Axes, floor: Layout, points: dict[str, tuple[float, float]], step: float) -> None:
-    """An arrow along each one-way lane."""
+    """Draw an arrow along each one-way lane."""
     edges = [(points[a], points[b]) for a, b, two_way in floor.graph.edges(data="two_way") if not two_way]
     if not edges:
         return

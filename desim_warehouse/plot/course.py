@@ -1,4 +1,7 @@
-"""The course of a run by the clock: the lanes of its page, for notebooks and papers."""
+"""The course of a run by the clock: the lanes of its page, for notebooks and papers.
+
+For `plot.day`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ _HIGH, _GAP = 3.2, 0.55
 
 
 def day(run: RunData, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None) -> Axes:
-    """The course of a run: robots by what they do, deliveries, open tasks, queues, chargers and batteries on one clock.
+    """Draw the course of a run by the clock: robots by what they do, deliveries, open tasks, queues, and chargers.
 
     Each curve has the mean of each part of the run, of five minutes where it lasts for hours. A band marks the worst
     stretch. Lanes are `child_axes` of the Axes returned, the lane of robots first.
@@ -69,7 +72,7 @@ def day(run: RunData, *, title: str | None = None, style: look.Style = "light", 
 
 
 def _steps(values: Numbers) -> Numbers:
-    """Values with the last once more, for the end of its part."""
+    """Return the values with the last of them once more, for the end of its part."""
     return np.append(values, values[-1])
 
 

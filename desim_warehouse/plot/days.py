@@ -1,4 +1,7 @@
-"""Real days beside simulated ones, and measured times beside the distributions that were fitted to them."""
+"""Real days beside simulated ones, and measured times beside the distributions that were fitted to them.
+
+For `plot.real_day`, `passages`, `residuals` and `fitted`, and so for the page of `desim validate` and for `desim fit`.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,7 @@ def real_day(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Load units put down an hour over a real day: its line, over the band of the simulated days.
+    """Draw the load units put down in each hour of a real day: a line over the band of the simulated days.
 
     A day like the simulated ones lies wholly inside the band on 95 of 100 days. Circles mark what lies outside.
 
@@ -87,14 +90,14 @@ def real_day(
 
 
 def farthest(validation: Validation) -> int:
-    """The number of the real day whose drops lie out farthest, relative to the bound of its band."""
+    """Return the number of the real day whose drops lie out farthest, relative to the bound of its band."""
     return int(np.argmax([np.abs(ranks.off).max() / (ranks.bound or 1.0) for ranks in validation.drops]))
 
 
 def passages(
     found: Validation, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None
 ) -> Axes:
-    """How often robots came along each edge in an hour, real over simulated: a mark for each edge.
+    """Draw how often robots came along each edge in an hour, real over simulated: a mark for each edge.
 
     A bar goes from the lowest to the highest simulated day. On the line both are alike. Edges outside the band of all
     edges are coloured, the worst three named.
@@ -135,7 +138,7 @@ def residuals(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Real less simulated on the floor, for each edge: blue where there was less, orange where there was more.
+    """Draw real minus simulated passages on the floor, for each edge: blue where there were less, orange where more.
 
     The scale ends a little beyond the band of all edges. Edges outside are wide, and the worst three are named with
     their difference.
@@ -180,7 +183,7 @@ def residuals(
 
 
 def of_edges(validation: Validation, by: By) -> Ranked:
-    """The counts on edges; raises ReportError where the logs do not have them."""
+    """Return the counts on edges; raises ReportError where the logs do not have them."""
     ranks = validation.passed if by == "passed" else validation.stood
     if ranks is None:
         raise ReportError("logs of trips do not say where robots drove, expected messages or runs")
@@ -188,7 +191,7 @@ def of_edges(validation: Validation, by: By) -> Ranked:
 
 
 def _sides(ranks: Ranked) -> list[tuple[Flags, str, tuple[str, str]]]:
-    """The edges inside their band, above it, and below it; each group in words, with a mark and a colour."""
+    """Return the edges inside their band, above it, and below it; each group in words, with a mark and a colour."""
     return [
         (~ranks.out, "inside the band", ("o", palette.FAINT)),
         (ranks.out & (ranks.off > 0), "more than simulated", ("^", MORE)),
@@ -197,7 +200,7 @@ def _sides(ranks: Ranked) -> list[tuple[Flags, str, tuple[str, str]]]:
 
 
 def _worst(ranks: Ranked) -> list[int]:
-    """The edges outside the band that lie out farthest."""
+    """Return the edges outside the band that lie out farthest."""
     out = np.flatnonzero(ranks.out)
     worst: list[int] = out[np.argsort(-np.abs(ranks.off[out]), kind="stable")][:_NAMED].tolist()
     return worst
@@ -212,7 +215,7 @@ def _name(line: Line, words: str) -> Name:
 
 
 def _line(floor: Layout, edge: tuple[str, str], step: float) -> Line:
-    """An edge as drawn, always beside its opposite direction, so that both are seen."""
+    """Return an edge as drawn, always beside its opposite direction, so that both are seen."""
     (x0, y0), (x1, y1) = plan.ends(floor, edge, step)
     if not floor.graph.edges[edge].get("two_way"):
         return (x0, y0), (x1, y1)
@@ -233,7 +236,7 @@ def fitted(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The share of measured times below each time, beside the same share for the three best distributions.
+    """Draw the share of measured times below each time, beside the same share for the three best distributions.
 
     Args:
         found: from `study.fit`.

@@ -1,4 +1,7 @@
-"""An indicator by the levels of a factor: the paper's Figs. 6-8, and the throughput curve with its knee."""
+"""An indicator by the levels of a factor: the paper's Figs. 6-8, and the throughput curve with its knee.
+
+For `plot.by_factor`, `facets` and `throughput`, in notebooks.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,7 @@ def by_factor(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The mean of an indicator at each level of a factor, with t intervals over the replications.
+    """Draw the mean of an indicator at each level of a factor, with t intervals over the replications.
 
     Args:
         table: a row per run; columns for factors (under their model keys), replication and indicators.
@@ -107,7 +110,7 @@ def facets(
     title: str | None = None,
     style: look.Style = "light",
 ) -> Axes:
-    """`by_factor` once for each combination of levels of further factors, side by side on one scale.
+    """Draw `by_factor` once for each combination of levels of further factors, side by side on one scale.
 
     Arguments that are not named here: see `by_factor`.
 
@@ -182,7 +185,7 @@ def _target(axes: Axes, indicator: str, value: float, estimates: list[Cell]) -> 
 
 
 def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:
-    """The runs at each combination of levels of some factors, with its name."""
+    """Return the runs at each combination of levels of some factors, with its name."""
     parts = []
     for key in order(usable(table, by, indicator), by):
         chosen = table
@@ -261,7 +264,7 @@ def throughput(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The throughput curve, with its knee and the smallest size within 5 % of the maximum marked.
+    """Draw the throughput curve, with its knee and the smallest size within 5 % of the maximum marked.
 
     As `by_factor` with a numeric factor; marks only without `group` and for three or more sizes.
 

@@ -1,4 +1,7 @@
-"""The work of robots: shares of time, one row of states for each robot, and batteries over time."""
+"""The work of robots: shares of time, one row of states for each robot, and batteries over time.
+
+For `plot.utilisation`, `gantt` and `battery`, in notebooks.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,7 @@ def utilisation(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Share of time in each state, stacked to 1: for each robot of a Run, or each level of a factor of a study.
+    """Draw the share of time in each state, stacked to 1: for each robot of a Run, or each level of a factor.
 
     Time waiting in traffic is counted apart from the state in which the robot waits.
 
@@ -97,7 +100,7 @@ def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, li
 
 
 def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
-    """Labels along an axis of bars, only every n-th where there are many."""
+    """Write labels along an axis of bars, only every n-th where there are many."""
     step = -(-len(labels) // most)
     axes.set_xticks(range(0, len(labels), step), [look.text(label) for label in labels[::step]])
     axes.set_xlim(-0.6, max(len(labels), 1) - 0.4)
@@ -108,7 +111,7 @@ def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
 def part_shown(
     run: RunData, start: float | None, end: float | None, robots: Sequence[int] | None
 ) -> tuple[float, float, list[int]]:
-    """The window and the robots that a figure over time shows.
+    """Return the window and the robots that a figure over time shows.
 
     Raises:
         ReportError: an empty window, or a robot that is not there.
@@ -134,7 +137,7 @@ def gantt(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """One row for each robot: its states over time, and in black when it waited in traffic (needs `log: all`).
+    """Draw one row for each robot: its states over time, and in black when it waited in traffic (needs `log: all`).
 
     Args:
         run: the run.
@@ -209,7 +212,7 @@ def battery(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The energy in each robot's battery over time, with the level at which it is sent to charge.
+    """Draw the energy in each robot's battery over time, with the level at which it is sent to charge.
 
     Args:
         run: the run; corners are exact at every change of state.

@@ -1,4 +1,7 @@
-"""The warehouse drawn: nodes, lanes, goods, bays and stations."""
+"""The warehouse drawn: nodes, lanes, goods, bays and stations.
+
+For `plot.layout`, `desim draw` and `desim export`, and the page of a run.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ def layout(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The floor of a model: nodes, lanes with arrows, goods, slots of bays and stations with their names, chargers.
+    """Draw the floor of a model: nodes, lanes with arrows, goods, slots of bays and stations with names, chargers.
 
     Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60. A floor
     of many cells is drawn as a map: aisles light, shelves dark, with colours for storage places, bays and stations.
@@ -90,7 +93,7 @@ def save(source: Model | RunData, path: str | Path, *, title: str | None = None,
 
 
 def _with_names(axes: Axes, floor: Layout) -> Axes:
-    """Write what people call each storage place beside it: its name, or its number."""
+    """Write the name, or else the number, of each storage place beside it."""
     for place in floor.storage:
         name = look.text(floor.called.get(place.number, str(place.number)))
         axes.text(place.x, place.y, name, fontsize=3, ha="center", va="center", color=palette.INK, zorder=5)
@@ -145,18 +148,18 @@ def _drawn(
 
 
 def step_of(floor: Layout) -> float:
-    """The size of symbols on this floor: the length of its shortest edge as drawn."""
+    """Return the size of symbols on this floor: the length of its shortest edge as drawn."""
     return min(_lengths(floor))
 
 
 def _lengths(floor: Layout) -> list[float]:
-    """The lengths of all edges as drawn; 1 for a floor without edges."""
+    """Return the lengths of all edges as drawn; 1 for a floor without edges."""
     lengths = [math.dist(_at(floor, a), _at(floor, b)) for a, b in floor.graph.edges]
     return [length for length in lengths if length > 0] or [1.0]
 
 
 def size_of(floor: Layout) -> tuple[float, float]:
-    """Size of a figure, in inches, in the proportions of the floor."""
+    """Return the size of a figure, in inches, in the proportions of the floor."""
     nodes = floor.graph.nodes(data=True)
     xs, ys = [data["x"] for _, data in nodes], [data["y"] for _, data in nodes]
     across, down = max(xs) - min(xs) or 1.0, max(ys) - min(ys) or 1.0
@@ -164,7 +167,7 @@ def size_of(floor: Layout) -> tuple[float, float]:
 
 
 def fetched_of(model: Model) -> set[int]:
-    """The goods that a task list names; none where goods are drawn."""
+    """Return the goods that a task list names; none where goods are drawn."""
     goods = model.tasks.goods
     if not isinstance(goods, tuple):
         return set()
@@ -177,7 +180,7 @@ def _at(floor: Layout, node: str) -> tuple[float, float]:
 
 
 def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The two ends of an edge as drawn: beside its opposite direction where that is a lane of its own."""
+    """Return the two ends of an edge as drawn: beside its opposite direction where that is a lane of its own."""
     (x0, y0), (x1, y1) = _at(floor, edge[0]), _at(floor, edge[1])
     if not floor.graph.has_edge(edge[1], edge[0]) or floor.graph.edges[edge].get("two_way"):
         return (x0, y0), (x1, y1)
@@ -210,7 +213,7 @@ def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
 
 
 def _draw_lifts(axes: Axes, floor: Layout, step: float, colour: str) -> None:
-    """A broken line from floor to floor for each lift, and its cabin as a square on each floor."""
+    """Draw a broken line from floor to floor for each lift, and its cabin as a square on each floor."""
     from desim_warehouse.plot import paths
 
     for lift in floor.lifts:
@@ -290,7 +293,10 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool) -> l
 
 
 def sheet(floor: Layout, step: float, slots: Sequence[Box] = (), dot: float = 0.0) -> Sheet:
-    """Return what names may not cover, and what they rather do not; nodes with at least the radius `dot`."""
+    """Return the boxes that names on a drawing may not cover, and those that they should not.
+
+    `dot`: least radius of nodes.
+    """
     nodes = [box_around(*_at(floor, node), max(0.02 * step, dot)) for node in floor.graph]
     cabins = [box_around(*_at(floor, node), _CABIN * step / 2) for lift in floor.lifts for node in lift.nodes]
     lanes = [box for edge in floor.lanes for box in boxes_along(*ends(floor, edge, step), 0.1 * step)]

@@ -1,4 +1,7 @@
-"""The waiting of robots: a map of the floor, coloured by waiting on each edge and before each intersection."""
+"""The waiting of robots: a map of the floor, coloured by waiting on each edge and before each intersection.
+
+For `plot.congestion`, and for the page of a run.
+"""
 
 from __future__ import annotations
 
@@ -37,12 +40,14 @@ def congestion(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Waiting in the counted part of a run: edges where robots stood behind others, intersections they stood before.
+    """Draw the waiting of robots on the floor: on edges behind other robots, and before intersections.
+
+    It is of the evaluation period.
 
     Args:
         run: the run, at any level of log.
-        by: "blocked" colours by the time waited there, as a part of the counted time, on a scale that is the same for
-            all runs; "waits" by waiting episodes. Width and size show it, too.
+        by: "blocked" colours by the time waited there, as a part of the evaluation period, on a scale that is the same
+            for all runs; "waits" by waiting episodes. Width and size show it, too.
     """
     if by not in ("blocked", "waits"):
         raise ReportError(f"by {by!r}: expected blocked or waits")
@@ -66,7 +71,7 @@ def congestion(
 
 
 def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
-    """Waiting on each lane, behind other robots; on a two-way lane in both directions."""
+    """Return the waiting on each lane, behind other robots; on a two-way lane for both directions."""
     column, edges = run.edges[by], run.layout.graph.edges
     return {
         (a, b): float(column[f"{a}>{b}"] + (column[f"{b}>{a}"] if edges[a, b].get("two_way") else 0))
@@ -75,7 +80,7 @@ def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
 
 
 def node_values(run: RunData, by: By) -> dict[str, float]:
-    """Waiting before each intersection; nodes so near one another that they are crossed as one share their value."""
+    """Return the waiting before each intersection; nodes that are crossed together share their value."""
     values = dict.fromkeys(run.layout.graph, 0.0)
     for key, value in run.nodes[by].items():
         for name in _members(str(key), run.layout.graph):
@@ -84,7 +89,7 @@ def node_values(run: RunData, by: By) -> dict[str, float]:
 
 
 def _members(key: str, graph: DiGraph) -> list[str]:
-    """The nodes of an intersection written `A+B`, whatever characters the names have."""
+    """Return the nodes of an intersection written `A+B`, whatever characters the names have."""
     if key in graph:
         return [key]
     for name in graph:
@@ -152,7 +157,7 @@ class _Shades:
     most: float
 
     def size(self, value: float) -> float:
-        """The size at which a value is drawn, from 0 to 1."""
+        """Return the size at which a value is drawn, from 0 to 1."""
         return min(value / self.most, 1.0)
 
 
@@ -163,7 +168,7 @@ def _map() -> Colormap:
 
 
 def _steps() -> _Shades:
-    """A colour for each step of the scale, which is equal for all runs."""
+    """Return a colour for each step of the scale, which is equal for all runs."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = ListedColormap(palette.HEAT["light"]).with_extremes(under=palette.NO_WAIT)
@@ -184,7 +189,7 @@ def _bar(axes: Axes, what: str, shades: _Shades) -> None:
 
 
 def step_words() -> list[str]:
-    """The steps of the scale in words; below the first is no colour."""
+    """Return the steps of the scale in words; below the first is no colour."""
     percent = [f"{100 * step:g}" for step in palette.WAITED_STEPS]
     between = [f"{low} to {high} %" for low, high in pairwise(percent)]
     return [*between, f"over {percent[-1]} %"]

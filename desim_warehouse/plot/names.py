@@ -1,4 +1,7 @@
-"""Names on a floor that is drawn: of nodes, bays and stations, each where nothing else is."""
+"""Names on a floor that is drawn: of nodes, bays and stations, each where nothing else is.
+
+For `plot.layout` and `plot.congestion`.
+"""
 
 from __future__ import annotations
 

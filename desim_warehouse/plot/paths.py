@@ -1,4 +1,7 @@
-"""Many shapes as a few paths: tens of thousands of shapes by themselves take most of the time of a drawing."""
+"""Many shapes as a few paths: tens of thousands of shapes by themselves take most of the time of a drawing.
+
+For `plot.layout`.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,7 @@ def _add(axes: Axes, collection: PathCollection) -> None:
 
 
 def _paths(shapes: Iterable[Any]) -> list[Path]:
-    """The paths of shapes with equally many points; a shape that ends where it begins is closed."""
+    """Return the paths of shapes with equally many points; a shape that ends where it begins is closed."""
     points = np.array(list(shapes), dtype=float)
     if not len(points):
         return []

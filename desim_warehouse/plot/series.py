@@ -1,4 +1,7 @@
-"""The end of the warm-up (MSER-5, Welch's plot)."""
+"""The end of the warm-up, by MSER-5 and in Welch's plot: `plot.warm_up` and `plot.welch`.
+
+For `desim warm-up`, and for the page of a run.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ _WINDOWS = (0.02, 0.05, 0.15)
 
 
 def cycle_times(run: RunData) -> list[float]:
-    """Time from release to delivery of each task delivered, in order of delivery, in the model's time unit."""
+    """Return the time from release to delivery of each task delivered, in order, in the model's time unit."""
     return [task.cycle_time for task in run.history.done]
 
 
@@ -37,7 +40,7 @@ def warm_up(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Batch means over time, the MSER statistic after each possible cut, and the cut that minimises it.
+    """Draw batch means over time, the MSER statistic after each possible cut, and the cut that minimises it.
 
     Args:
         source: a Run, whose cycle times are looked at in order of delivery, or equally spaced observations.
@@ -75,7 +78,7 @@ def welch(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Welch's plot: observations over time, averaged over replications, and their moving averages.
+    """Draw Welch's plot: observations over time, averaged over replications, and their moving averages.
 
     Args:
         source: what `study.warm_up.settle` found, or equally spaced observations, of several replications if there

@@ -1,4 +1,7 @@
-"""The look of figures: two styles, colours that colour-blind readers tell apart, and axes made without pyplot."""
+"""The look of figures: two styles, colours that colour-blind readers tell apart, and axes made without pyplot.
+
+For all functions of `plot`, and for the figures of `desim fit`, `warm-up` and `paper`.
+"""
 
 from __future__ import annotations
 
@@ -81,14 +84,14 @@ def _settings(style: Style) -> dict[str, Any]:
 
 @cache
 def _axes_class() -> type[Axes]:
-    """Axes that Jupyter shows as a picture, although pyplot does not know them."""
+    """Return the class of axes that Jupyter shows as a picture, although pyplot does not know them."""
     from matplotlib.axes import Axes as Plain
 
     class Picture(Plain):
-        """Axes of a figure of their own."""
+        """Axes with a figure of their own, which Jupyter shows as a picture."""
 
         def _repr_png_(self) -> tuple[bytes, dict[str, Any]]:
-            """The whole figure, in twice the density of a screen, with an alternative text."""
+            """Return the whole figure, in twice the density of a screen, with an alternative text."""
             from io import BytesIO
 
             from matplotlib.transforms import Bbox
@@ -135,7 +138,7 @@ def drawing(
 
 @contextmanager
 def panels(count: int, style: Style, size: tuple[float, float], alt: str) -> Iterator[list[Axes]]:
-    """Give a number of axes side by side, three in a row, in one new figure, each of `size` inches."""
+    """Give a number of axes side by side, three in a row, in one new figure; `size`: of each, in inches."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -150,12 +153,12 @@ def panels(count: int, style: Style, size: tuple[float, float], alt: str) -> Ite
 
 
 def text(words: object) -> str:
-    """A name as it is, whatever it contains: matplotlib takes dollar signs for mathematics."""
+    """Return a name that matplotlib shows as it is: dollar signs would begin mathematics."""
     return str(words).replace("$", r"\$")
 
 
 def cycle(index: int) -> dict[str, Any]:
-    """Colour, marker and dash of the n-th line: three ways to tell it from the others."""
+    """Return colour, marker and dash of the n-th line: three ways to tell it from the others."""
     return {
         "color": COLOURS[index % len(COLOURS)],
         "marker": MARKERS[index % len(MARKERS)],
@@ -164,13 +167,13 @@ def cycle(index: int) -> dict[str, Any]:
 
 
 def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> None:
-    """A legend beside the plot; none for a single entry without a name."""
+    """Draw a legend beside the plot; none for a single entry without a name."""
     if entries > 1 or name:
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=name and text(name), **options)
 
 
 def in_percent(axis: Axis) -> None:
-    """Marks of an axis of shares, as in 25 %; none beyond 100 %."""
+    """Label an axis of shares in per cent, as `25 %`; no marks beyond 100 %."""
     axis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %" if value < 1 + 1e-9 else "")
 
 

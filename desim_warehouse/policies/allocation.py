@@ -27,7 +27,7 @@ class InOrder:
     gives_only: ClassVar = True
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Robots by number, tasks by their rank in the list; a robot that may not take the next one is passed over."""
+        """Yield robots by number with tasks by rank in the list; a robot that may not take a task is passed over."""
         tasks = iter(situation.tasks)
         task = next(tasks, None)
         for robot in situation.robots:
@@ -50,11 +50,11 @@ class Nearest:
     gives_only: ClassVar = True
 
     def __post_init__(self) -> None:
-        """A policy that considers no task would never assign one."""
+        """Check the parameter: a policy that considers no task would never assign one."""
         _at_least_one(self.candidates)
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Greedy on the table of driving times; ties go to the earlier task, then to the lower robot number."""
+        """Yield pairs, greedily by driving time; ties go to the earlier task, then to the lower robot number."""
         tasks = situation.first_tasks(self.candidates)
         return greedy(situation, tasks, situation.approach(situation.robots, tasks))
 
@@ -78,7 +78,7 @@ class NearestAging:
             raise ValueError(f"aging is {self.aging}, expected at least 0")
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Greedy on driving time less `aging` times the task's age."""
+        """Yield pairs, greedily by driving time minus `aging` times the task's age."""
         import numpy as np
 
         tasks = situation.first_tasks(self.candidates)
@@ -103,7 +103,7 @@ class EarliestDue:
         _at_least_one(self.candidates)
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Tasks by urgency, each to the nearest free robot that may take it."""
+        """Yield tasks by urgency, each with the nearest free robot that may take it."""
         import numpy as np
 
         tasks = situation.first_tasks(self.candidates)
@@ -178,7 +178,7 @@ class Hungarian:
         _at_least_one(self.candidates)
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """The optimal assignment for the table of driving times."""
+        """Return the optimal assignment for the table of driving times."""
         tasks = situation.first_tasks(self.candidates)
         return matched(situation, tasks, situation.approach(situation.robots, tasks))
 
@@ -209,12 +209,12 @@ class CostAware:
                 raise ValueError(f"{name} is {weight}, expected a weight of at least 0")
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """The optimal assignment for the table of expected costs."""
+        """Return the optimal assignment for the table of expected costs."""
         tasks = situation.first_tasks(self.candidates)
         return matched(situation, tasks, self.costs(situation, situation.robots, tasks))
 
     def costs(self, situation: Situation, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
-        """Expected cost of every robot (rows) to reach every good (columns)."""
+        """Return the expected cost of every robot (rows) to reach every good (columns)."""
         import numpy as np
 
         handling = situation.handling
@@ -239,12 +239,12 @@ class CostAware:
 
 
 def along(means: Mapping[tuple[str, str], float], way: Sequence[str]) -> float:
-    """Sum of a mean per passage over the edges of a route."""
+    """Return the sum of a mean per passage over the edges of a route."""
     return math.fsum(means[edge] for edge in itertools.pairwise(way))
 
 
 def matched(situation: Situation, tasks: Sequence[Task], costs: Any) -> Iterable[tuple[int, int]]:
-    """The allowed pairs that assign as many tasks as possible at the least total cost."""
+    """Yield the allowed pairs that assign as many tasks as possible at the least total cost."""
     import numpy as np
     from scipy.optimize import linear_sum_assignment
 

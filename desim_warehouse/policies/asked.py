@@ -32,7 +32,7 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
 
 
 def place_in(error: BaseException, policies: Iterable[str]) -> str:
-    """Place in the code of a user's policy at which a traceback ends; empty if it ends elsewhere."""
+    """Return the place in the code of a user's policy at which a traceback ends; empty if it ends elsewhere."""
     places = [name.rpartition(":")[0] for name in policies]
     modules = (sys.modules[place] for place in places if place in sys.modules)
     files = {*places, *(module.__file__ for module in modules)}
@@ -65,13 +65,13 @@ def is_ours(policy: object) -> bool:
 
 
 def short(answer: object) -> str:
-    """An answer for a message, cut where it is long."""
+    """Return an answer for a message, cut where it is long."""
     text = shown(answer)
     return text if len(text) <= _LONG else f"{text[: _LONG - 4]} ..."
 
 
 def _place(kind: str, policy: object) -> str:
-    """Place of the method of a user's policy; empty for our policies."""
+    """Return the place of the method of a user's policy; empty for our policies."""
     code = getattr(getattr(type(policy), METHODS[kind], None), "__code__", None)
     if code is None or is_ours(policy):
         return ""

@@ -23,7 +23,7 @@ class Single:
     """
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """As many batches as tasks."""
+        """Yield a batch for each task."""
         return [TaskBatch((task.number,)) for task in waiting.tasks]
 
 
@@ -44,7 +44,7 @@ class FixedSize:
         _by_flow(self.by)
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Full batches; the rest too, if no other tasks are to come."""
+        """Yield full batches; the rest too, if no other tasks are to come."""
         size = min(self.size or waiting.most, waiting.most)
         for tasks in _cut(waiting.tasks, size):
             if len(tasks) == size or not waiting.to_come:
@@ -72,7 +72,7 @@ class TimeWindow:
             raise ValueError(f"window is {self.window}, expected a time of at least 0")
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Full batches now, the rest when the window of their first task is over or no other tasks are to come."""
+        """Yield full batches now, the rest when the window of their first task ends or no other tasks are to come."""
         size = min(self.size or waiting.most, waiting.most)
         for tasks in _cut(waiting.tasks, size):
             whole = len(tasks) == size or not waiting.to_come
@@ -95,7 +95,7 @@ class ByOrder:
         _at_least_one(self.size)
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """The tasks of each order in as few batches as there must be."""
+        """Yield the tasks of each order in as few batches as there must be."""
         orders: dict[tuple[str, str, int], list[Task]] = {}
         for task in waiting.tasks:
             alone = -1 if task.order else task.number
@@ -107,7 +107,10 @@ class ByOrder:
 
 
 def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
-    """Numbers of the tasks in nearest-neighbour order from the first on, by driving time; ties by their order."""
+    """Return the numbers of tasks in nearest-neighbour order from the first on, by driving time.
+
+    Ties go by the order of the tasks.
+    """
     left, tour = list(tasks), [tasks[0]]
     left.remove(tasks[0])
     while left:

@@ -75,7 +75,7 @@ METHODS = {
 
 
 class _RefusedError(Exception):
-    """A policy that cannot be created: the parameter at fault ("" for the name), and the reason."""
+    """Raised where a policy cannot be created: the parameter at fault ("" for the name), and the reason."""
 
     def __init__(self, parameter: str, message: str) -> None:
         super().__init__(parameter, message)
@@ -104,7 +104,7 @@ def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
 
 
 def problems(kind: str, name: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Problems of a policy as a model names it: pairs of parameter ("" for the name) and message."""
+    """Return the problems of a policy as a model names it: pairs of parameter ("" for the name) and message."""
     return _attempt(kind, name, parameters)[1]
 
 
@@ -136,7 +136,7 @@ def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, 
 
 @lru_cache(maxsize=64)  # every run creates its policies: their types are read once
 def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
-    """Type and default (dataclasses.MISSING: none) of every parameter of a policy, in the order of its fields."""
+    """Return type and default (dataclasses.MISSING: none) of every parameter of a policy, in the order of fields."""
     if not dataclasses.is_dataclass(cls):
         return {}
     try:
@@ -155,7 +155,7 @@ def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
 
 @lru_cache(maxsize=64)
 def quantities_of(kind: str, name: str) -> dict[str, str]:
-    """The parameters of a policy of ours that are written with a unit, and its kind: `{"window": "time"}`.
+    """Return the parameters of a policy of ours that are written with a unit, and its kind: `{"window": "time"}`.
 
     Of the user's own nothing is known before its code is run.
     """
@@ -164,7 +164,7 @@ def quantities_of(kind: str, name: str) -> dict[str, str]:
 
 @lru_cache(maxsize=64)
 def notes_of(kind: str, name: str) -> tuple[tuple[str, Any], ...]:
-    """Notes beside the types of the parameters of a policy of ours: kinds of units, and usual values."""
+    """Return the notes beside the types of parameters of a policy of ours: kinds of units, and usual values."""
     if name not in OURS[kind]:
         return ()
     hints = get_type_hints(_find(kind, name), include_extras=True)
@@ -212,12 +212,12 @@ def resolved_in(value: Any, folder: Path) -> Any:
 
 
 def source_of(kind: str, name: str) -> str:
-    """Source text of a policy's class; raises PolicyError where it cannot be read."""
+    """Return the source text of a policy's class; raises PolicyError where it cannot be read."""
     return inspect.getsource(find(kind, name))
 
 
 def user_source(name: str) -> bytes:
-    """Content of the file of a user's policy, without running it; empty for our policies."""
+    """Return the content of the file of a user's policy, without running it; empty for our policies."""
     place, _, _ = name.rpartition(":")
     if not place:
         return b""
@@ -226,7 +226,7 @@ def user_source(name: str) -> bytes:
 
 
 def _module_file(name: str) -> Path | None:
-    """The file of a module; unlike `importlib.util.find_spec`, without importing the packages it lies in."""
+    """Return the file of a module; unlike `importlib.util.find_spec`, without importing the packages it lies in."""
     folders, whole, spec = None, "", None
     for part in name.split("."):
         whole = f"{whole}.{part}" if whole else part
@@ -265,7 +265,7 @@ def _find(kind: str, name: str) -> type:
 
 
 def _defined(cls: type) -> str:
-    """Place of a class that was read from a file."""
+    """Return the place of a class that was read from a file."""
     try:
         return f" ({inspect.getsourcefile(cls)}, line {inspect.getsourcelines(cls)[1]})"
     except (OSError, TypeError):
@@ -274,7 +274,7 @@ def _defined(cls: type) -> str:
 
 @cache
 def _imported(place: str) -> type:
-    """A class of ours, by its module and name."""
+    """Return a class of ours, by its module and name."""
     module, _, cls = place.partition(":")
     policy_class: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
     return policy_class

@@ -30,7 +30,7 @@ class Threshold:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """The threshold, and a full battery."""
+        """Return the threshold, and a full battery."""
         level = robot.threshold if self.level is None else self.level
         return Levels(level, level, robot.capacity, robot.capacity, charger=self.charger)
 
@@ -58,7 +58,7 @@ class ReachAware:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """No fixed level but the margin."""
+        """Return no fixed level but the margin."""
         margin = self.margin * robot.capacity
         return Levels(margin, margin, robot.capacity, robot.capacity, margin=margin, charger=self.charger)
 
@@ -84,7 +84,7 @@ class Opportunity:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """To a charger at any level; free again as soon as it is above the minimum."""
+        """Return levels that send the robot to a charger at any level, and free it above the minimum."""
         full, low = robot.capacity, self.minimum * robot.capacity
         return Levels(low, full, low, full, margin=self.margin * full, charger=self.charger)
 
@@ -117,7 +117,7 @@ class FourThresholds:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """The four levels in the model's unit."""
+        """Return the four levels in the model's unit."""
         full = robot.capacity
         return Levels(
             self.critical * full,
@@ -158,7 +158,7 @@ class Swap:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """The level for a swap; a robot that parks beside a charger above it keeps its battery."""
+        """Return the level for a swap; a robot that parks beside a charger above it keeps its battery."""
         full, low = robot.capacity, self.level * robot.capacity
         margin = self.margin * full
         return Levels(low, low, full, full, margin=margin, top_up=False, charger=self.charger, swap_time=self.time)

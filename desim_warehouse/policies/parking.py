@@ -17,7 +17,7 @@ class Home:
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The home bay if it has a free slot."""
+        """Return the home bay if it has a free slot."""
         if any(bay.node == robot.home for bay in bays):
             return robot.home
         return _nearest(robot, bays, travel)
@@ -31,7 +31,7 @@ class Stay:
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The last bay if it has a free slot."""
+        """Return the last bay if it has a free slot."""
         if any(bay.node == robot.bay for bay in bays):
             return robot.bay
         return _nearest(robot, bays, travel)
@@ -45,7 +45,7 @@ class NearestBay:
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The nearest bay."""
+        """Return the nearest bay."""
         return _nearest(robot, bays, travel)
 
 
@@ -57,7 +57,7 @@ class Spread:
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The emptiest bay."""
+        """Return the emptiest bay."""
         least = min(bay.present for bay in bays)
         return _nearest(robot, [bay for bay in bays if bay.present == least], travel)
 

@@ -47,7 +47,9 @@ class StationView(NamedTuple):
 
 
 class PodCall(NamedTuple):
-    """A station has lines to pick and room for a robot: which of `pods`, each with some of them, is brought?
+    """A station has lines to pick and room for a robot: the policy chooses which of `pods` is brought.
+
+    Each of them has some of these lines.
 
     `robots`: the nodes of the robots that are free, at least one.
     """
@@ -61,7 +63,7 @@ class PodCall(NamedTuple):
 
 
 class StorageCall(NamedTuple):
-    """A pod is about to leave a station: on which of some free `places` is it put down?"""
+    """A pod is about to leave a station: the policy chooses on which of some free `places` it is put down."""
 
     time: float
     station: str
@@ -72,7 +74,7 @@ class StorageCall(NamedTuple):
 
 
 class OrderCall(NamedTuple):
-    """The oldest order may go to one of some stations with room for it: its lines, and these."""
+    """The oldest order may go to one of some stations with room for it: the policy chooses which."""
 
     time: float
     lines: Sequence[Task]
@@ -81,7 +83,7 @@ class OrderCall(NamedTuple):
 
 
 class PutCall(NamedTuple):
-    """Some units of an item have come to a station: onto which of the `pods` are they put?
+    """Some units of an item have come to a station: the policy chooses onto which of the `pods` they are put.
 
     Pods that stand, or are bound for that station already.
     """
@@ -97,7 +99,7 @@ class PodChoice(Protocol):
     """Which pod is brought to a station."""
 
     def choose(self, call: PodCall) -> int:
-        """The number of one of the given pods. Asked when a robot is free, for one station at a time."""
+        """Return the number of one of the given pods. Asked when a robot is free, for one station at a time."""
 
 
 class PodStorage(Protocol):
@@ -107,21 +109,21 @@ class PodStorage(Protocol):
     """
 
     def choose(self, call: StorageCall) -> int:
-        """The number of one of the given places."""
+        """Return the number of one of the given places."""
 
 
 class OrderAssignment(Protocol):
     """Which station an order goes to."""
 
     def choose(self, call: OrderCall) -> str:
-        """The node of one of the given stations."""
+        """Return the node of one of the given stations."""
 
 
 class PutChoice(Protocol):
     """Onto which pod goods are put that come in."""
 
     def choose(self, call: PutCall) -> int:
-        """The number of one of the given pods."""
+        """Return the number of one of the given pods."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ class NearestPod:
     """
 
     def choose(self, call: PodCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return _soonest(call, call.pods)
 
 
@@ -144,7 +146,7 @@ class MostLines:
     """
 
     def choose(self, call: PodCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         most = max(len(pod.lines) for pod in call.pods)
         return _soonest(call, [pod for pod in call.pods if len(pod.lines) == most])
 
@@ -159,12 +161,12 @@ class RandomPod:
     random: ClassVar[bool] = True
 
     def choose(self, call: PodCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return call.pods[int(call.draw * len(call.pods))].number
 
 
 def _soonest(call: PodCall, pods: Sequence[PodView]) -> int:
-    """Number of the pod that arrives soonest; pods on the same edge tie."""
+    """Return the number of the pod that arrives soonest; pods on the same edge tie."""
     time, nodes, edges = call.travel.time, set(call.robots), {pod.edge for pod in pods}
     first = {begin: min(time(node, begin) for node in nodes) for begin in {begin for begin, _ in edges}}
     soon = {edge: first[edge[0]] + time(edge[1], call.station) for edge in edges}
@@ -181,7 +183,7 @@ class NearestPlace:
     keeps: ClassVar[bool] = False
 
     def choose(self, call: StorageCall) -> int:
-        """The number of the storage place."""
+        """Return the number of the storage place."""
         return _by_time(call)[0]
 
 
@@ -195,7 +197,7 @@ class OwnPlace:
     keeps: ClassVar[bool] = True
 
     def choose(self, call: StorageCall) -> int:
-        """Its home."""
+        """Return the place where the pod stood at the start."""
         return call.pod.home
 
 
@@ -210,7 +212,7 @@ class RandomPlace:
     random: ClassVar[bool] = True
 
     def choose(self, call: StorageCall) -> int:
-        """The number of the storage place."""
+        """Return the number of the storage place."""
         return call.places[int(call.draw * len(call.places))].number
 
 
@@ -224,13 +226,13 @@ class ByTurnover:
     keeps: ClassVar[bool] = False
 
     def choose(self, call: StorageCall) -> int:
-        """The number of the storage place."""
+        """Return the number of the storage place."""
         places = _by_time(call)
         return places[min(int(call.pod.rank * len(places)), len(places) - 1)]
 
 
 def _by_time(call: StorageCall) -> list[int]:
-    """The free places, nearest to the station first."""
+    """Return the free places, nearest to the station first."""
     time = {node: call.travel.time(call.station, node) for node in {place.edge[0] for place in call.places}}
     ways = sorted((time[place.edge[0]], place.offset, place.number) for place in call.places)
     return [number for _, _, number in ways]
@@ -244,7 +246,7 @@ class FewestOrders:
     """
 
     def choose(self, call: OrderCall) -> str:
-        """The node of the station."""
+        """Return the node of the station."""
         return min(call.stations, key=lambda station: station.orders).node
 
 
@@ -256,7 +258,7 @@ class MostLinesInCommon:
     """
 
     def choose(self, call: OrderCall) -> str:
-        """The node of the station."""
+        """Return the node of the station."""
 
         def rank(station: StationView) -> tuple[int, int]:
             return -sum(line.item in station.items for line in call.lines), station.orders
@@ -272,7 +274,7 @@ class Emptiest:
     """
 
     def choose(self, call: PutCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return min(call.pods, key=lambda pod: (pod.units, pod.number)).number
 
 
@@ -286,5 +288,5 @@ class AnyPod:
     random: ClassVar[bool] = True
 
     def choose(self, call: PutCall) -> int:
-        """The number of the pod."""
+        """Return the number of the pod."""
         return call.pods[int(call.draw * len(call.pods))].number

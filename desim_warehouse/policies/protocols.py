@@ -68,12 +68,12 @@ class Task:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """The tasks that are done with it: its members, or itself."""
+        """The tasks that one robot does on this tour: its members, or the task itself."""
         return self.members or (self,)
 
     @property
     def is_tour(self) -> bool:
-        """Whether it is more than one load from one place to another."""
+        """Whether the task is more than one load from one place to another."""
         return bool(self.members or self.via)
 
 
@@ -159,32 +159,32 @@ class Travel(Protocol):
     """Directed distances and free driving times between nodes, in the units of the model."""
 
     def distance(self, origin: str, goal: str) -> float:
-        """Length of the shortest route."""
+        """Return the length of the shortest route."""
 
     def time(self, origin: str, goal: str) -> float:
-        """Time of the fastest route: node times and speed limits included, waiting not."""
+        """Return the time of the fastest route: node times and speed limits included, waiting not."""
 
     def way(self, origin: str, goal: str) -> list[str]:
-        """The nodes that a robot drives from origin to goal, both included."""
+        """Return the nodes that a robot drives from origin to goal, both included."""
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
-        """Free driving times of the routes that robots take: origins x goals, in the model's time unit."""
+        """Return free driving times of the routes that robots take: origins x goals, in the model's time unit."""
 
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
-        """Lengths of the routes that robots take: origins x goals, in the model's length unit."""
+        """Return lengths of the routes that robots take: origins x goals, in the model's length unit."""
 
 
 class Oracle(Protocol):
     """Routes that are cheapest by one cost of an edge."""
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Nodes of the route, both ends included; empty where there is none. Another `tie`: another route as good."""
+        """Return the nodes of the route, both ends included; empty without one. `tie` chooses among equal routes."""
 
     def time(self, origin: str, goal: str) -> float:
-        """Free driving time of the route."""
+        """Return the free driving time of the route."""
 
     def counted(self, origin: str, goal: str) -> float:
-        """The cost by which routes are compared: more where the route goes against a preferred direction."""
+        """Return the cost by which routes are compared: more where the route goes against a preferred direction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +215,7 @@ class Roads:
     stay, and later visits are not known. None: no edge ever closes.
     """
     shut_for: Callable[[tuple[str, str], float], float] | None = None
-    """The same by `traffic.closures` alone, which are known for all times; None: there are none.
+    """How long a robot that reaches an edge will wait for `traffic.closures` alone, known for all times; None: none.
 
     It counts from the stop line before the edge, where a robot is let in or waits.
     """
@@ -223,7 +223,7 @@ class Roads:
     """The speed limit on an edge now; None: it is always the `speed` of the graph."""
 
     def time_at(self, node: str) -> float:
-        """Time spent at a node that is reached: `node_time`, or its own."""
+        """Return the time spent at a node that is reached: `node_time`, or the node's own."""
         return self.node_times.get(node, self.node_time)
 
 
@@ -231,7 +231,7 @@ class Routing(Protocol):
     """Which route a robot takes."""
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
-        """The nodes from origin to goal, both included."""
+        """Return the nodes from origin to goal, both included."""
 
 
 class Charging(Protocol):
@@ -242,7 +242,7 @@ class Charging(Protocol):
     """
 
     def levels(self, robot: RobotView) -> Levels:
-        """The battery levels that hold for a robot now."""
+        """Return the battery levels that hold for a robot now."""
 
 
 class TaskBatch(NamedTuple):

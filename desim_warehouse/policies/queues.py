@@ -66,7 +66,7 @@ class _Queues(ABC):
 
     @abstractmethod
     def choose(self, bids: Any) -> tuple[int, int] | None:
-        """The robot (row) and the task (column) to be planned next; None when no bid is left."""
+        """Return the robot (row) and the task (column) to be planned next; None when no bid is left."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Regret(_Queues):
     """
 
     def choose(self, bids: Any) -> tuple[int, int] | None:
-        """The task with the largest regret, to its best robot; a task that only one robot can do comes first."""
+        """Return the task with the largest regret, to its best robot; a task that only one robot can do comes first."""
         import numpy as np
 
         best = bids.min(axis=0)
@@ -107,7 +107,7 @@ class Auction(_Queues):
     objective: Literal["makespan", "total"] = "total"
 
     def choose(self, bids: Any) -> tuple[int, int] | None:
-        """The lowest bid; ties go to the lower robot, then to the earlier task."""
+        """Return the lowest bid; ties go to the lower robot, then to the earlier task."""
         lowest = int(bids.argmin())
         robot, task = divmod(lowest, bids.shape[1])
         return (robot, task) if math.isfinite(bids[robot, task]) else None
@@ -182,5 +182,5 @@ class QueuePlan:
         self._bid(rank)
 
     def queue(self, rank: int) -> list[Task]:
-        """The tasks planned for a robot, in order."""
+        """Return the tasks planned for a robot, in order."""
         return [self.tasks[task] for task in self.queues[rank]]

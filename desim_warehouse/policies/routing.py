@@ -49,7 +49,7 @@ class Highways:
     knows_closures: ClassVar[bool] = True
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
-        """The nodes from origin to goal, both included."""
+        """Return the nodes from origin to goal, both included."""
         return past_closures(roads.oracle("hops").way(origin, goal), roads)
 
 
@@ -80,7 +80,7 @@ class Shortest:
         return self.spread == 1
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
-        """The nodes from origin to goal, both included."""
+        """Return the nodes from origin to goal, both included."""
         return past_closures(roads.oracle(self.cost).way(origin, goal, _tie(self.turns, self.spread)), roads)
 
 
@@ -131,7 +131,7 @@ class CongestionAware:
             raise ValueError(f"detours is {self.detours}, expected a whole number of at least 0")
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
-        """The nodes from origin to goal, both included; ties go to the node reached first."""
+        """Return the nodes from origin to goal, both included; ties go to the node reached first."""
         headway = roads.contact / roads.speed + roads.node_time
 
         def waiting(edge: tuple[str, str]) -> float:

@@ -50,9 +50,16 @@ class Handling(Generic[T]):
         return self.flows.get(flow, (self.load_time, self.unload_time))[which] if own is None else own
 
     def times(self, task: Task, node: str = "") -> tuple[T, T]:
-        """Times of loading and unloading a task; `node`: where it is unloaded, if that is known."""
+        """Return times of loading and unloading a task; `node`: where it is unloaded, if that is known."""
         at_pick, at_drop = task.edge[0] if task.good < 0 else None, node if task.drop is None else None
         return self.at_stop("load", task.flow, at_pick), self.at_stop("unload", task.flow, at_drop)
+
+    def least(self: Handling[float], flow: str) -> float:
+        """Return the least time that loading and unloading a task of a flow takes together, wherever it is done."""
+        load, unload = self.flows.get(flow, (self.load_time, self.unload_time))
+        loads = [load, *(time for time, _ in self.stations.values() if time is not None)]
+        unloads = [unload, *(time for _, time in self.stations.values() if time is not None)]
+        return min(loads) + min(unloads)
 
     def means(self) -> Handling[float]:
         """Return the handling times with every distribution replaced by its mean."""
@@ -148,7 +155,7 @@ class Situation:
     tour_time: Callable[[RobotView, Task], float]
 
     def first_tasks(self, number: int) -> list[Task]:
-        """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""
+        """Return the first open tasks of the list, at most `number`, but at least as many as there are free robots."""
         most = max(number, len(self.robots))
         return list(islice(self.tasks, most))
 
@@ -220,7 +227,7 @@ class Allocation(Protocol):
     """Which free robot takes which open task."""
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Pairs (robot number, task number); robots and tasks left out stay free and open.
+        """Return pairs (robot number, task number); robots and tasks left out stay free and open.
 
         Break ties by number, never by the order of a set: the same seed must give the same log. A further task for the
         same robot, or one for a robot at work, is put into that robot's queue.

@@ -82,7 +82,7 @@ class BestOfMany(Answered, SearchedDesigns):
         )
 
     def in_short(self) -> str:
-        """Name the best design and its value."""
+        """Return in a few words the best design and its value."""
         return f"{self.design}: {self.indicator} {self.mean:g}"
 
 
@@ -200,7 +200,7 @@ def answer(searched: SearchedDesigns) -> Answer:
 
 
 def _tiles(searched: SearchedDesigns, values: list[SaidNumber]) -> list[BigNumber]:
-    """The best design, if its name is short, and its numbers."""
+    """Return the best design, if its name is short, and its numbers."""
     name = design(searched.best)
     first = [BigNumber(value=name, what=f"the {_best(searched)} option")] if len(name) <= _SHORT else []
     return (first if values else []) + [judged.tile(value.text, words.in_sentence(value.of)) for value in values]
@@ -214,12 +214,12 @@ def _question(searched: SearchedDesigns) -> str:
 
 
 def _best(searched: SearchedDesigns) -> str:
-    """The word for the best option: `cheapest` or `best`."""
+    """Return the word for the best option: `cheapest` or `best`."""
     return "cheapest" if searched.indicator == "annual_cost" and not searched.maximise else "best"
 
 
 def _option(searched: SearchedDesigns, candidate: JudgedDesign) -> Option:
-    """A design that was judged on fresh days."""
+    """Return a design that was judged on fresh days."""
     values = [] if candidate.vetoed else _numbers(searched, candidate)
     kind: Standing = "known" if candidate.verdict is None else BY_VERDICT[candidate.verdict]
     return Option(
@@ -305,7 +305,7 @@ def _rows(searched: SearchedDesigns) -> Rows | None:
 
 
 def sentences(searched: SearchedDesigns) -> list[str]:
-    """The answer first, then cheaper designs not shown to be enough, the runner-up, and the runs done."""
+    """Return the sentences: the answer first, then cheaper designs not shown to be enough, runner-up, and runs done."""
     lines = [_answer(searched)]
     for candidate in searched.cheaper:
         why = candidate.vetoed or f"is not shown to give {_aim(searched)}"
@@ -351,7 +351,7 @@ def _runner_up(searched: SearchedDesigns, other: JudgedDesign) -> str:
 
 
 def design(candidate: JudgedDesign | TriedDesign) -> str:
-    """A design in words; without its directions where none is turned."""
+    """Return a design in words; without its directions where none is turned."""
     labels = dict(candidate.labels)
     nodes, turned = labels.pop(ChargerNodes.key, None), labels.pop(AisleWays.key, None)
     parts = [words.design_spoken(labels)] if labels else []
@@ -361,13 +361,13 @@ def design(candidate: JudgedDesign | TriedDesign) -> str:
 
 
 def _values(searched: SearchedDesigns, candidate: JudgedDesign) -> str:
-    """The value of the indicator, and of the target, with their intervals."""
+    """Return the value of the indicator, and of the target, with their intervals."""
     values = [words.reached(reading.of, reading.text) for reading in _numbers(searched, candidate)]
     return ", ".join(values) or "no run that ended"
 
 
 def _judged_by(searched: SearchedDesigns) -> list[str]:
-    """The indicator, and the target's indicator."""
+    """Return the indicator, and the target's indicator."""
     return [searched.indicator, *([] if searched.target is None else [searched.target.indicator])]
 
 
@@ -393,7 +393,7 @@ def _aim(searched: SearchedDesigns) -> str:
 
 
 def in_order(searched: SearchedDesigns) -> list[TriedDesign]:
-    """All designs tried: first those whose runs in the search meet the target, each part from the best on."""
+    """Return all designs tried: first those whose runs in the search meet the target, each part from the best on."""
     sign = 1 if searched.maximise else -1
 
     def rank(tried: TriedDesign) -> tuple[bool, float]:
@@ -404,7 +404,7 @@ def in_order(searched: SearchedDesigns) -> list[TriedDesign]:
 
 
 def table(searched: SearchedDesigns, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
-    """The head and the rows of a table of designs tried, with their means in the search."""
+    """Return the head and the rows of a table of designs tried, with their means in the search."""
     keys = list(searched.best.labels)
     goal = [] if searched.target is None else [searched.target.indicator]
     names = list(dict.fromkeys([searched.indicator, *goal]))

@@ -14,7 +14,7 @@ _FEW = math.ceil(1 / (1 - SURE))
 
 
 def in_time(model: Model, lead: Lead) -> str:
-    """A sentence, with a blank before it, on orders that make their departure, with an example by the clock."""
+    """Return a sentence, with a blank before it, on orders that make their departure, with an example by the clock."""
     days = f"In {SURE:.0%} of days".replace("%", " %") if lead.days >= _FEW else f"On all {lead.days} days run"
     if not lead.time:
         return f" {days} no order misses its departure."
@@ -23,7 +23,7 @@ def in_time(model: Model, lead: Lead) -> str:
 
 
 def _example(model: Model, lead: float) -> str:
-    """The last departure by the clock, with the latest order that makes it; empty without one by the clock."""
+    """Return the last departure by the clock, with the latest order that makes it; empty without one by the clock."""
     tables = [model.timetable(flow) for flow in model.tasks.flows.values() if flow.due_at]
     last = next((table.last(model.run.end) for table in tables if math.isfinite(table.period)), None)
     if last is None:

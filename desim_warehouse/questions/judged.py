@@ -20,7 +20,7 @@ from desim_warehouse.study.target import Days
 
 
 def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
-    """The mean of a design that was judged, with the bounds of its verdict."""
+    """Return the mean of a design that was judged, with the bounds of its verdict."""
     scale = words.scale(target.indicator, model, (verdict.mean,))
     shown = within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
     alike = verdict.deterministic and verdict.n > 1
@@ -30,7 +30,7 @@ def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNum
 def within(
     indicator: str, scale: Scale, mean_and_ends: tuple[float, float | None, float | None], aim: float | None = None
 ) -> SaidNumber:
-    """A mean with the ends of its interval; none where both are None or as the mean, as it is exact."""
+    """Return a mean with the ends of its interval; none where both are None or as the mean, as it is exact."""
     mean, low, high = mean_and_ends
     has_interval = low is not None and high is not None and not math.isnan(low) and low < high
     if not has_interval or low is None or high is None:
@@ -39,18 +39,18 @@ def within(
 
 
 def bar(label: str, value: SaidNumber, standing: str = "") -> Bar:
-    """A row of a figure, for a number."""
+    """Return a row of a figure, for a number."""
     return Bar(label=label, mean=value.mean, low=value.low, high=value.high, text=value.text, standing=standing)
 
 
 def figure(title: str, bars: Iterable[Bar], value: float, at_words: str) -> Rows | None:
-    """Rows beside a line at some value; None where there are no rows."""
+    """Return a figure of rows beside a line at some value; None where there are no rows."""
     rows = tuple(bars)
     return Rows(title=title, at=value, at_words=at_words, rows=rows) if rows else None
 
 
 def aim(goal: Target) -> str:
-    """The label at the line of a target in a figure: `target 95 %`."""
+    """Return the label at the line of a target in a figure: `target 95 %`."""
     return f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
 
 
@@ -58,12 +58,12 @@ _ONE_IN = {1: "once", 2: "one in two", 5: "one in five", 10: "one in ten", 20: "
 
 
 def rarest(days: int) -> str:
-    """The frequency of the rarest days that so many days cover: `one in ten`."""
+    """Return the frequency of the rarest days that so many days cover: `one in ten`."""
     return _ONE_IN.get(one_in(days), f"one in {one_in(days)}")
 
 
 def covers(least: int, models: Iterable[Model]) -> str:
-    """Say how rare the days are that so many days cover, and which events of these models come more rarely."""
+    """Return the sentence on how rare the days are that so many days cover, and which events of models are rarer."""
     text = f"That covers days that come at least {rarest(least)}."
     more: dict[str, int] = {}
     for model in models:
@@ -85,7 +85,7 @@ def standing_of(verdict: DesignVerdict[Any], goal: Target) -> Standing:
 
 
 def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
-    """Say which share n days without a miss prove for a design, as no number of days proves 100 %."""
+    """Return the words for the share that n days without a miss prove, as no number of days proves 100 %."""
     least = PERCENT.value(verdict.low or 0.0)
     return (
         f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {verdict.n} days, which shows at least "
@@ -102,7 +102,7 @@ def days(shown: Days | None, goal: Target, model: Model) -> str:
 
 
 def in_row(shown: Days | None, goal: Target, model: Model) -> str:
-    """The worst day and how many missed, in a row of a table: `35 %, 4`."""
+    """Return the worst day and how many missed, in a row of a table: `35 %, 4`."""
     if shown is None:
         return ""
     return f"{_worst(shown, goal, model)}, {shown.missed or 'none'}"
@@ -145,7 +145,7 @@ def each(confidence: float) -> str:
 
 
 def tile(text: str, what: str) -> BigNumber:
-    """The text of a number as a large one, its interval as the note."""
+    """Return the text of a number as a large one, its interval as the note."""
     value, _, ends = text.partition(" (")
     return BigNumber(value=value, what=what, note=ends.removesuffix(")"))
 

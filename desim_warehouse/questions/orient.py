@@ -34,7 +34,7 @@ class BetterDirections(Answered, SearchedDirections):
     """
 
     def in_short(self) -> str:
-        """Say how much is turned, and what it gains."""
+        """Return in a few words how many aisles are turned, and what that gains."""
         gain = "no gain" if self.gain is None else f"{self.indicator} {100 * self.gain.mean:+.3g} %"
         return f"{len(self.turned)} of {self.units} turned: {gain}"
 
@@ -109,7 +109,7 @@ def answer(directions: SearchedDirections) -> Answer:
 
 
 def sentences(directions: SearchedDirections) -> list[str]:
-    """The answer: what is turned, what that gains on fresh days, for which fleets and demands it holds, its price."""
+    """Return the sentences on the aisles that are turned, the gain on fresh days, where it holds, and the price."""
     if directions.gain is None:
         return [f"No better directions found than those drawn, in {number_of(directions.runs, 'run')}."]
     verdict = {True: "", False: ", which is worse", None: ", which may be chance"}[directions.gain.is_better]

@@ -39,7 +39,7 @@ class Best(Answered, Raced):
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """The changes that make the model into the best design."""
+        """The overrides of keys that make the base model into the best design."""
         return dict(self.point.overrides)
 
     @property
@@ -48,7 +48,7 @@ class Best(Answered, Raced):
         return self.selection.means[self.selection.best]
 
     def in_short(self) -> str:
-        """Name the best design and its mean."""
+        """Return in a few words the best design and its mean."""
         return f"{self.design}: {self.indicator} {self.mean:g}"
 
 
@@ -153,7 +153,7 @@ def _standing(selection: Selection, design: int) -> Standing:
 
 
 def _promise(selection: Selection, zone: str) -> str:
-    """The guarantee of a choice, with its indifference zone in the unit of the indicator."""
+    """Return the guarantee of a choice, with its indifference zone in the unit of the indicator."""
     if not selection.guaranteed:
         left = len(selection.survivors)
         return f"Cap of {max(selection.samples)} replications, {left} designs left: best mean, no guarantee."

@@ -42,7 +42,7 @@ def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
 
 
 def name_of(study: ResultsData, design: str) -> str:
-    """A design in words; factors that do not vary are left out."""
+    """Return a design in words; factors that do not vary are left out."""
     return words.design_spoken(_levels(study, design))
 
 
@@ -67,13 +67,13 @@ def apart_from(study: ResultsData, design: str, other: str) -> str:
 
 
 def _levels(study: ResultsData, design: str) -> dict[str, Any]:
-    """The levels of a design by factor, without the factors that do not vary."""
+    """Return the levels of a design by factor, without the factors that do not vary."""
     levels = zip(study.factors, study.designs[design], strict=True)
     return {key: level for key, level in levels if key in study.varied or len(study.factors) == 1}
 
 
 def knee_of_throughput(study: ResultsData) -> list[str]:
-    """Say where more robots stop paying off, if throughput rises significantly up to that knee."""
+    """Return the sentence on where more robots stop paying off, if throughput rises significantly up to that knee."""
     from desim_warehouse.study.statistics.comparison import paired
     from desim_warehouse.study.statistics.knee import knee
 
@@ -112,7 +112,7 @@ def knee_of_throughput(study: ResultsData) -> list[str]:
 
 
 def capped(tried: Capped, model: Model | None) -> str:
-    """Say what a cap on the robots under way gives."""
+    """Return the sentence on what a cap on the robots under way gains."""
     scale = words.scale(tried.indicator, model, (tried.mean,))
     gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"

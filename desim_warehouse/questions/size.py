@@ -34,7 +34,7 @@ class Size(Answered, FleetSizes):
 
     @property
     def smallest(self) -> Any:
-        """The value; None: none was shown to meet the target."""
+        """The smallest value that meets the target; None if none was shown to."""
         best = self.today.best
         return None if best is None else self.designs.value(best.counts)
 
@@ -46,7 +46,7 @@ class Size(Answered, FleetSizes):
         return tuple(replace(shown.verdict, value=self.designs.value(shown.counts)) for shown in tried)
 
     def in_short(self) -> str:
-        """Name the value and the target."""
+        """Return in a few words the value and the target."""
         return f"{self.smallest}: {self.target}" if self.smallest is not None else f"none: {self.target}"
 
 

@@ -73,7 +73,7 @@ class Comparison(Answering, comparison.Differences):
         return pd.DataFrame(rows)
 
     def in_short(self) -> str:
-        """Name the indicator, and how many designs differ."""
+        """Return in a few words the indicator, and how many designs differ."""
         differ = sum(bool(difference.differs) for difference in self.differences)
         return f"{self.indicator}: {differ} of {number_of(len(self.differences), 'difference')} shown"
 
@@ -172,7 +172,7 @@ class Results(Answering, ResultsData):
         return Comparison(**vars(super().compare(indicator, baseline, method)), indicator=indicator, results=self)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Say which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
+        """Find which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
 
         Raises:
             StudyError: nothing was varied, or no run has a value.
@@ -180,7 +180,7 @@ class Results(Answering, ResultsData):
         return MainEffects(**vars(super().main_effects(indicator)))
 
     def in_short(self) -> str:
-        """Count designs and runs."""
+        """Return in a few words how many designs and runs there are."""
         failed = sum(row.outcome.error is not None for row in self.rows)
         runs = f"{number_of(len(self.rows), 'run')}{f', {failed} failed' if failed else ''}"
         return f"{self.plan.name}: {number_of(len(self.designs), 'design')}, {runs}"
@@ -221,5 +221,5 @@ class Study(StudyEngine):
         return self.results.compare(indicator, baseline, method)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Say which factor matters: see `Results.main_effects`."""
+        """Find which factor matters: see `Results.main_effects`."""
         return self.results.main_effects(indicator)

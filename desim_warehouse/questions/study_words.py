@@ -36,14 +36,14 @@ _UNNAMED = ("what-if", "size", "best", "study", "why")
 
 
 def answer(study: ResultsData, indicators: Sequence[str] = ()) -> Answer:
-    """The answer of a study; `indicators`: the indicators to show, instead of the usual ones."""
+    """Return the answer of a study; `indicators`: the indicators to show, instead of the usual ones."""
     if all(row.outcome.error is not None for row in study.rows):
         return _nothing(study)
     return _Studied(study, indicators).answer()
 
 
 def _nothing(study: ResultsData) -> Answer:
-    """The answer of a study without a finished run."""
+    """Return the answer of a study without a finished run."""
     errors = [row.outcome.error for row in study.rows]
     return Answer(
         kind="study",
@@ -97,7 +97,7 @@ class _Studied:
         )
 
     def _first(self, design: str) -> str:
-        """The design that stands for this one, where their runs are equal."""
+        """Return the design that stands for this one, where their runs are equal."""
         return self.study.same.get(design, design)
 
     # Options
@@ -133,14 +133,14 @@ class _Studied:
         )
 
     def _days(self, design: str) -> str:
-        """The worst of the days of an option, and how many of them miss the target."""
+        """Return the worst of the days of an option, and how many of them miss the target."""
         return "" if self.goal is None else judged.in_row(self._all_days(design), self.goal, self.base)
 
     def _all_days(self, design: str) -> Days | None:
         return None if self.goal is None else days_of(self.study.values(design, self.goal.indicator), self.goal)
 
     def number(self, design: str, indicator: str) -> SaidNumber | None:
-        """An indicator with its one interval; None where it has no value, or none that means something."""
+        """Return an indicator with its one interval; None where it has no value, or none that means something."""
         verdicts = self.study.verdicts.get(design, ())
         of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, verdicts)
         estimate = self.study.shown(design, indicator)
@@ -152,16 +152,16 @@ class _Studied:
         )
 
     def _aim(self) -> str | None:
-        """The indicator of the target."""
+        """Return the indicator of the target."""
         return None if self.goal is None else self.goal.indicator
 
     def _found(self, design: str, indicator: str) -> str:
-        """A value of an option in a sentence, or the text that replaces it."""
+        """Return a value of an option in a sentence, or the text that replaces it."""
         value = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
         return self.options[design].said or "no value" if value is None else value.text
 
     def _did_not_run(self) -> list[str]:
-        """The designs without a finished run, with the first error."""
+        """Return the designs without a finished run, with the first error."""
         errors = {design: [row.outcome.error for row in self.study.runs(design)] for design in self.tried}
         dead = {design: design_errors[0] for design, design_errors in errors.items() if None not in design_errors}
         return (
@@ -171,7 +171,7 @@ class _Studied:
     # Sentences with a target
 
     def _on_target(self) -> tuple[list[str], str | None]:
-        """Sentences on the first option for each demand that meets the target, the cheapest where there are prices."""
+        """Return sentences on the first, or cheapest, option for each demand that meets the target, and its name."""
         judged_ones = [design for design in self.tried if design in self.study.judged]
         if not judged_ones:
             return [f"No run has a value that {self.study.plan.target} could be judged by."], None
@@ -272,14 +272,14 @@ class _Studied:
         return [f"A year with {self.options[design].name} costs {self._year(design)}."]
 
     def _year(self, design: str) -> str:
-        """The cost of a year; without an interval where no run can change it."""
+        """Return the cost of a year; without an interval where no run can change it."""
         estimate = self.study.estimate(self.study.runs(design), "annual_cost")
         assert estimate is not None
         scale = words.scale("annual_cost", self.base)
         return scale.value(estimate.mean) if is_fixed(self.base.prices) else scale.estimate(estimate)
 
     def _names(self, designs: list[str]) -> str:
-        """The names of options, of many the first."""
+        """Return the names of options, of many the first."""
         names = [self.options[design].name for design in designs if design in self.options]
         return spoken(names if len(names) <= _LISTED + 1 else [*names[:_LISTED], f"{len(names) - _LISTED} more"])
 
@@ -321,7 +321,7 @@ class _Studied:
         return judged.about(name, model, seed, None if self.goal is None or days is None else (days, self.goal))
 
     def _figure(self) -> Rows | None:
-        """The indicator of the target, or the first that differs, of the options that have it."""
+        """Return the indicator of the target, or the first that differs, of the options that have it."""
         indicator = self.goal.indicator if self.goal is not None else next(iter(self.study.moving), None)
         shown = [
             (option, number) for option in self.options.values() for number in option.numbers if number.of == indicator
@@ -352,7 +352,7 @@ class _Studied:
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
 
     def _effects(self) -> Folded | None:
-        """Largest minus smallest mean over each factor's levels; None for one factor."""
+        """Return the table of the largest minus smallest mean over each factor's levels; None for one factor."""
         study, varied = self.study, self.study.varied
         if len(varied) < 2 or study.plan.rule == "paired":  # noqa: PLR2004
             return None  # one factor, or factors varied together: their effects cannot be told apart
@@ -406,7 +406,7 @@ def _replications(plan: StudyPlan) -> str:
 
 
 def _warm_up(study: ResultsData) -> str:
-    """The warm-up that is left out: one time for all designs, or found for each."""
+    """Return the warm-up that is left out: one time for all designs, or found for each."""
     times, unit = study.warm_ups.values(), study.base.units.time
     if not times:
         return f"{numbers.duration(study.base.run.warm_up, unit)}, not counted"

@@ -57,7 +57,7 @@ class TippingPoints(Answered, Thresholds):
         )
 
     def in_short(self) -> str:
-        """Name the inputs with their thresholds."""
+        """Return in a few words the inputs with their thresholds."""
         return ", ".join(
             f"{threshold.key} {'no threshold' if threshold.at is None else f'{threshold.at:g}'}"
             for threshold in self.inputs
@@ -105,7 +105,7 @@ def _beside(changes: Folded, points: TippingPoints) -> Folded:
 
 
 def _answer(searched: Thresholds) -> Answer:
-    """A sentence for each input."""
+    """Return a sentence for each input."""
     model, size = searched.model, searched.model.fleet.size
     fleet = words.fleet(size, 0)
     keys = spoken([words.in_words(threshold.key) for threshold in searched.inputs])
@@ -125,7 +125,7 @@ def _answer(searched: Thresholds) -> Answer:
 
 
 def _facts(searched: Thresholds) -> dict[str, Any]:
-    """The facts on thresholds that JSON has."""
+    """Return the facts on thresholds that JSON has."""
     return {
         "robots": searched.model.fleet.size,
         "inputs": {
@@ -143,7 +143,7 @@ def _facts(searched: Thresholds) -> dict[str, Any]:
 
 
 def _input(searched: Thresholds, threshold: InputThreshold) -> str:
-    """A line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
+    """Return a line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
     unit = words.factor_unit(threshold.key, searched.model.units)
     return f"{_from_to(threshold, unit)}: {_known(searched, threshold, unit)}."
 

@@ -81,7 +81,7 @@ class Why(Answered, HeldUp):
         return pd.DataFrame(rows).astype({name: float for name in rows[0] if "gain" in name} if rows else {})
 
     def in_short(self) -> str:
-        """Name the bottleneck."""
+        """Return in a few words the bottleneck."""
         if 0 in self.failures:
             return fails(self.failures[0])
         if not self.is_held_up:
@@ -126,7 +126,7 @@ def answer(costs: HeldUp) -> Answer:
 
 
 def fails(failure: Failure) -> str:
-    """Say how often runs could not go on."""
+    """Return the words for how often runs could not go on."""
     verb = next((word for kind, word in _FAILS.items() if failure.text.startswith(kind)), "fails")
     return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
 
@@ -206,7 +206,7 @@ class _Held:
         return unclear + self._largest([suspect for suspect, _ in near])
 
     def _best(self, suspect: Suspect, most: Gain) -> str:
-        """The gain of the best change, and the most that any other change gains."""
+        """Return the gain of the best change, and the most that any other change gains."""
         costs = self.costs
         falls = "falls" if find(costs.indicator).better == "less" else "rises"
         per = "" if suspect.dose is None else " per 10 %"
@@ -233,14 +233,17 @@ class _Held:
         return f" As a whole {suspect.relief} gains most: {self._number(most).text}."
 
     def _at_most(self, value: float) -> str:
-        """A bound, rounded up."""
+        """Return a bound, rounded up."""
         value = max(value, 0.0) * self.scale.by
         digits = max(0, 1 - math.floor(math.log10(value))) if value else 0
         shown = numbers.number(math.ceil(value * 10**digits) / 10**digits, digits)
         return f"{shown} {self.scale.unit}".rstrip()
 
     def _lost(self) -> str:
-        """Say how much of their time robots waited in one run, and the main roots of waiting; empty if none waited."""
+        """Return the sentence on the share of time that robots waited in one run, with the main roots of waiting.
+
+        It is empty if no robot waited.
+        """
         lost = self.costs.lost
         if not lost:
             return ""
@@ -249,7 +252,7 @@ class _Held:
         return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
 
     def _batched(self) -> str:
-        """Say which share of their time tasks waited for a batch to fill; empty where none did."""
+        """Return the sentence on the share of time that tasks waited for a batch to fill; empty where no task did."""
         if not self.costs.batched:
             return ""
         share = numbers.PERCENT.value(self.costs.batched)
@@ -289,7 +292,7 @@ class _Held:
         return "less" if gain.beaten or gain.high <= 0 else "perhaps"
 
     def _options(self) -> list[Option]:
-        """A row for each change, competing changes by the gain of 10 %; changes without an effect share one row."""
+        """Return a row for each change, competing changes by the gain of 10 %; changes without effect share a row."""
         same = [suspect.relief for suspect, gain in self.costs.found if gain.same]
         rows = []
         for suspect, gain in self.costs.found:
@@ -340,7 +343,7 @@ class _Held:
 
 
 def dose(suspect: Suspect) -> str:
-    """A change as a share of the model's value."""
+    """Return a change as a share of the model's value."""
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose
@@ -355,7 +358,7 @@ def _state(now: Health) -> str:
 
 
 def _holds(name: str) -> str:
-    """The verb for a suspect: intersections hold, an intersection holds."""
+    """Return the verb for a suspect: intersections hold, an intersection holds."""
     first = name.split(maxsplit=1)[0]
     return "hold" if first.endswith("s") or name.endswith("lanes") or first == "people" else "holds"
 

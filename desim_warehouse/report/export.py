@@ -79,7 +79,7 @@ def export(
 
 
 def tables(run: RunData) -> dict[str, pd.DataFrame]:
-    """All tables of a run by name, times in the model's time unit; kpis has a row and unit per indicator."""
+    """Return all tables of a run by name, times in the model's time unit; kpis has a row and unit per indicator."""
     import pandas as pd
 
     units = run.model.units
@@ -102,7 +102,7 @@ def tables(run: RunData) -> dict[str, pd.DataFrame]:
 
 
 def state_table(run: RunData) -> pd.DataFrame:
-    """The states of all robots as a table: robot, state, start, end, task, energy (at the start)."""
+    """Return the states of all robots as a table: robot, state, start, end, task, energy (at the start)."""
     import pandas as pd
 
     columns = ["robot", "state", "start", "end", "task", "energy"]
@@ -111,7 +111,7 @@ def state_table(run: RunData) -> pd.DataFrame:
 
 
 def trace(run: RunData) -> dict[str, Any]:
-    """A run in the Trace Event Format: a process per robot with tracks for states, tasks and waits, and its battery.
+    """Return a run in the Trace Event Format: a process per robot, tracks for states, tasks, waits, and battery.
 
     A wait is a slice of the robot that waits, and a flow to it from the state of the robot it waits for.
     Timestamps are microseconds of the warehouse's time. Gridlock rotations are marks of a process of their own.
@@ -121,7 +121,7 @@ def trace(run: RunData) -> dict[str, Any]:
     microseconds = run.model.units.seconds * 1e6
 
     def in_microseconds(time: float) -> float:
-        """A time of the run in microseconds, to the nanosecond."""
+        """Return a time of the run in microseconds, to the nanosecond."""
         return round(time * microseconds, 3)
 
     events = [
@@ -144,7 +144,7 @@ def _process(robot: int) -> int:
 
 
 def _names(run: RunData) -> list[dict[str, Any]]:
-    """Names and order of processes and tracks."""
+    """Return names and order of processes and tracks."""
     fleet = range(run.model.fleet.size)
     named = [(_RINGS, f"{run.model.name}: fleet"), *((_process(n), f"robot {n}") for n in fleet)]
     events: list[dict[str, Any]] = []
@@ -203,7 +203,7 @@ def _tasks(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict
 
 
 def _waits(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict[str, Any]]:
-    """A slice for each wait, and a flow from the robot waited for."""
+    """Return a slice for each wait, and a flow from the robot waited for."""
     events: list[dict[str, Any]] = []
     for number, wait in enumerate(run.history.waits):
         place = f"before {wait.node}" if wait.edge is None else f"on {'>'.join(wait.edge)}"

@@ -38,7 +38,7 @@ class Reproduction:
     name: str
 
     def verdict(self) -> list[str]:
-        """The comparison in sentences."""
+        """Return the comparison in sentences."""
         table = self.table
         off = table["T_difference"].abs()
         same_s, same_c = table["S"] == table["S_program"], table["C"] == table["C_program"]
@@ -87,7 +87,7 @@ class Reproduction:
             save(self.figure(indicator), folder, f"figure_{number}")
 
     def figure(self, indicator: str) -> Figure:
-        """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
+        """Draw a figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
         from matplotlib.figure import Figure
 
         number, axis = FIGURES[indicator]

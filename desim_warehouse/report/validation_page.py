@@ -74,7 +74,7 @@ def _in_words(validation: Validation, number: int) -> str:
 
 
 def cells(validation: Validation) -> list[tuple[str, ...]]:
-    """The rows of the table below `HEAD`, those farthest out first."""
+    """Return the rows of the table below `HEAD`, those farthest out first."""
     rows: list[tuple[str, ...]] = []
     for row in sorted(validation.rows(), key=lambda row: -abs(row.off)):
         meaning, _, kind = MEASURES[row.name]

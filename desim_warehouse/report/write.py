@@ -121,12 +121,12 @@ def kind_of(folder: Path) -> str:
 
 
 def template() -> Path:
-    """The notebook for any folder of runs: in the installed package, or in reports/ of the source tree."""
+    """Return the notebook for any folder of runs: in the installed package, or in reports/ of the source tree."""
     return shipped("notebooks") / "report.ipynb"
 
 
 def _filled_in(folder: Path) -> str:
-    """The notebook with the folder in the cell that sets the parameters."""
+    """Return the notebook with the folder in the cell that sets the parameters."""
     notebook = json.loads(template().read_text(encoding="utf-8"))
     lines = next(cell for cell in notebook["cells"] if cell["cell_type"] == "code")["source"]
     lines[0] = f"folder = {str(folder)!r}\n"

@@ -1,4 +1,7 @@
-"""The data of one simulation run: how it is simulated, and its tables."""
+"""The data of one simulation run: how it is simulated, and its tables.
+
+For `desim run`, `replay` and `report`, and for the runs of a study; users hold `questions.run.Run`.
+"""
 
 from __future__ import annotations
 
@@ -107,7 +110,7 @@ class RunData:
         return int(self._of_the_paper("C"))
 
     def _of_the_paper(self, name: str) -> float:
-        """Compute one indicator alone, unless all are known."""
+        """Return one indicator of the paper, computed alone unless all indicators are known."""
         return self.kpis[name] if "kpis" in vars(self) else indicators.INDICATORS[name].compute(self.history)
 
     @cached_property
@@ -152,10 +155,10 @@ class RunData:
     def waits(self) -> pd.DataFrame:
         """Waits of robots for others: robot, other, start, end, and the node or edge; needs `log: all`.
 
-        `root`, `root_at`: what the chain of those who wait for one another ends at for most of the wait, and at which
-        node or edge: a state of a robot there (`loading`), a queue, a closure, a person, or `crossing`, `lane`,
-        `two_way_lane`, `ring` (see `desim_warehouse.outcome.chains`).
-        With closures or people also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
+        A robot may wait for a robot that itself waits for a third. `root` is the end of this chain for most of the
+        wait, and `root_at` the node or edge where it is: a state of a robot (`loading`), a queue, a closure, a person,
+        or `crossing`, `lane`, `two_way_lane`, `ring` (see `desim_warehouse.outcome.chains`). With closures or people
+        also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
         """
         import pandas as pd
 
@@ -179,7 +182,7 @@ class RunData:
     def lost_time(self) -> pd.DataFrame:
         """The time lost to each root of waits, most first: root, root_at, time, share, robots; needs `log: all`.
 
-        A row for each root (see `waits`). `time`: that all robots together waited for it in the counted time, in
+        A row for each root (see `waits`). `time`: that all robots together waited for it in the evaluation period, in
         traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all
         waiting.
         """
@@ -191,11 +194,11 @@ class RunData:
         return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
-        """Where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
+        """Return where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
 
         Each row adds up to its whole, in the model's time unit.
 
-        - A robot: the counted time.
+        - A robot: the evaluation period.
         - A task: the time from its release to its delivery, or to the end of the run if it is open then. Tasks
           delivered in the warm-up are left out.
         - A flow: the mean of its tasks. A station: the mean of the tasks delivered there.
@@ -225,7 +228,7 @@ class RunData:
         return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
 
     def positions(self, times: Iterable[float]) -> pd.DataFrame:
-        """Where every robot is at some times: time, robot, x, y, heading and node, a row for each; needs `log: all`.
+        """Return where every robot is at some times: time, robot, x, y, heading, node, a row each; needs `log: all`.
 
         Args:
             times: in the model's time unit, in any order; before and after the run robots stand.
@@ -271,7 +274,9 @@ class RunData:
         palette: str = "safe",
         beside: RunData | None = None,
     ) -> Replay:
-        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself.
+        """Return a page that plays the run, or a window of it, in a browser; needs `log: all`.
+
+        In Jupyter the page shows itself.
 
         With `beside`, another run is shown next to it on the same clock.
         """
@@ -281,7 +286,7 @@ class RunData:
         return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
     def floor(self, seconds: float = 600.0) -> dict[str, Any]:
-        """Return the first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
+        """Return the first minutes after the warm-up as the data that the replay page plays; needs `log: all`."""
         from desim_warehouse.replay import part
 
         return part(self.history, seconds)

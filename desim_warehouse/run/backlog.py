@@ -1,4 +1,6 @@
-"""The work of a probe: tasks of the model's own mix, so many of them always known, and evenly spread, not by chance.
+"""The tasks of a probe: in the model's own mix, so many of them always known, and spread evenly instead of by chance.
+
+For the quick estimate (`run.quick`).
 
 Places and flows are a stratified sample in random order: each stands in it as often as in the demand, as far as whole
 numbers let it, and no pattern of the floor does.
@@ -36,13 +38,14 @@ BLOCK = 50
 class Backlog:
     """A source of at most about `count` tasks of the goods or `flows`, with `waiting` of them known at any time.
 
-    All lines of an order become known together, as in a run: else a batch by order would have a part of it. With pods,
-    where no tasks are batched, they become known one by one, so that just as many wait as are asked for.
+    All lines of an order become known together, as in a run: otherwise a batch by order would have a part of it. With
+    pods, where no tasks are batched, lines become known one by one, so that exactly `waiting` of them wait.
 
-    `enough`: asked before each order, with how many tasks were given out; none follow where it says so.
-
-    `in_turn`: stations that are chosen by other robots are gone to in turn. `rates`: of the flows, in any unit.
-    `pause`: from when a task is taken until the next is known.
+    Attributes:
+        enough: function that is asked before each order, with the number of tasks released; no orders follow if True.
+        in_turn: whether stations that other robots chose are gone to in turn.
+        rates: rates of the flows, in any unit.
+        pause: time from when a task is taken until the next is known.
     """
 
     def __init__(

@@ -1,4 +1,7 @@
-"""Examination of a model before it runs: mistakes, what the estimate shows, and the night."""
+"""Examination of a model before it runs, for `desim check`: mistakes, findings of the quick estimate, and the night.
+
+Commands that simulate a model warn by it, too.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def examined(model: Model) -> tuple[list[Finding], QuickEstimate | None]:
-    """Return all findings, the worst first, and the quick estimate, None where there can be none (see `examine`).
+    """Return all findings, the worst first, and the quick estimate; None where there can be none (see `examine`).
 
     The night is looked at only where the model has no error that it does not accept. What takes long is bounded by
     counts, of tasks and of rows of a log, so that the findings follow from the model and not from the clock.

@@ -1,4 +1,4 @@
-"""A run on disk: how it is written, for `Run.save`, and read back, for `load_run`.
+"""A run on disk, for `desim run --out` and commands that read its folder: written by `Run.save`, read by `load_run`.
 
 run.json holds seed, version, the model's content and the tallies. log.parquet holds the rows. kpis.json and the tables
 robots.csv, edges.csv and nodes.csv are there for people and other programs.
@@ -205,7 +205,7 @@ def _rows(table: pd.DataFrame, layout: Layout, *, ours: bool) -> list[Any]:
 
 
 def _check(log: Log, model: Model, layout: Layout) -> None:
-    """Refuse a log that no run of this model can have written; raises ValueError."""
+    """Raise ValueError for a log that no run of this model can have written."""
     from desim_warehouse.outcome.log import KINDS, NONE, Detail
 
     size, before = model.fleet.size, 0.0

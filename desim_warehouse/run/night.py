@@ -1,5 +1,7 @@
 """A night without orders: the real engine with all robots and no tasks, which takes milliseconds, as little happens.
 
+For `desim check`, and for the chargers that `desim new` writes.
+
 Arithmetic sees whether chargers give what robots draw, but not who is given a charger when.
 """
 
@@ -31,12 +33,15 @@ MOST_ROWS = 6_000
 
 
 class _LongEnoughError(Exception):
-    """Enough of a night has been seen."""
+    """Raised to end the simulation of a night when it has lasted long enough."""
 
 
 @dataclass(frozen=True)
 class Flat:
-    """The robot that runs flat first, after how many hours, and how many hours were `tried`."""
+    """The finding that a battery runs flat in a night: the first robot to do so, and after how many hours.
+
+    `tried`: how many hours were simulated.
+    """
 
     robot: int
     hours: float
@@ -44,7 +49,7 @@ class Flat:
 
 
 def night(model: Model) -> Flat | None:
-    """Simulate a night without orders from the energy at the start: who runs flat, or None if nobody does.
+    """Simulate a night without orders from the energy at the start; return the robot that runs flat first, or None.
 
     It lasts a day, or the longest time in which the model is closed; less with a fleet that moves a lot.
     """
@@ -75,7 +80,7 @@ def _watch(world: World, hour: float) -> None:
 
 
 def findings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Warn of what goes wrong in the model's nights: for runs with a length, in models with chargers.
+    """Warn of batteries that run flat in the model's nights, for runs with a length, in models with chargers.
 
     Policies of the user's own are not tried: a check runs nobody's code.
     """

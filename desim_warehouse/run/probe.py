@@ -54,17 +54,18 @@ PATIENCE = 24
 
 @dataclass(frozen=True)
 class Probe:
-    """The measures of one robot for its mean task, with a next one always known.
+    """Measures of a probe: the mean task of one robot that always has a next one.
 
     Attributes:
-        time: of a task, without charging; `phases` by the part of a robot's round.
+        time: time of a task, without charging.
+        phases: that time, by the part of a robot's round.
         charging: time at chargers for each task.
-        energy: what it drew from its battery for each task.
-        visits: how often for each task it was handled at a node, and how long each time.
-        put_down: loads left at a node for each task.
-        passages: of nodes for each task.
-        rides: in lifts for each task, by edge.
-        tasks: how many were looked at.
+        energy: energy drawn from the battery for each task.
+        visits: by node, how often the robot was handled there for each task, and how long each time.
+        put_down: by node, loads left there for each task.
+        passages: by node, how often the robot passed it for each task.
+        rides: by edge of a lift, rides for each task.
+        tasks: number of tasks that were looked at.
     """
 
     time: float
@@ -79,16 +80,16 @@ class Probe:
 
 
 def shares_of_flows(model: Model) -> FrozenMap[str, float]:
-    """Return the rates of the flows, alike for every demand."""
+    """Return the rates of the flows as shares of all tasks, which are equal for every demand."""
     return FrozenMap({name: rate / model.tasks.demand for name, rate in flow_rates(model).items()})
 
 
 class _StuckError(Exception):
-    """Nothing was delivered for long."""
+    """Raised where nothing was delivered for long."""
 
 
 def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
-    """Let a robot of a kind do some tasks, `waiting` of them always known to the policy that gives them out.
+    """Simulate some tasks of one robot of a kind, `waiting` of them always known to the policy that allocates them.
 
     It begins where its battery wants a charger. What counts is whole rounds from charger to charger, where the tasks
     have some, else all but the first and the last.
@@ -124,7 +125,7 @@ def _probe(
 
 
 def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
-    """Return begin and end of the time that counts by now, and its number of rounds from charger to charger.
+    """Return the evaluation period so far, begin and end, and its number of rounds from charger to charger.
 
     Tasks that were chosen from fewer than `waiting` do not count. Where the robot is not charged, all but the first do.
     """
@@ -138,7 +139,7 @@ def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
 
 
 def _without_the_first(log: Log, end: float) -> tuple[float, float]:
-    """Return the begin and the end of tasks that were taken up to a time, without the first of them."""
+    """Return begin and end of the tasks that were taken up to a time, leaving out the first task."""
     begun = sorted({row.time for row in log.of("assigned") if row.time <= end})
     if not begun[1:]:
         raise SimulationError("a robot by itself does no second task")
@@ -162,7 +163,7 @@ def _well_known(log: Log, waiting: int, now: float) -> bool:
 
 
 def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, float]:
-    """Measure time and energy of a task for a robot that is back in a bay, and at rest, before the next is known.
+    """Measure time and energy of a task that no other follows at once: the robot is back and rests in between.
 
     Its battery is never empty. `pause`: from when a task is taken until the next is known, more than it takes.
     """
@@ -196,7 +197,7 @@ def _calm(
 
 @contextmanager
 def _swept() -> Iterator[None]:
-    """Free what a world leaves behind as soon as it is over: all of it knows the rest, and a large floor has much."""
+    """Free the memory of a world as soon as it is over: its objects refer to each other, and a large floor has many."""
     gc.freeze()  # all that was there before, which would take longer to look at
     try:
         yield
@@ -206,7 +207,7 @@ def _swept() -> Iterator[None]:
 
 
 def _run(model: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0) -> Log:
-    """Simulate a robot that does some tasks and return the log, as far as it comes."""
+    """Simulate a robot with some tasks, and return the log, also of a run that could not go on to its end."""
 
     def enough(handed_out: int, log: Log, now: float) -> bool:
         is_time = handed_out in LOOKS and handed_out >= 4 * waiting and not model.tasks.flows
@@ -231,7 +232,7 @@ def log_of(
     enough: Callable[[int, Log, float], bool] | None = None,
     pause: float = 0.0,
 ) -> Log:
-    """Simulate a world with the work of a probe and return the log, as far as it comes.
+    """Simulate the model with the tasks of a probe, and return the log, also of a run that could not go on to its end.
 
     `enough`: asked before each task, with how many were given out, the log and the time; no more follow where it says
     so. `pause`: between two tasks, in which nothing is delivered.
@@ -323,7 +324,7 @@ def _of_a_probe(model: Model) -> dict[str, Any]:
 
 
 def _built_in(model: Model) -> dict[str, PolicySpec]:
-    """Return the first policy of its kind for each of the user's own: a check runs nobody's code."""
+    """Return the first built-in policy of its kind in place of each of the user's own: a check runs nobody's code."""
     own = [kind for kind, spec in model.policies.specs().items() if spec.own]
     return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
 

@@ -1,4 +1,7 @@
-"""The quick estimate: what a fleet can do, worked out from a probe of one robot of each kind."""
+"""The quick estimate: what a fleet can do, worked out from a probe of one robot of each kind.
+
+For `desim check`, `desim new`, the live page, and the fleet with which the search of `desim plan` begins.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +66,7 @@ PARTS = {
 
 
 def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
-    """Estimate what a fleet can do, from a model without errors; with pods a task is a line.
+    """Estimate the throughput of a fleet, from a model without errors; with pods a task is a line.
 
     `waiting`: tasks that an allocation may choose from; None: just as many that the next is always known.
 
@@ -109,7 +112,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
 
 
 def measured(model: Model) -> QuickEstimate:
-    """Estimate a model from what its robots do together where work always waits, measured.
+    """Estimate a model from the throughput that all its robots together have where work always waits (a probe).
 
     Charging is worked out: at the least robots queue for chargers as if they came at random, at the most not at all.
 
@@ -161,7 +164,7 @@ def _at_work(model: Model, layout: Layout) -> int:
 
 @dataclass(frozen=True)
 class Choice:
-    """The saving of a fleet that chooses tasks by distance: with `waiting` tasks one has `empty` time units."""
+    """The effect of choosing tasks by distance: with `waiting` tasks to choose from, the empty drive takes `empty`."""
 
     policy: str
     waiting: int
@@ -169,7 +172,7 @@ class Choice:
 
 
 def choice(model: Model, now: QuickEstimate) -> Choice | None:
-    """Estimate what the choice between tasks saves; None where it goes by no distance, or saves next to nothing.
+    """Estimate the time saved by choosing tasks by distance; None if the policy does not, or hardly saves any.
 
     `now`: the estimate of the model, as measured.
     """
@@ -301,7 +304,7 @@ WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
-    """List what keeps robots or chargers from work at times, and what estimates leave out, a line for each."""
+    """List the causes that keep robots or chargers from work at times, and what the estimate leaves out."""
     shared = [f"{text}{WAITS_LEFT_OUT}" for text in shared_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
@@ -317,7 +320,7 @@ def left_out(model: Model, layout: Layout) -> list[str]:
 
 
 def nearer(model: Model) -> dict[str, Any]:
-    """Return the overrides that order classes of goods by distance; none where there is nothing to move."""
+    """Return the overrides that put classes of fast movers nearest to the stations; none where nothing can be moved."""
     if model.pods is not None:
         return {}
     return {
@@ -330,7 +333,7 @@ def nearer(model: Model) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Nearer:
-    """The time that a task takes less, `saved` of `now` in time units, with the popularity under `keys` by distance."""
+    """The time that a task takes less with fast movers nearer: `saved` of `now`, in time units; `keys` are changed."""
 
     saved: float
     now: float
@@ -338,7 +341,7 @@ class Nearer:
 
 
 def with_nearer(model: Model) -> Nearer | None:
-    """Estimate how much less a task takes with fast movers nearer; None where nothing is to be gained."""
+    """Estimate how much less time a task takes with fast movers nearer; None where nothing is to be gained."""
     changes = nearer(model)
     try:
         moved = model.replace(changes) if changes else None
@@ -351,9 +354,10 @@ def with_nearer(model: Model) -> Nearer | None:
 
 
 def in_wide_aisles(model: Model, now: QuickEstimate) -> float | None:
-    """Measure the part of its tasks that a fleet would do more if robots that load did not hold up others.
+    """Measure the share of tasks that the fleet would do more if robots that load did not hold up others.
 
-    It works together as it is, and in wide aisles. None where aisles are wide, or next to nothing is to be gained.
+    The fleet is simulated as it is, and in wide aisles. The result is None if aisles are wide already, or next to
+    nothing is to be gained.
 
     Args:
         model: a model without errors.

@@ -1,4 +1,7 @@
-"""Tables as CSV that are safe to open in a spreadsheet: no text is taken for a formula."""
+"""Tables as CSV that are safe to open in a spreadsheet: no text is taken for a formula.
+
+For the files of `desim run`, `export` and `paper`.
+"""
 
 from __future__ import annotations
 

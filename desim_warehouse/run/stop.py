@@ -1,4 +1,7 @@
-"""Ending a run from outside."""
+"""Ending a run from outside.
+
+For Ctrl-C in `desim run`, and for runs of a study that are no longer needed.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class StoppedError(Interruption):
-    """A run was stopped: nobody wants it now."""
+    """Raised by a run that was stopped, because its result is no longer needed."""
 
 
 class StopSignal:
@@ -31,7 +34,7 @@ class StopSignal:
                 self._clock.stop(StoppedError())
 
     def obey(self, clock: Clock) -> None:
-        """Take the clock of the run, which is about to begin, so that it can be stopped.
+        """Note the clock of a run that is about to begin, by which the run can be stopped.
 
         Raises:
             StoppedError: where it is to be stopped already.

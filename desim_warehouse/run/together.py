@@ -1,5 +1,7 @@
 """The pace of a whole fleet where work always waits, measured on its own floor, with traffic, queues and choice.
 
+For the quick estimate (`run.quick`).
+
 Robots are always on duty, and never broken or empty: the time for hours, repairs and charging is worked out from it.
 """
 
@@ -53,7 +55,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Together:
-    """The pace of a fleet where work piles up, with `many` tasks to choose from.
+    """The pace of a fleet whose backlog grows, with `many` tasks to choose from.
 
     With pods, where one line waits for another, also with `few` of them, so that each robot just finds its next.
     """
@@ -64,7 +66,7 @@ class Together:
 
 
 def together(model: Model, known_tasks: int) -> Together | None:
-    """Let the robots of a model work together, with the `known_tasks` that one of them needs; None where they stand.
+    """Simulate all robots of a model with work always waiting, `known_tasks` for each; None where they come to a stall.
 
     With pods no more than `MOST_ROBOTS` drive; other fleets of more are not looked at.
     """
@@ -85,7 +87,7 @@ def together(model: Model, known_tasks: int) -> Together | None:
 
 
 def _waiting(model: Model, known_tasks: int) -> tuple[int, int]:
-    """Return how many lines of pods wait where robots just find their next, and tasks where work piles up."""
+    """Return how many lines of pods wait where robots just find their next line, and tasks where the backlog grows."""
     tasks, robots = model.tasks, model.fleet.size
     if isinstance(tasks.goods, SaturatedGoods):
         return (always := tasks.goods.open(robots)), always

@@ -1,4 +1,7 @@
-"""The design of a study: which models are simulated. Points come from factors by a rule."""
+"""The design of a study: the models that it simulates, as design points made of factors by a rule.
+
+For every study: the factors of a study file, of `desim what-if` and of the searches that vary keys.
+"""
 
 from __future__ import annotations
 
@@ -27,12 +30,12 @@ class Point:
     positions: Mapping[str, Keys]  # where each change stands in the study file
 
     def __str__(self) -> str:
-        """The design in words: fleet.size=3, battery.threshold=2."""
+        """Return the design in words: `fleet.size=3, battery.threshold=2`."""
         return ", ".join(f"{key}={readable(value)}" for key, value in self.labels.items()) or "the model as it is"
 
 
 def points(factors: Sequence[Factor], rule: Rule) -> list[Point]:
-    """The design points, in a fixed order: in a grid the last factor changes fastest."""
+    """Make the design points, in a fixed order: in a grid the last factor changes fastest."""
     if not factors:
         return [_point(0, [], ())]
     lists = [factor.levels for factor in factors]
@@ -41,13 +44,13 @@ def points(factors: Sequence[Factor], rule: Rule) -> list[Point]:
 
 
 def count(factors: Sequence[Factor], rule: Rule) -> int:
-    """The number of points, without making them."""
+    """Return the number of design points, without making them."""
     lengths = [len(factor.levels) for factor in factors]
     return min(lengths, default=1) if rule == "paired" else math.prod(lengths)
 
 
 def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -> Point:
-    """The point that others are compared with: the first point that has these values of factors.
+    """Return the design point that others are compared with: the first that has these values of factors.
 
     Raises:
         StudyError: where no point has these values.

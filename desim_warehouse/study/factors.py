@@ -1,4 +1,7 @@
-"""Factors: the keys that a study varies, and their values, as users write them and as tables show them."""
+"""Factors: the keys that a study varies, and their values, as users write them and as tables show them.
+
+For `--vary` of `desim what-if`, `best`, `plan` and `serve`, and for study files.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ class Factor:
 
 
 def label(value: Any) -> Label:
-    """A value as the study table holds it: numbers and words as they are, a policy as `name(parameter=1)`."""
+    """Return a value as the study table has it: numbers and words as they are, a policy as `name(parameter=1)`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
@@ -89,12 +92,12 @@ Finite = Annotated[int | float, BeforeValidator(_finite)]
 
 @dataclass(frozen=True)
 class Values:
-    """Values in a list, or a single one, each with its keys below the factor's own."""
+    """The form of a factor whose values are a list, or a single one, each with its keys below the factor's own."""
 
     values: tuple[tuple[Keys, Any], ...]
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The values, in order."""
+        """Return the values, in order."""
         return (Level(label(value), {key: value}, ("factors", key, *keys)) for keys, value in self.values)
 
 
@@ -123,7 +126,7 @@ def _values(content: Any) -> Values:
 
 
 def repeated(factor: Factor) -> Iterator[Level]:
-    """The levels of a factor that tables show like one before them: true is not 'true', 2 is '2'."""
+    """Yield the levels of a factor that tables would show like an earlier level: true is not 'true', 2 is '2'."""
     before = set()
     for level in factor.levels:
         shown = (isinstance(level.label, bool), str(level.label))
@@ -133,12 +136,12 @@ def repeated(factor: Factor) -> Iterator[Level]:
 
 
 def listed(items: Sequence[Any]) -> list[Any]:
-    """The values of a list in which ranges may stand. Raises ValueError for a bad range."""
+    """Return the values of a list in which ranges may stand. Raises ValueError for a bad range."""
     return [value for item in items for value in _spread(item)]
 
 
 def _spread(item: Any) -> Sequence[Any]:
-    """The values of a range such as 1..6 or 0.5..2..0.5, or anything else itself."""
+    """Return the values of a range such as 1..6 or 0.5..2..0.5, or anything else itself."""
     match = _RANGE.fullmatch(item) if isinstance(item, str) else None
     if match is None:
         return [item]
@@ -150,7 +153,7 @@ def _spread(item: Any) -> Sequence[Any]:
 
 
 def _between_ends(ends: Sequence[float]) -> Sequence[float]:
-    """The numbers from the first to the last, which is included, in steps of 1 or of the third."""
+    """Return the numbers from the first to the last, which is included, in steps of 1 or of the third number."""
     if len(ends) not in {2, 3}:
         raise ValueError("not a range")
     first, last, step = (*ends, 1)[:3]
@@ -174,7 +177,7 @@ class Range(Part):
     range: Annotated[tuple[Finite, ...], AfterValidator(_is_range)] = Field(description=_ENDS)
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The numbers."""
+        """Return the numbers."""
         return _numbers(key, _between_ends(self.range), "range")
 
 
@@ -186,7 +189,7 @@ class Linspace(Part):
     )
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The numbers, whole ones if both ends and all between are."""
+        """Return the numbers, whole ones if both ends and all between are."""
         low, high, many = self.linspace
         whole = isinstance(low, int) and isinstance(high, int) and not (high - low) % (many - 1)
         values = [round(low + (high - low) * rank / (many - 1), _DIGITS) for rank in range(many)]
@@ -203,7 +206,7 @@ class NamedValues(Part):
     named: Annotated[Mapping[str, Any], Field(min_length=1)] = Field(description="names, each followed by a value")
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The values by name."""
+        """Return the values by name."""
         return (Level(name, {key: value}, ("factors", key, "named", name)) for name, value in self.named.items())
 
 
@@ -215,14 +218,14 @@ class Cases(Part):
     ] = Field(description="names, each followed by keys of the model and their values")
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The cases by name."""
+        """Return the cases by name."""
         return (
             Level(case, dict(changes or {}), ("factors", key, "cases", case)) for case, changes in self.cases.items()
         )
 
 
 def _form(content: Any) -> str | None:
-    """The tag of the form of a factor. A section has one key, which names its form."""
+    """Return the tag of the form of a factor. A section has one key, which names its form."""
     if not isinstance(content, Mapping):
         return "\0values"
     return f"\0{next(iter(content))}" if len(content) == 1 and content.keys() <= set(FORMS) else None
@@ -263,12 +266,12 @@ Form = Annotated[
 
 
 def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace) -> Factor:
-    """The factor that a study file describes."""
+    """Make the factor that a study file describes."""
     return Factor(key, tuple(form.levels(key)))
 
 
 def level_of(model: Model, key: str) -> Any:
-    """The value of a model at a dotted key, as a file has it; None: nothing."""
+    """Return the value of a model at a dotted key, as a file has it; None where the key is not set."""
     value: Any = model.content()
     for part in key.split("."):
         value = value.get(part) if isinstance(value, Mapping) else value[int(part)] if isinstance(value, list) else None
@@ -276,12 +279,12 @@ def level_of(model: Model, key: str) -> Any:
 
 
 def _steps(key: str) -> Keys:
-    """The keys of a dotted key, where numbers are ranks in lists."""
+    """Split a dotted key into its keys, where numbers are ranks in lists."""
     return tuple(int(part) if part.isdecimal() else part for part in key.split("."))
 
 
 def hint(key: str, value: Any) -> str:
-    """The likely meaning of a value that the model refuses, or empty."""
+    """Return the likely meaning of a value that the model refuses; else an empty text."""
     dashed = _DASHED.fullmatch(value) if isinstance(value, str) else None
     if dashed:
         return f"; write {dashed[1]}..{dashed[2]} for a range"

@@ -1,5 +1,7 @@
 """The keys of a study file and of the arguments of `Study`, as `study.reading` checks them, and their JSON Schema.
 
+For `desim study` and `Study`; `desim schema` prints the JSON Schema.
+
 An example, of which only `model` must be there:
 
     name: Fleet size                       # for tables and figures
@@ -166,7 +168,7 @@ class StudyFile(Part):
     @model_validator(mode="before")
     @classmethod
     def _none_sampled(cls, data: Any) -> Any:
-        """Refuse a sampled design alone, as ranges of its factors would be refused for it, too."""
+        """Refuse a sampled design with one message: the ranges of its factors would be refused as well."""
         design = data.get("design") if isinstance(data, Mapping) else None
         if isinstance(design, SECTION):
             raise wrong(f"no sampled designs since 0.4 (got {got(design)}), {DRAW}", "design")
@@ -226,12 +228,12 @@ class StudyFile(Part):
     # What a plan has of it
 
     def varied(self) -> tuple[Factor, ...]:
-        """The factors."""
+        """Return the factors that the study varies."""
         return _factors(self.factors)
 
 
 def study_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of study files, for editors."""
+    """Return the JSON Schema (2020-12) of study files, for editors."""
     schema = StudyFile.model_json_schema()
     title = "desim-warehouse study"
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
@@ -247,7 +249,7 @@ def schema(*, study: bool = False) -> dict[str, Any]:
 
 
 def labels(baseline: Mapping[str, Any]) -> dict[str, Label]:
-    """The values of a baseline as tables show them."""
+    """Return the values of a baseline as tables show them."""
     return {key: label(value) for key, value in baseline.items()}
 
 
@@ -256,7 +258,7 @@ def _factors(forms: Mapping[str, Any]) -> tuple[Factor, ...]:
 
 
 def _misfits(factors: tuple[Factor, ...], rule: Rule) -> Iterator[PydanticCustomError]:
-    """Why the rule cannot make designs of these factors."""
+    """Yield the reasons for which the rule cannot make designs of these factors."""
     if rule == "grid":
         for level in (level for factor in factors for level in repeated(factor)):
             yield wrong(f"given twice (got {got(level.label)}), expected once", TOP, *level.keys)

@@ -1,6 +1,7 @@
-"""Which distribution do measured times follow? Maximum likelihood, Akaike's criterion, Cramér and von Mises' test.
+"""Which distribution measured times follow, for `desim fit` and `desim calibrate`.
 
-Families have their most likely parameters also for times that a clock has rounded.
+Families are fitted by maximum likelihood, compared by Akaike's criterion, and tested by Cramér and von Mises' test.
+They are fitted by likelihood also to times that a clock has rounded.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ MOST_PROBLEMS = 20
 
 
 class Counted(NamedTuple):
-    """Distinct times, how often they occur, and the intervals in which they lie (None: exactly known).
+    """A sample of times: distinct times, how often they occur, and the intervals in which they lie (None: exact).
 
     `ends` has two tables, the lower and the upper ends: a row for each time, and a column for each of the intervals
     that are as likely.
@@ -77,7 +78,9 @@ class Counted(NamedTuple):
 
     @classmethod
     def between(cls, begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Counted:
-        """Times whose begin and end each lie between two known instants: two arrays with a row of two for each time.
+        """Count times whose begin and end each lie between two known instants (interval-censored times).
+
+        Both arguments are arrays with a row of two instants for each time.
 
         The begin is as likely at any instant between its two, which Gauss and Legendre's points stand for. The end may
         be open: inf, where the time was still running.
@@ -112,7 +115,7 @@ class Family:
         return self.scipy(*parameters)
 
     def cost(self, parameters: Parameters, counted: Counted) -> float:
-        """Minus the log likelihood, of rounded times by the intervals in which they lie."""
+        """Return the negative log likelihood of the times; of rounded times by the intervals in which they lie."""
         times, often, ends = counted
         *shape, least, scale = parameters
         with np.errstate(divide="ignore"):
@@ -124,14 +127,14 @@ class Family:
         return float(-(often * logs).sum())
 
     def most_likely(self, times: NDArray[np.float64], step: float) -> Parameters:
-        """The parameters with which the times are most likely."""
+        """Return the maximum likelihood parameters of times that are rounded to a step."""
         if not step and self.scipy.name != "triang":
             fixed = {} if self.scipy.name == "uniform" else {"floc": 0.0}
             return tuple(map(float, self.scipy.fit(times, **fixed)))
         return self.likeliest(Counted.of(times, step), self.guess(times, step))
 
     def likeliest(self, counted: Counted, guess: list[float]) -> Parameters:
-        """The parameters with which times that lie in intervals are most likely, found from a first guess."""
+        """Return the maximum likelihood parameters of interval-censored times, from a first guess."""
         from scipy.optimize import minimize
 
         def cost(free: NDArray[np.float64]) -> float:
@@ -144,7 +147,7 @@ class Family:
 
 
 def clock_step(times: NDArray[np.float64]) -> float:
-    """The step to which times were rounded, if that matters beside their spread; else 0."""
+    """Return the step to which times were rounded, if it matters beside their spread; else 0."""
     for step in STEPS:
         if np.allclose(times / step, np.round(times / step), rtol=0.0, atol=1e-6):
             return step if step > COARSE * times.std() else 0.0
@@ -153,7 +156,7 @@ def clock_step(times: NDArray[np.float64]) -> float:
 
 # A list of families, long as it is.
 def families() -> dict[str, Family]:
-    """The families that are proposed, by our names."""
+    """Return the families of distributions that are proposed, by our names."""
     from scipy import stats
     from scipy.special import gammainc, gammaln, ndtr, xlogy
 
@@ -208,7 +211,7 @@ def families() -> dict[str, Family]:
 
 
 def _moments(times: NDArray[np.float64]) -> tuple[float, float]:
-    """Mean and coefficient of variation."""
+    """Return mean and coefficient of variation of times."""
     mean = float(times.mean())
     return mean, max(float(times.std()) / mean, 0.01)
 
@@ -234,18 +237,18 @@ def _weibull_guess(times: NDArray[np.float64], _: float) -> list[float]:
 
 
 def _from_logs(free: NDArray[np.float64]) -> Parameters:
-    """Shape and scale from their logarithms, which have no limits."""
+    """Return shape and scale from their logarithms, which have no limits."""
     first, second = np.exp(np.clip(free, -30, 30))
     return float(first), 0.0, float(second)
 
 
 def _ends(times: NDArray[np.float64], step: float) -> list[float]:
-    """The smallest and the largest time, a little apart."""
+    """Return a guess of the ends of a uniform distribution: a little beyond the smallest and the largest time."""
     return [float(times.min()) - step / 4, float(times.max()) + step / 4]
 
 
 def _corners(times: NDArray[np.float64], step: float) -> list[float]:
-    """The least, the usual and the largest time, from extremes and mean."""
+    """Return a guess of the corners of a triangular distribution, from the extremes and the mean."""
     beyond = max(step / 2, 0.05 * float(np.ptp(times)))
     least, most = float(times.min()) - beyond, float(times.max()) + beyond
     usual = min(max(3 * float(times.mean()) - least - most, least + beyond), most - beyond)
@@ -263,7 +266,7 @@ def _triangle_below(x: NDArray[np.float64], usual: float) -> NDArray[np.float64]
 
 
 def _triangle(free: NDArray[np.float64]) -> Parameters:
-    """Scipy's mode, least and width from the corners."""
+    """Return scipy's mode, least and width from the corners of a triangle."""
     least, usual, most = float(max(free[0], 0.0)), float(free[1]), float(free[2])
     width = max(most - least, 1e-9)
     return min(max((usual - least) / width, 0.0), 1.0), least, width
@@ -288,7 +291,7 @@ def _by_mean(kind: type[Distribution], mean: float, cv: float) -> Distribution:
 
 
 def _short(value: float) -> float:
-    """A parameter as it is written into a model: only as many digits as are known."""
+    """Round a parameter to the digits that are known, as it is written into a model."""
     return float(f"{value:.{DIGITS}g}")
 
 
@@ -379,7 +382,7 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
 
 
 def fit_between(begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Distribution:
-    """The most likely of the exponential, gamma, lognormal and Weibull distributions for times seen now and then only.
+    """Fit exponential, gamma, lognormal and Weibull distributions to interval-censored times; return the most likely.
 
     Args:
         begun: for each time the last instant at which it had not begun, and the first at which it had.
@@ -399,7 +402,7 @@ def fit_between(begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Distr
 
 
 def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.random.Generator) -> tuple[float, float]:
-    """Cramér and von Mises' statistic of a family, and the p-value: the share of its samples that fit no better."""
+    """Return Cramér and von Mises' statistic of a family, and the p-value: the share of samples that fit no better."""
     likely = family.most_likely(times, step)
     ours = _distance(family, likely, times, step)
     worse = 0
@@ -412,7 +415,7 @@ def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.ran
 
 
 def _distance(family: Family, parameters: Parameters, times: NDArray[np.float64], step: float) -> float:
-    """How far the times are from a distribution: Cramér and von Mises' statistic, by steps where they are rounded."""
+    """Return Cramér and von Mises' distance of times from a distribution, by steps where times are rounded."""
     n = len(times)
     if not step:
         below = family.frozen(parameters).cdf(np.sort(times))
@@ -424,7 +427,7 @@ def _distance(family: Family, parameters: Parameters, times: NDArray[np.float64]
 
 
 def read_times(path: Path, column: str) -> list[float]:
-    """The times in a column of a CSV file, without empty cells.
+    """Read the times in a column of a CSV file, without empty cells.
 
     Raises:
         StudyError: no such file or column, or cells that are no times: the first 20 of them, by row and column.

@@ -1,4 +1,4 @@
-"""Why a warehouse does no better: the cost of each suspect, by simulating the model with its relief.
+"""Why a warehouse does no better, for `desim why`: what relieving each suspect gains, by simulation.
 
 Suspects come from the account of time of a run: who waits long is looked at first. A wait at one point need not cost
 anything, as a queue elsewhere might grow instead. So every suspect is relieved in the model's own keys, on the same
@@ -43,7 +43,7 @@ MOST_LATE = 0.02
 
 @dataclass(frozen=True)
 class Failure:
-    """The number of runs of a design that could not go on, and the error of one of them."""
+    """Runs of a design that could not go on: how many, and the error of one of them."""
 
     failed: int
     runs: int
@@ -52,10 +52,10 @@ class Failure:
 
 @dataclass(frozen=True)
 class Health:
-    """How a warehouse does as it is, by its runs.
+    """The state of a warehouse without changes, by the means of its runs.
 
-    `idle`, `waiting`: parts of the fleet's time. `on_time`: part of the tasks, mean of the runs; None: none are due.
-    `untaken`: part of the tasks' time that they wait for a batch or a robot, in the run that was looked at.
+    `idle`, `waiting`: shares of the fleet's time. `on_time`: share of the tasks; None where no tasks are due.
+    `untaken`: share of the tasks' time in which they wait for a batch or a robot, in the run that was looked at.
     """
 
     idle: float
@@ -72,13 +72,20 @@ class Health:
 
 @dataclass(frozen=True)
 class HeldUp:
-    """The cost of each suspect, as the gain of its relief; competing suspects first, by the gain of an equal dose.
+    """The suspects that may hold a warehouse up: the gain of the relief of each, competing suspects first.
 
-    `left_out`: reliefs that could not be tried, with the reason. `as_it_is`: the indicator of the warehouse as it is.
-    `state`: how that does, where tasks arrive and it keeps up with them. `failures`: by change, 0 the warehouse as it
-    is; if that fails, nothing else is said. `verdicts`: on the run that was looked at. `lost`: for each root of waiting
-    in it the share of the fleet's time that was lost to it, most first. `batched`: the share of the tasks' time that
-    they waited in it for a batch. `loads`: how busy everybody was in it.
+    Those are in order of the gain of an equal dose.
+
+    Attributes:
+        left_out: reliefs that could not be tried, with the reason.
+        as_it_is: the indicator of the warehouse without changes.
+        state: the health of the warehouse, if tasks arrive and it keeps up with them.
+        failures: runs that could not go on, by number of the change, 0: without changes; if that failed, nothing else
+            is set.
+        verdicts: verdicts on the run that was looked at.
+        lost: in that run, for each root of waiting the share of the fleet's time lost to it, most first.
+        batched: in that run, the share of the tasks' time in which they waited for a batch to fill.
+        loads: in that run, how busy each group was.
     """
 
     model: Model
@@ -97,7 +104,7 @@ class HeldUp:
 
     @property
     def is_clear(self) -> bool:
-        """Whether one suspect is shown to cost most, though it may be open which of its reliefs gains most."""
+        """Whether one suspect is shown to cost most, even if it is open which of its reliefs gains most."""
         competing = [(suspect.name, gain) for suspect, gain in self.found if gain.competes]
         if not competing:
             return False
@@ -106,12 +113,12 @@ class HeldUp:
 
     @property
     def is_held_up(self) -> bool:
-        """Whether anything is to be mended: False where all are on time, and robots are idle and hardly wait."""
+        """Whether anything needs mending: False where all tasks are on time, and robots are idle and hardly wait."""
         return self.state is None or self.state.is_held_up
 
 
 def usual_indicator(run: RunData) -> str:
-    """The indicator that costs are counted in by default: throughput where work always waits, else time.
+    """Return the default indicator in which costs are counted: throughput where work always waits, else time.
 
     Where loads pile up before workers, it is the number of loads worked on.
     """
@@ -194,7 +201,7 @@ def _contest(
     looked_at: list[Suspect],
     search: Search,
 ) -> tuple[Callable[[int], Gains], StudyEngine]:
-    """The study that relieves each suspect, and a function that finds the gains with at most so many replications."""
+    """Make the study that relieves each suspect, and a function that finds the gains in so many replications."""
     better = find(name).better
     if better is None:
         raise StudyError(f"indicator {name!r}: neither less nor more of it is better, so nothing can cost anything")
@@ -222,7 +229,7 @@ def _contest(
 
 
 def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:
-    """How the warehouse does, by the indicators of its runs."""
+    """Return the health of the warehouse, by the indicators of its runs."""
 
     def mean(names: Iterable[str]) -> float:
         return fmean(math.fsum(kpis.get(f"share_{name}", 0.0) for name in names) for kpis in runs)
@@ -233,7 +240,7 @@ def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:
 
 
 def _failures(study: StudyEngine) -> dict[int, Failure]:
-    """The failures of designs with runs that could not go on, by the number of the design."""
+    """Return the runs that could not go on, by the number of their design."""
     failures = {}
     for number, rows in study.results.by_point.items():
         failed = [row for row in rows if could_not_go_on(row)]

@@ -1,4 +1,7 @@
-"""The plan of a study, checked: designs, replications, and the indicators that count."""
+"""The plan of a study, checked: designs, replications, and the indicators that count.
+
+For `desim study`, `desim what-if` and all questions that do a study.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from desim_warehouse.study.file import Until
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """A study before it is run."""
+    """A checked study before it is run: base model, factors, replications, indicators."""
 
     base: Model
     factors: tuple[Factor, ...] = ()
@@ -38,7 +41,7 @@ class StudyPlan:
     scouts: bool = False  # runs of scouts: batteries need not settle before them
 
     def points(self) -> list[Point]:
-        """The design points, with the warm-up of each where that is known."""
+        """Return the design points, with the warm-up of each where that is known."""
         designs = points(self.factors, self.rule)
         if not isinstance(self.warm_up, tuple):
             return designs
@@ -52,7 +55,7 @@ class StudyPlan:
         ]
 
     def run_name(self, model: Model) -> str:
-        """The name under which runs of a design are kept: the digest of its model, and of indicators of the user's own.
+        """Return the name under which runs of a design are kept: a digest of its model and of own indicators.
 
         Where they scout they are kept apart from others.
         """
@@ -73,7 +76,7 @@ class StudyPlan:
 
 @cache
 def run_seed(seed: int, replication: int) -> int:
-    """The seed of a run: equal for replication r at every point, and unlike any seed of another study seed.
+    """Return the seed of a run: equal for replication r at every point, and unlike seeds of other study seeds.
 
     48 bits of NumPy's SeedSequence, so that a table of floats holds it exactly.
     """
@@ -86,11 +89,11 @@ def run_seed(seed: int, replication: int) -> int:
 def models(
     plan: StudyPlan, among: Iterable[Point], positions: FilePositions | None = None, *, run_code: bool = False
 ) -> dict[int, Model]:
-    """The model of every point, by its number.
+    """Make the model of every design point, by the number of the point.
 
     Args:
         plan: what is varied.
-        among: the points.
+        among: the points to make models of.
         positions: where values stand in the study file.
         run_code: ask the user's own policies about their parameters, too: the runs are about to be done.
 
@@ -110,7 +113,7 @@ def models(
 
 
 def _at_position(text: str, point: Point, positions: FilePositions | None) -> str:
-    """A problem of a changed model, reported at the value of the study that causes it."""
+    """Report a problem of a changed model at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
         begin = f"override {key}: "
         if text.startswith(begin):

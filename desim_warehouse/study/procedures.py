@@ -1,4 +1,7 @@
-"""Procedures that choose which runs to do next: a race for the best design, scouts, and the judge of a target."""
+"""Procedures that choose which runs to do next: the race of `desim best`, scouts and the judge of `desim size`.
+
+A scout is a pilot run that orders the designs; the judge says whether a design meets a target.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ class Raced:
 
     @property
     def first(self) -> Point:
-        """The first in the study among the best design and the designs that are less than delta worse."""
+        """The first design, in the order of the study, among the best and those less than delta worse."""
         return min((self.point, *self.within), key=lambda point: point.number)
 
 
@@ -129,12 +132,12 @@ def scouted(
     beside: Sequence[Target] = (),
     name: Callable[[int], str] = str,
 ) -> set[int] | None:
-    """The designs of a study that fail on a single day, which is not one of the days that judge them (`scout_steps`).
+    """Find the designs that fail on a single pilot day, which is not one of the days that judge them (`scout_steps`).
 
-    Batteries need not settle before such a day (`StudyPlan.scouts`).
+    It returns None if the runs allowed end before. Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `note`: results before, shown with the progress, and `name` what a design is
-    called there. `beside`: further targets.
+    `note`: results before, shown with the progress, and `name` what a design is called there. `beside`: further
+    targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
@@ -165,7 +168,7 @@ def about(
     met: Mapping[int, bool],
     name: Callable[[int], str],
 ) -> str:
-    """Say what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + 4 chargers`.
+    """Return in words what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + ...`.
 
     Args:
         designs: all counts that could be built.
@@ -182,7 +185,7 @@ def about(
 def _watched(
     scouting: Procedure[set[int]], goal: Target, tell: Callable[[Mapping[int, bool]], None]
 ) -> Procedure[set[int]]:
-    """Tell after each run of a scout which designs met the target in theirs."""
+    """Run a scout (pilot runs), and call `tell` after each run with the designs that met the target in theirs."""
     seen: dict[int, bool] = {}
     try:
         asked = next(scouting)
@@ -207,7 +210,7 @@ def judge_of(
     name: Callable[[int], str] | None = None,
     **how: Any,
 ) -> Judge:
-    """The judge of a study's designs in a session: designs that cannot last fail, whatever their runs say.
+    """Return the judge of a study's designs in a session: designs that cannot last fail, whatever their runs say.
 
     What is known after each look is shown with the progress of the session.
 
@@ -242,7 +245,7 @@ def judge_of(
 
 
 def measured(row: Row, goal: Target) -> float:
-    """The indicator of a target in a run, which misses it clearly where a robot ran flat."""
+    """Return the target's indicator in a run; a value that clearly misses the target where a robot ran flat."""
     return goal.missed if ran_flat(row) else row.measured(goal.indicator)
 
 
@@ -251,7 +254,10 @@ _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")
 
 
 def cannot_last(study: StudyEngine, runner: StudyRunner, number: int, *, glance: bool = False) -> str | None:
-    """Why a design cannot last, by its runs so far, or None if it can; `glance`: see `not_lasting`."""
+    """Return why a design cannot go on in the long run, by its runs so far; None if it can.
+
+    `glance`: see `not_lasting`.
+    """
     rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
     if any(map(ran_flat, rows)):
         return "a robot runs flat"
@@ -260,7 +266,7 @@ def cannot_last(study: StudyEngine, runner: StudyRunner, number: int, *, glance:
 
 
 def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bool = False) -> str | None:
-    """Why a design cannot last, by the means of its runs, or None if it can.
+    """Return why a design cannot go on in the long run, by the means of its runs; None if it can.
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """

@@ -1,4 +1,4 @@
-"""Rare events: how often breakdowns, outages and closures fall into a run of the model, and what few days miss.
+"""Rare events, for the verdicts of plans and of the live page: how often breakdowns or closures fall into a run.
 
 So it is known before any run how many days a verdict needs, and of what days a few runs know nothing.
 """
@@ -22,7 +22,7 @@ _OFTEN = 1 / 3
 
 
 def expected(model: Model, length: float) -> dict[str, float]:
-    """How many of each kind of failure are to be expected in a run of this length, in the model's time.
+    """Return the expected number of each kind of failure in a run of this length, in the model's time.
 
     Robots break down while they operate, so for breakdowns it is an upper bound.
     """
@@ -44,16 +44,16 @@ def expected(model: Model, length: float) -> dict[str, float]:
 
 
 def chances(model: Model, length: float | None) -> dict[str, float]:
-    """The chance that a run of this length has each kind of failure at all; nan where it has no length."""
+    """Return the probability that a run of this length has each kind of failure at all; nan without a length."""
     if length is None:
         return dict.fromkeys(expected(model, 1.0), math.nan)
     return {what: -math.expm1(-often) for what, often in expected(model, length).items()}
 
 
 def days_needed(model: Model, first: int | None = None, cap: int | None = None) -> DaysNeeded:
-    """How many days a fleet is simulated at least before it is said to meet a target, and at most.
+    """Return the least and the most days for which a fleet is simulated before a verdict that it meets a target.
 
-    More where the model has what comes less than one day in ten, or where it is not known how often that comes.
+    There are more of them where the model has events rarer than one day in ten, or of unknown rarity.
 
     Args:
         model: the warehouse with that fleet.
@@ -68,7 +68,7 @@ def days_needed(model: Model, first: int | None = None, cap: int | None = None) 
 
 
 def beyond(model: Model, days: int) -> dict[str, int]:
-    """Failures too rare for so many days: each with the days that would cover them (0: unknown)."""
+    """Return the failures too rare for so many days, each with the days that would cover it (0: unknown)."""
     often = chances(model, model.run.length)
     return {what: days_for(chance) if chance > 0 else 0 for what, chance in often.items() if not _covered(chance, days)}
 
@@ -79,7 +79,10 @@ def _covered(chance: float, days: int) -> bool:
 
 
 def closed(model: Model, length: float | None = None) -> list[str]:
-    """The closures that never fall into the counted time of a run of this length (None: the model's), a line each."""
+    """List the closures that never fall into the evaluation period of a run of this length, a line for each.
+
+    `length` None: the length of the model's run.
+    """
     end = length or model.run.length or math.inf
     return [
         f"closures of {name} never fall into a run: nothing here says what they cost"
@@ -89,7 +92,7 @@ def closed(model: Model, length: float | None = None) -> list[str]:
 
 
 def shows(model: Model, indicator: str) -> bool:
-    """Whether a few runs that agree in an indicator show that it is the same in all runs.
+    """Whether an indicator that agrees in a few runs is shown to be equal in all runs.
 
     They do where it is measured, and no rare event may change it.
     """
@@ -99,7 +102,7 @@ def shows(model: Model, indicator: str) -> bool:
 
 
 def unknown(model: Model, runs: int, length: float) -> list[str]:
-    """Rare events that so few runs of this length miss: closures that never come, failures that none may have."""
+    """List the rare events that so few runs of this length miss: closures that never come, failures they may lack."""
     lines = closed(model, length)
     for what, chance in chances(model, length).items():
         if 0 < chance < _OFTEN and runs < min(FEW, days_for(chance)):

@@ -1,4 +1,7 @@
-"""From a study file, or from arguments, to a plan: all problems at once, each with its position."""
+"""From a study file, or from arguments, to a plan: all problems at once, each with its position.
+
+For `desim study`, `desim what-if` and `Study`.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ from desim_warehouse.study.warm_up import steady_length
 
 
 def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, named: str = "override") -> StudyPlan:
-    """The plan of a study file.
+    """Read a study file, with its model and its designs, into a plan.
 
     Args:
         path: the file.
@@ -55,7 +58,7 @@ def plan_of(
     content: Mapping[str, Any],
     options: Mapping[Keys, str] | None = None,
 ) -> StudyPlan:
-    """The plan of a study given by arguments.
+    """Make the plan of a study from arguments.
 
     Args:
         base: a model, its file, or its content.
@@ -80,7 +83,7 @@ def plan_of(
 
 
 def _plan(document: Document) -> StudyPlan:
-    """The plan that a study describes; raises ModelError for the problems of the study, its model or its designs."""
+    """Make the plan of a study document; raises ModelError for problems of the study, its model or its designs."""
     problems, positions = document.problems, document.positions
     data = {key: value for key, value in document.data.items() if value is not None}
     file, base = None, None
@@ -141,7 +144,7 @@ def _has_steady_state(model: Model, positions: FilePositions) -> None:
 
 
 def _base(source: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
-    """The model that the study varies. Studies need no more than indicators, so little is logged."""
+    """Read the model that the study varies. Studies need no more than indicators, so little is logged."""
     changes = {"log": "tasks", **changes}
     if isinstance(source, Model):
         return source.replace(changes, run_code=True)
@@ -149,7 +152,7 @@ def _base(source: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, 
 
 
 def _in_set(text: str, changes: Mapping[str, Any], positions: FilePositions) -> str:
-    """A problem of the model, reported at the key of `set` that causes it, if one does."""
+    """Report a problem of the model at the key of `set` that causes it, if one does."""
     for key in sorted(changes, key=len, reverse=True):
         begin = f"set {key}: "
         if text.startswith(begin):

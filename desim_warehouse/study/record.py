@@ -1,4 +1,7 @@
-"""study.json: the resolved study, so that a folder can be understood, continued and compared by itself."""
+"""study.json: the resolved study, so that a folder can be understood, continued and compared by itself.
+
+For `desim study`, `compare` and `report`, which read the folders of studies.
+"""
 
 from __future__ import annotations
 
@@ -98,7 +101,7 @@ def read_record(folder: Path) -> Record:
 
 
 def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
-    """The warm-ups that the study of a folder found for these very designs, with this version, or None."""
+    """Return the warm-ups that the study in a folder found for these very designs, with this version; else None."""
     try:
         record = read_record(folder)
         times = record.plan.warm_up
@@ -137,7 +140,7 @@ def _replications(value: Any) -> int | Until | tuple[int, ...]:
 
 
 def _factors(content: Mapping[str, Any]) -> tuple[Factor, ...]:
-    """The factors of a study.json; sampled designs of 0.3 give them a level for each point, as paired lists."""
+    """Read the factors of a study.json; sampled designs of 0.3 have a level for each point, as paired lists."""
     levels = {
         item["key"]: [Level(level["label"], level["changes"], tuple(level["at"])) for level in item.get("levels", ())]
         for item in content["factors"]
@@ -151,5 +154,5 @@ def _factors(content: Mapping[str, Any]) -> tuple[Factor, ...]:
 
 
 def _drawn(key: str, listed: Sequence[Level], label: Label) -> Level:
-    """The level that was drawn from a list, or from a range, which has no levels."""
+    """Return the level that was drawn from a list, or from a range, which has no levels."""
     return next((level for level in listed if level.label == label), Level(label, {key: label}, ()))

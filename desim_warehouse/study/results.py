@@ -1,4 +1,8 @@
-"""The results of a study so far: its finished runs by design, and the statistics that follow from them."""
+"""The results of a study so far: its finished runs by design, and the statistics that follow from them.
+
+For `desim study`, `compare` and `what-if`, and for every question that does a study; users hold
+`questions.study.Results`.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +41,7 @@ _MOST_MAIN = 6
 
 
 def outcome_of(row: Row) -> tuple[object, ...]:
-    """The outcome of a run, with its replication, as a value that can be compared."""
+    """Return the outcome of a run, with its replication, as a value that can be compared."""
     return row.replication, row.outcome.error, *sorted((name, repr(value)) for name, value in row.indicators.items())
 
 
@@ -60,7 +64,7 @@ class ResultsData:
 
     @classmethod
     def load(cls, folder: str | Path) -> Self:
-        """The results of a study folder as far as its runs are finished. Nothing is simulated.
+        """Read the results of a study folder as far as its runs are finished. Nothing is simulated.
 
         Raises:
             StudyError: where there is no study, or it is damaged.
@@ -100,7 +104,7 @@ class ResultsData:
         return self.frame(self.plan.indicators)
 
     def frame(self, indicators: Sequence[str]) -> pd.DataFrame:
-        """The table with these indicators, or all that any run has."""
+        """Return the table with these indicators, or all that any run has."""
         frame: pd.DataFrame = arrow(columns(self.rows, self.factors, indicators)).to_pandas()
         return frame
 
@@ -112,7 +116,7 @@ class ResultsData:
         return tuple(dict.fromkeys(name for row in self.rows for name in row.indicators))
 
     def chosen(self, wanted: Sequence[str] | None = None) -> list[str]:
-        """The indicators to show: given ones, else the study's, else all that any run has.
+        """Return the indicators to show: the wanted ones, else the study's, else all that any run has.
 
         Raises:
             StudyError: for one that no run has.
@@ -120,7 +124,7 @@ class ResultsData:
         return chosen(wanted or self.plan.indicators or self.indicators, self.indicators)
 
     def usual(self, most: int = 5) -> list[str]:
-        """The first of the indicators that such runs are judged by, as far as all runs have them."""
+        """Return the first of the indicators that such runs are judged by, as far as all runs have them."""
         never_ends = any(model.tasks.never_end for model in (self.base, *self.models.values()))
         done = [row for row in self.rows if not row.outcome.error]
         common = [name for name in self.indicators if all(name in row.indicators for row in done)]
@@ -188,7 +192,7 @@ class ResultsData:
         return designs
 
     def levels(self, factor: str) -> list[Any]:
-        """The values of a factor: numbers ascending, else in the order of the study."""
+        """Return the values of a factor: numbers ascending, else in the order of the study."""
         place = self.factors.index(factor)
         values = list(dict.fromkeys(levels[place] for levels in self.designs.values()))
         return sorted(values) if is_numeric(values) else values
@@ -228,7 +232,7 @@ class ResultsData:
 
     @cached_property
     def by_point(self) -> Mapping[int, list[Row]]:
-        """The rows of each design point, by its number."""
+        """Rows of the results table, one a run, by the number of their design point."""
         rows_by_point: dict[int, list[Row]] = {point.number: [] for point in self.points}
         for row in self.rows:
             rows_by_point[row.point.number].append(row)
@@ -243,11 +247,11 @@ class ResultsData:
         return rows
 
     def runs(self, design: str) -> list[Row]:
-        """The runs of a design, by replication."""
+        """Return the runs of a design, by replication."""
         return list(self._by_design[design].values())
 
     def values(self, design: str, indicator: str) -> NDArray[np.float64]:
-        """An indicator of a design by replication number, nan for runs that failed or are missing."""
+        """Return an indicator of a design by replication number, nan for runs that failed or are missing."""
         rows = self._by_design[design]
         values = np.full(max(rows, default=-1) + 1, np.nan)
         for replication, row in rows.items():
@@ -286,7 +290,7 @@ class ResultsData:
         )
 
     def quantiles(self, indicator: str, share: float) -> dict[int, intervals.QuantileEstimate | None]:
-        """The quantile of an indicator over all runs, with its interval, at each point by number, or None."""
+        """Return the quantile of an indicator over all runs, with its interval, at each point by number, or None."""
         self.chosen([indicator])
         quantiles: dict[int, intervals.QuantileEstimate | None] = {}
         for number, rows in self.by_point.items():
@@ -298,7 +302,7 @@ class ResultsData:
         return quantiles
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
-        """A row for each design point and indicator.
+        """Return a row for each design point and indicator.
 
         Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (mean ±
         half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75, q95,
@@ -337,7 +341,7 @@ class ResultsData:
         return self._compared({design: self.values(design, indicator) for design in self.designs}, against, method)
 
     def _matched(self, wanted: Mapping[str, Label]) -> dict[str, str]:
-        """The baseline of each design: it has the wanted levels, and the design's own levels of the other factors."""
+        """Return the baseline of each design: it has the wanted levels, and else the levels of the design itself."""
         baseline_point(self.points, wanted)  # refuses levels that no design has
         points = {tuple(point.labels.items()): str(point) for point in self.points}
         against = {}
@@ -371,12 +375,12 @@ class ResultsData:
         return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
     def outcomes(self, design: str) -> tuple[object, ...]:
-        """The outcomes of the runs of a design, each with its replication, as values that can be compared."""
+        """Return the outcomes of the runs of a design, each with its replication, as values that can be compared."""
         return tuple(map(outcome_of, self.runs(design)))
 
     @cached_property
     def same(self) -> Mapping[str, str]:
-        """Designs whose runs equal an earlier design's in every indicator, with that design: both are one option."""
+        """Designs whose runs equal an earlier design's in every indicator, with that design: the two are one option."""
         first: dict[tuple[object, ...], str] = {}
         same = {}
         for design in self.designs:
@@ -421,13 +425,13 @@ class ResultsData:
         return fixed or _deterministic(self.runs(design))
 
     def _least(self, design: str, most: int) -> int:
-        """The fewest runs of a design that can meet the target in a search that asks for so many at most."""
+        """Return the fewest runs of a design that can meet the target in a search that asks for so many at most."""
         model = self.models.get(design)
         return 0 if model is None else rare.days_needed(model, cap=most).least
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:
-        """For designs too close to the target, how many runs in all would probably decide; None: too many."""
+        """Undecided designs, with the number of runs in all that would probably decide; None if there are too many."""
         goal = self.target
         return {
             design: judge.runs_to_tell(
@@ -440,7 +444,7 @@ class ResultsData:
     def _compared(
         self, table: Mapping[str, Any], against: Mapping[str, str], method: comparison.Method
     ) -> comparison.Differences:
-        """The differences of designs to the baseline of each; pairs with equal runs count once."""
+        """Return the differences of designs to the baseline of each; pairs with equal runs count once."""
         every = {design: base for design, base in against.items() if design != base}
         if not every:
             raise StudyError(f"nothing to compare with the baseline {next(iter(against.values()))!r}: the only design")
@@ -455,12 +459,12 @@ class ResultsData:
         return replace(differences, against=every)
 
     def main_effects(self, indicator: str) -> screening.Effects:
-        """The main effect of each factor."""
+        """Return the main effect of each factor."""
         return screening.main_effects(self.frame([indicator]), self.factors, indicator)
 
 
 def _known(rows: Sequence[Row], indicator: str) -> list[float]:
-    """The values of an indicator in the runs that have one."""
+    """Return the values of an indicator in the runs that have one."""
     return [value for row in rows if math.isfinite(value := row.value(indicator))]
 
 

@@ -1,4 +1,7 @@
-"""Doing the missing runs of a study, each written down as it finishes."""
+"""Doing the missing runs of a study, each written down as it finishes.
+
+For `Study.run`, `desim study` and every question that does a study.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +56,7 @@ def is_refused(outcome: Outcome) -> bool:
 
 
 class _MissingError(Exception):
-    """A run has not been done yet."""
+    """Raised where a run has not been done yet."""
 
 
 class StudyRunner:
@@ -159,7 +162,7 @@ class StudyRunner:
         return outcome.error is None and not outcome.deterministic
 
     def _value(self, number: int, replication: int, indicator: str, flat: float | None, failed: float | None) -> float:
-        """The indicator of a run; `flat` or `failed` replaces it where the run could not go on."""
+        """Return the indicator of a run; `flat` or `failed` replaces it where the run could not go on."""
         row = self.row(number, replication)
         if flat is not None and ran_flat(row):
             return flat
@@ -170,7 +173,7 @@ class StudyRunner:
         return row.measured(indicator)
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
-        """Do the missing runs of these (point, replication)."""
+        """Do the runs of these (point, replication) that are missing."""
         for _ in self.each(runs):
             pass
 
@@ -265,19 +268,19 @@ class StudyRunner:
         return first is not None and is_refused(first) and (first.final or not final)
 
     def found(self, number: int, replication: int) -> Row | None:
-        """A run if it is finished."""
+        """Return a run if it is finished, else None."""
         seed = run_seed(self.plan.seed, replication)
         outcome = self.store.get(self.keys[number], seed)
         return None if outcome is None else Row(self.points[number], replication, seed, outcome)
 
     def row(self, number: int, replication: int) -> Row:
-        """A run that was asked for."""
+        """Return a finished run that was asked for."""
         row = self.found(number, replication)
         assert row is not None
         return row
 
     def finished(self) -> list[Row]:
-        """The finished runs of the study, by point and replication."""
+        """Return the finished runs of the study, by point and replication."""
         counts = {number: 1 if self._first_is_refused(number) else many for number, many in self.replications.items()}
         runs = (self.found(number, r) for number, many in counts.items() for r in range(many))
         return [row for row in runs if row is not None]

@@ -1,4 +1,4 @@
-"""Settings of a question that chooses its own runs: how they are done, and when it stops."""
+"""Settings of a question that chooses its own runs, such as `desim plan`: how runs are done, and how many."""
 
 from __future__ import annotations
 
@@ -77,7 +77,10 @@ class Search:
             raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def looks(self, first: int, cap: int) -> tuple[int, int]:
-        """Replications at the first look at a design (interim analysis), and the most of them: by default as given."""
+        """Return the replications at the first look (interim analysis) at a design, and the most of them.
+
+        The arguments are their defaults.
+        """
         return self.first or first, self.cap or cap
 
     @contextmanager
@@ -98,7 +101,7 @@ class Search:
             yield crew
 
     def under(self, name: str) -> Search:
-        """The search of one of several studies of a question: with `out`, in a folder of its own inside that."""
+        """Return the search of one of several studies of a question: with `out`, in a folder of its own inside that."""
         return self if self.out is None else replace(self, out=Path(self.out) / name.replace(" ", "-"))
 
 

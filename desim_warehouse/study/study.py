@@ -112,7 +112,7 @@ class StudyEngine:
 
     @classmethod
     def of(cls, plan: StudyPlan) -> Self:
-        """A study of a given plan."""
+        """Make the study of a given plan."""
         study = cls.__new__(cls)
         study.plan = plan
         study._start()  # noqa: SLF001 - our own
@@ -120,14 +120,14 @@ class StudyEngine:
 
     @classmethod
     def read(cls, path: str | Path, overrides: Mapping[str, Any] | None = None) -> Self:
-        """The study of a file such as studies/fleet_size.yaml, with further changes to its model."""
+        """Read the study of a file such as studies/fleet_size.yaml, with further changes to its model."""
         from desim_warehouse.study.reading import read_study
 
         return cls.of(read_study(path, overrides))
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
-        """The study of a folder with the runs that are finished, without running anything.
+        """Open the study of a folder with the runs that are finished, without running anything.
 
         Raises:
             StudyError: where there is no study.
@@ -140,7 +140,7 @@ class StudyEngine:
 
     @staticmethod
     def _as_given(run: RunData) -> Any:
-        """A run, as the user's own indicators receive it."""
+        """Return a run in the form that the user's own indicators receive."""
         return run
 
     def _start(self) -> None:
@@ -187,7 +187,7 @@ class StudyEngine:
         return self
 
     def run_by(self, search: Search) -> Self:
-        """Do the missing runs as a search says."""
+        """Do the missing runs with the settings of a search."""
         with self.session(search) as runner:
             runner.recall()
             for _ in runner.replicate():
@@ -384,7 +384,7 @@ class StudyEngine:
 
 
 def searched(base: Model, factors: Mapping[str, Any], search: Search, **content: Any) -> StudyEngine:
-    """A study whose runs a search chooses one by one; `content`: further keys of a study file."""
+    """Make a study whose runs a search chooses one by one; `content`: further keys of a study file."""
     made = StudyEngine(
         base, factors, confidence=search.confidence, timeout=search.timeout, **{"seed": search.seed, **content}
     )

@@ -1,4 +1,4 @@
-"""Suspects that may hold a warehouse up: each with its relief in the model's own keys, and the dose of it.
+"""Suspects that may hold a warehouse up, for `desim why`: each with its relief in the model's keys, and its dose.
 
 What is special at a place is in the way; what is so everywhere is work. So a crossing is relieved of the time by
 which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model
@@ -80,7 +80,7 @@ DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
 
 @dataclass(frozen=True)
 class Suspect:
-    """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
+    """A suspect that may hold the warehouse up: its name, and a relief in words and in keys of the model.
 
     `waited`: the share of the fleet's time that robots waited there, in the run that was looked at, None where robots
     do not wait for it, such as handling. `dose`: the relief as a share of the present capacity, 1 for one server beside
@@ -97,12 +97,12 @@ class Suspect:
 
     @property
     def scale(self) -> float:
-        """Factor from its gain to that of a common dose, 10 % of a capacity or the work; 1 where all is taken away."""
+        """The factor that scales its gain to a common dose, 10 % of a capacity or the work; else 1."""
         return 1.0 if self.dose is None else DOSE / abs(self.dose)
 
 
 def suspects(run: RunData) -> list[Suspect]:
-    """The suspects of a run with `log: all`; what robots wait for longest comes first.
+    """List the suspects of a run with `log: all`, first those that robots wait for longest.
 
     Raises:
         ReportError: a run with less in its log.
@@ -111,7 +111,7 @@ def suspects(run: RunData) -> list[Suspect]:
 
 
 def left_out(run: RunData) -> list[str]:
-    """Reliefs that cannot be tried, each with the reason."""
+    """List the reliefs that cannot be tried, each with the reason."""
     reasons = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
     files = from_files(run.model)
     return [
@@ -147,7 +147,10 @@ def _all(run: RunData) -> list[Suspect]:
 
 
 def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iterator[Suspect]:
-    """Nodes before which robots wait (`before`: as a share of the fleet's time), or cross longer than at others."""
+    """Yield nodes before which robots wait, or that they cross more slowly than others.
+
+    `before`: the wait as a share of the fleet's time.
+    """
     usual, own = run.model.traffic.node_time, dict(run.model.traffic.node_times)
     shafts = {node for lift in run.layout.lifts for node in lift.nodes}
     passages = run.nodes["passages"]
@@ -190,13 +193,13 @@ def _lifts(run: RunData) -> Iterator[Suspect]:
 
 
 def _queued(nodes: pd.DataFrame, queue: Queue, members: list[str]) -> float:
-    """The time for which robots queue for something at some nodes, by the account of time of `nodes`."""
+    """Return the time for which robots queue for something at some nodes, by the account of time of `nodes`."""
     states = [state.name for state in SHOWN.values() if state.queue == queue and state.name in nodes]
     return sum(float(nodes[state][members].sum()) for state in states)
 
 
 def _stations(run: RunData) -> dict[str, list[str]]:
-    """The nodes of each used station whose name can stand in a dotted key."""
+    """Return the nodes of each station that was used and whose name can stand in a dotted key."""
     nodes_of: dict[str, list[str]] = {}
     for node in destinations(run.model, run.layout):
         if node in run.layout.stations:
@@ -205,7 +208,7 @@ def _stations(run: RunData) -> dict[str, list[str]]:
 
 
 def _of_station(model: Model, zone: str, kind: Kind) -> str:
-    """Name who serves robots in a station, or its people, as all answers do."""
+    """Return the words for the servers or people of a station, as all answers have them."""
     people = kind == "people"
     return next(group.name for group in groups(model) if group.zone == zone and (group.kind == "people") == people)
 
@@ -295,7 +298,7 @@ def _under_way(run: RunData) -> Iterator[Suspect]:
 
 
 def _waited(run: RunData, part: str) -> float:
-    """Measure the part of the fleet's time that robots waited for one thing, also behind others."""
+    """Return the share of the fleet's time that robots waited for one thing, waits behind others included."""
     whole = run.history.counted * run.model.fleet.size
     return float(run.account(by="robot")[part].sum()) / whole if whole else 0.0
 
@@ -394,13 +397,13 @@ def _dotted(model: Model, key: str) -> bool:
 
 
 def _of_kinds(model: Model, key: str) -> list[str]:
-    """Whether kinds of robots have a key of their own."""
+    """List the kinds of robots that have a key of their own."""
     kinds = model.fleet.kinds.items()
     return [f"fleet.kinds.{name}.{key}" for name, kind in kinds if getattr(kind, key) is not None and "." not in name]
 
 
 def _plain(model: Model) -> Iterator[Suspect]:
-    """The number of robots, peaks, and the work itself: robots do not wait for them, but they may be the limit."""
+    """Yield suspects that robots do not wait for, though they may be the limit: fleet size, peaks, the work itself."""
     yield Suspect(
         "the number of robots", "one robot more", {"fleet.size": model.fleet.size + 1}, None, 1 / model.fleet.size
     )
@@ -458,7 +461,7 @@ def decisions(run: RunData) -> Iterator[Suspect]:
 
 
 def _charging(model: Model) -> Iterator[Suspect]:
-    """The other built-in charging policies with their defaults, and the model's own without its parameters."""
+    """Yield the other built-in charging policies with their defaults, and the model's own without its parameters."""
     own, battery = model.policies.charging, model.battery
     for name in catalogue.OURS["charging"]:
         if name == own.name and not own.params:
@@ -473,7 +476,7 @@ def _charging(model: Model) -> Iterator[Suspect]:
 
 
 def of_pods(model: Model) -> Iterator[Suspect]:
-    """Reliefs of a model with pods, none of a model without. Robots do not wait for any of them."""
+    """Yield the reliefs of a model with pods, none of a model without. Robots do not wait for any of them."""
     pods = model.pods
     if pods is None:
         return
@@ -511,7 +514,10 @@ def _tenth(count: int) -> int:
 
 
 def _fewer_places(model: Model) -> Iterator[Suspect]:
-    """Yield fewer pods at a time at the stations, each for more lines, down to one picked and one on its way."""
+    """Yield reliefs with fewer pods at a time at the stations, each for more lines, down to two pods.
+
+    One of the two is picked, and one is on its way.
+    """
     layout = model.floor
     used = [layout.stations[node] for flow in model.tasks.flows.values() for node in stations_of(flow)]
     least = {item.zone: item.places - 1 for item in used if item.places - 1 > item.servers and "." not in item.zone}

@@ -1,4 +1,7 @@
-"""The table of a study: a row for each run, in the order of the design."""
+"""The table of a study: a row for each run, in the order of the design.
+
+For all studies: the table of `Results`, of a study folder and of the live page.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ class Row(NamedTuple):
         return self.outcome.values  # noqa: PD011 - not a DataFrame
 
     def value(self, indicator: str) -> float:
-        """An indicator; nan where the run failed or has none. A share of tasks carries its number of tasks."""
+        """Return an indicator; nan where the run failed or has none. A share of tasks carries its number of tasks."""
         from desim_warehouse.study.statistics.intervals import TaskShare
 
         value = self.indicators.get(indicator, math.nan)
@@ -46,7 +49,7 @@ class Row(NamedTuple):
         return TaskShare(value, tasks) if tasks else value
 
     def measured(self, indicator: str) -> float:
-        """An indicator of a run that did not fail.
+        """Return an indicator of a run that did not fail.
 
         Raises:
             StudyError: where the run has no such indicator, naming the nearest.
@@ -57,7 +60,7 @@ class Row(NamedTuple):
 
 
 def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
-    """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
+    """Make the columns of the table: factors, replication, seed, indicators, deterministic, run_time, error.
 
     `indicators`: those to show, by default all that any run has. A failed run has none.
     """
@@ -72,13 +75,13 @@ def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[st
 
 
 def _all(rows: Iterable[Row]) -> list[str]:
-    """Every indicator that any run has: built-in ones in their order, then any others."""
+    """Return every indicator that any run has: built-in ones in their order, then any others."""
     names = dict.fromkeys(name for row in rows for name in row.indicators)
     return [*(name for name in INDICATORS if name in names), *(name for name in names if name not in INDICATORS)]
 
 
 def arrow(table: Mapping[str, list[Any]]) -> pa.Table:
-    """The table with one type a column: whole numbers, numbers, truth values or text."""
+    """Return the table with one type a column: whole numbers, numbers, truth values or text."""
     import pyarrow as pa
 
     return pa.table({name: _array(name, values) for name, values in table.items()})
@@ -100,7 +103,7 @@ def _array(name: str, values: list[Any]) -> pa.Array:
 
 
 def as_text(value: Any) -> str:
-    """A value in a column of text."""
+    """Return a value as text for a column."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -126,7 +129,7 @@ def write_results(table: pa.Table, path: Path) -> None:
 
 
 def is_damaged(path: Path) -> bool:
-    """Whether there is a table that cannot be read."""
+    """Whether a table exists that cannot be read."""
     if not path.exists():
         return False
     import pyarrow.parquet as pq
@@ -139,7 +142,7 @@ def is_damaged(path: Path) -> bool:
 
 
 def read_results(path: Path) -> pd.DataFrame:
-    """The table of a study folder. Raises StudyError where it cannot be read."""
+    """Return the table of a study folder. Raises StudyError where it cannot be read."""
     import pandas as pd
 
     try:
@@ -153,7 +156,7 @@ def read_results(path: Path) -> pd.DataFrame:
 
 
 def level_column(values: Sequence[Label]) -> list[Label]:
-    """The levels of a factor as a column of one type."""
+    """Return the levels of a factor as a column of one type."""
     kinds = {type(value) for value in values if value is not None}
     if kinds <= {int, float} or kinds == {bool}:
         return list(values)
@@ -161,7 +164,7 @@ def level_column(values: Sequence[Label]) -> list[Label]:
 
 
 def rows_of(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
-    """The rows of a table, each at its point, and of equal points in their order."""
+    """Return the rows of a table, each at its point, and of equal points in their order."""
     table = read_results(path)
     try:
         return tuple(_rows(table, points))
@@ -203,7 +206,7 @@ def cells(
     confidence: float = 0.95,
     scale: float = 1.0,
 ) -> list[Cell]:
-    """One estimate for each combination of levels that has runs, in the order of the levels.
+    """Estimate an indicator for each combination of levels that has runs, in the order of the levels.
 
     Where other factors vary inside a combination, each replication is averaged over them first. Replications stay
     independent of one another, so the t interval holds for that average. A replication that lacks some of those runs is
@@ -233,7 +236,7 @@ def cells(
 
 
 def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> list[float]:
-    """The values; a share of tasks of a single run carries its number of tasks, as in `Row.value`."""
+    """Return the values of an indicator; a share of tasks of a single run carries its number of tasks."""
     from desim_warehouse.study.statistics.intervals import TaskShare
 
     counts = [name for name in counted_in(indicator, [str(name) for name in rows.columns]) if name in rows.columns]
@@ -245,7 +248,7 @@ def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> lis
 
 
 def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:
-    """The other factors (columns before `replication`) that vary among runs at the same levels of these."""
+    """Return the other factors that vary among runs at equal levels of these; they are averaged over."""
     if "replication" not in table.columns:
         return []
     columns = list(table.columns)
@@ -256,7 +259,7 @@ def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:
 
 
 def usable(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> pd.DataFrame:
-    """The runs that have a value, with factors in a form that can be compared."""
+    """Return the runs that have a value, with factors in a form that can be compared."""
     missing = [name for name in (*factors, indicator) if name not in table.columns]
     if missing:
         raise ReportError(f"no column {', '.join(missing)}; the table has {', '.join(map(str, table.columns))}")
@@ -282,13 +285,13 @@ def is_numeric(values: Sequence[Any]) -> bool:
 
 
 def levels(rows: pd.DataFrame, factor: str) -> list[Any]:
-    """The levels of a factor: numbers ascending, else in order of appearance."""
+    """Return the levels of a factor: numbers ascending, else in order of appearance."""
     values = [plain(value) for value in dict.fromkeys(rows[factor].tolist())]
     return sorted(values) if is_numeric(values) else values
 
 
 def order(rows: pd.DataFrame, factors: Sequence[str]) -> list[tuple[Any, ...]]:
-    """The combinations of levels that have runs, in the order of the levels."""
+    """Return the combinations of levels that have runs, in the order of the levels."""
     ranks = [{value: rank for rank, value in enumerate(levels(rows, factor))} for factor in factors]
     combinations = (
         dict.fromkeys(zip(*(rows[factor].tolist() for factor in factors), strict=True)) if factors else {(): 0}

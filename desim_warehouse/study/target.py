@@ -1,4 +1,7 @@
-"""Targets that make sense, their indifference zones, and how many runs a first look at them takes."""
+"""Targets that make sense, their indifference zones, and how many runs a first look at them takes.
+
+For `--target` of every command that has it, and for study files.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,8 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import Indicator, refuse_unknown
+from desim_warehouse.model.facts.ahead import handling_of
+from desim_warehouse.outcome.indicators import Indicator, refuse_unknown, split
 from desim_warehouse.outcome.targets import Target, amount_of, parse_target
 from desim_warehouse.study.statistics.checks import is_constant
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
@@ -18,7 +22,7 @@ from desim_warehouse.values.units import SECONDS, UnitNames
 
 
 def read_target(text: str, units: UnitNames | None = None) -> Target:
-    """A target as users write it, such as `on_time >= 95 %` (or 0.95), `cycle_time_p95 <= 5 min` or `T <= 300`.
+    """Read a target as users write it, such as `on_time >= 95 %` (or 0.95), `cycle_time_p95 <= 5 min` or `T <= 300`.
 
     Args:
         text: an indicator, a bound, a number, and a unit or none: then it is in the unit of the model.
@@ -58,7 +62,7 @@ def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> 
 
 
 def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> None:
-    """Refuse an indifference zone in which nearly all designs lie.
+    """Refuse an indifference zone so wide that nearly all designs lie in it.
 
     Args:
         measure: the indicator.
@@ -79,7 +83,7 @@ def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> Non
 
 
 def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
-    """The zone as given, else 0.01 of a share or 1 % of the target; at most halfway from that to the range's end.
+    """Return the zone as given, else 0.01 of a share or 1 % of the target; at most halfway to the range's end.
 
     Raises:
         StudyError: no amount of the indicator, or one in which nearly all designs lie.
@@ -95,7 +99,7 @@ def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> fl
 
 @dataclass(frozen=True)
 class Days:
-    """The days that a mean is of: how many, the worst value of the target's indicator, and how many miss the target.
+    """The days behind a mean: how many, the worst value of the target's indicator, and how many miss the target.
 
     `median`: the value of the day in the middle, of two of them the worse. `worst_run` and `median_run`: which
     replications these two are, the first of equal ones.
@@ -110,7 +114,7 @@ class Days:
 
 
 def days_of(values: Iterable[float], goal: Target) -> Days | None:
-    """Sum the days of a design up; None for fewer than two, or where they all agree.
+    """Summarise the days of a design; None for fewer than two days, or where all of them agree.
 
     Args:
         values: one for each replication, by its number; nan where it failed or is missing.
@@ -126,19 +130,21 @@ def days_of(values: Iterable[float], goal: Target) -> Days | None:
 
 
 def first_look(goal: Target, cap: int) -> int:
-    """Replications at the first look at a design by default; more for an unbounded indicator, which may be skewed."""
+    """Return the default replications at the first look at a design; more for an unbounded, maybe skewed indicator."""
     return min(FIRST if goal.measure.is_share else FIRST_OF_MEANS, cap)
 
 
 def too_short(text: str, model: Model) -> str:
-    """The problem of a target for cycle times below the shortest handling of a task; empty where there is none.
+    """Return the problem of a target for cycle times below the shortest handling of a task; else an empty text.
 
     Raises:
         StudyError: no target, or one of a flow or part of the day that the model has not.
     """
     goal, units = read_target(text, model.units.names), model.units
     refuse_unknown(goal.indicator, [model])
-    handled = model.tasks.mean_load + model.tasks.mean_unload
+    least = handling_of(model, model.floor).means().least
+    _, mark, flow = split(goal.indicator)
+    handled = min(map(least, [flow] if mark == ":" else model.tasks.flows or [""]))
     if "cycle_time_" not in goal.indicator or goal.indicator.endswith("cv") or goal.sign > 0 or goal.value >= handled:
         return ""
     times = ((name, float(SECONDS[name]) / units.seconds) for name in ("min", "h"))

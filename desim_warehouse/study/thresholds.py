@@ -1,4 +1,6 @@
-"""Up to which value of an input a fleet is enough: runs at both ends of its range, and halfway between where it turns.
+"""Tipping points, for `desim plan --uncertain`: up to which value of an input a fleet is enough.
+
+Runs are done at both ends of the input's range, and then halfway between the probes where the verdict changes.
 
 The probes of an input share their days, so that what differs between them is the input. Halving goes on while runs tell
 on which side of the target a probe lies; the last three probes give the interval (`statistics.thresholds`).
@@ -39,7 +41,7 @@ _LEVEL = 0.995
 
 @dataclass(frozen=True)
 class InputThreshold:
-    """The value at which an input makes a fleet too small within its range, all else as the model has it.
+    """The tipping point of an input: the value at which it makes the fleet too small, all else as in the model.
 
     `enough`: whether the fleet is enough at the lowest and at the highest value. `at`: where that turns, with the ends
     of its interval in `within`; both None where it does not. `confirmed`: runs tell on both sides of it; without a
@@ -57,7 +59,7 @@ class InputThreshold:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """The thresholds of inputs, in the order in which they were named, for the fleet of the model."""
+    """The tipping points of inputs, in the order in which they were named, for the fleet of the model."""
 
     target: Target
     inputs: tuple[InputThreshold, ...]
@@ -69,7 +71,9 @@ class Thresholds:
 def thresholds(
     model: Source, target: str, uncertain: Mapping[str, tuple[float, float]], *, search: Search = USUAL
 ) -> Thresholds:
-    """Find up to which value of each input the fleet of a model is enough, the other inputs as the model has them.
+    """Find the tipping point of each input for the fleet of a model, the other inputs as the model has them.
+
+    The tipping point is the value up to which the fleet is enough.
 
     The arguments, and what is raised, are those of `questions.tipping.tipping_points`.
     """
@@ -122,17 +126,17 @@ class _Input:
 
     @property
     def turns(self) -> bool:
-        """Whether the fleet is enough at one end of the range only."""
+        """Whether the input has a tipping point: the fleet is enough at one end of the range only."""
         return self.is_enough(self.low) != self.is_enough(self.high)
 
     def is_told(self, probe: float) -> bool:
-        """Whether the runs of a probe decide on which side of the target it lies."""
+        """Whether the runs of a probe are enough to show on which side of the target it lies."""
         days = self.days[probe]
         error = t_quantile(len(days) - 1, _LEVEL) * float(days.std(ddof=1)) / math.sqrt(len(days))
         return abs(float(days.mean()) - self.goal.value) > error
 
     def narrow(self) -> None:
-        """Move the end on the middle's side to the middle, and take another middle."""
+        """Halve the range (bisection): move one end to the middle, and take another middle."""
         if self.is_enough(self.middle) == self.is_enough(self.below):
             self.below = self.middle
         else:
@@ -140,7 +144,7 @@ class _Input:
         self.middle = (self.below + self.above) / 2
 
     def threshold(self) -> InputThreshold:
-        """The threshold that follows from the runs."""
+        """Return the tipping point that follows from the runs."""
         enough = self.is_enough(self.low), self.is_enough(self.high)
         if not self.turns:
             are_told = self.is_told(self.low) and self.is_told(self.high)

@@ -1,4 +1,4 @@
-"""How long a lifelong model takes to settle: deliveries and cycle times over time, and where MSER-5 cuts.
+"""How long a lifelong model takes to settle, for `desim warm-up`: deliveries and cycle times, and where MSER-5 cuts.
 
 For each design the longer cut of throughput and cycle time counts, from five pilot runs in 1,000 equal spans. Of 60
 M/M/1 queues with 3,000 tasks and load 0.8, which settle at once, 1 was then said not to settle; with 200 spans 12.
@@ -36,7 +36,7 @@ Observed = Literal["throughput", "cycle_time"]
 
 @dataclass(frozen=True, eq=False)
 class Settling:
-    """When a model has settled.
+    """The time after which a model is in steady state (settled): the end of its warm-up.
 
     `time`: for `run.warm_up`, in the model's time unit, None if the runs are too short to tell. `width`: time
     between observations. `unit`: what was observed. `series`: the observations over time, means of the replications.
@@ -51,7 +51,7 @@ class Settling:
     series: NDArray[np.float64]
 
     def figure(self) -> Figure:
-        """Batch means over time, the cut, and below them the statistic whose minimum it is."""
+        """Draw batch means over time, the cut, and below them the statistic whose minimum it is."""
         from matplotlib.figure import Figure
 
         drawn = Figure(figsize=(7.5, 5.5), layout="constrained")
@@ -105,7 +105,7 @@ def settle(
 def settle_designs(
     plan: StudyPlan, designs: Sequence[Point], executor: Executor, done: Callable[[Outcome], None]
 ) -> tuple[tuple[float, ...], list[str]]:
-    """The warm-up of each design from five pilot runs of it, and remarks on designs without a finished pilot run.
+    """Find the warm-up of each design from five pilot runs, with remarks on designs that finished none.
 
     It is the longer of the warm-ups by throughput and by cycle time. A design that has not settled by the middle of its
     runs is counted from there on, and a design without a finished pilot run as its model says.
@@ -146,7 +146,7 @@ def settle_designs(
 
 
 def steady_length(model: Model) -> float:
-    """The length of the runs of a model that has a steady state.
+    """Return the length of the runs of a model that has a steady state.
 
     Raises:
         StudyError: where its work ends.
@@ -175,7 +175,7 @@ def _settling(model: Model, spans: Sequence[Spans], observed: Observed) -> Settl
 
 
 def _filled(counts: Sequence[int], times: Sequence[float]) -> list[float]:
-    """Mean cycle times by interval; an interval without a delivery takes over the mean of the interval before."""
+    """Return mean cycle times by interval; an interval without a delivery takes the mean of the interval before."""
     filled: list[float] = []
     for count, time in zip(counts, times, strict=True):
         filled.append(time / count if count else filled[-1] if filled else 0.0)

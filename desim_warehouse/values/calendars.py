@@ -50,7 +50,7 @@ class Hours:
         return begin <= time
 
     def following(self, time: float) -> Stretch:
-        """The stretch that a time is in, or the next one after it, (inf, inf) where there is none.
+        """Return the stretch that a time is in, or the next one after it; (inf, inf) where there is none.
 
         Where one touches the next, at the end of a period, it goes on.
         """
@@ -63,12 +63,12 @@ class Hours:
         return (begin, end) if end - begin < self.period else (begin, math.inf)
 
     def changes(self, time: float) -> float:
-        """The next time after a given one at which it opens or closes, or inf."""
+        """Return the next time after a given one at which the calendar opens or closes, or inf."""
         begin, end = self.following(time)
         return end if begin <= time else begin
 
     def open_time(self, time: float) -> float:
-        """The time for which it has been open from the start of the run to a time."""
+        """Return the time for which the calendar has been open from the start of the run to a time."""
         total, now = 0.0, 0.0
         if math.isfinite(self.period) and time - max(self.since, 0.0) > self.period:
             start = max(self.since, 0.0)
@@ -84,7 +84,7 @@ class Hours:
         return total
 
     def when_open(self, amount: float) -> float:
-        """The time by which it has been open for that long since the start of the run, or inf."""
+        """Return the time by which the calendar has been open for so long since the start of the run, or inf."""
         now = max(self.since, 0.0)
         a_period = math.fsum(b - a for a, b in self.stretches)
         if math.isfinite(self.period) and amount > a_period:
@@ -102,7 +102,7 @@ class Hours:
             now = end
 
     def between(self, begin: float, end: float) -> Iterator[Stretch]:
-        """The stretches of a part of the run, cut off at its ends."""
+        """Yield the stretches of a part of the run, cut off at its ends."""
         now = begin
         while now < end:
             first, last = self.following(now)
@@ -112,7 +112,7 @@ class Hours:
             now = last
 
     def share(self, begin: float, end: float) -> float:
-        """The part of the time between two times in which it is open.
+        """Return the share of the time between two times in which the calendar is open.
 
         If there is no end, of a period, else of the time until it closes for good.
         """
@@ -124,7 +124,7 @@ class Hours:
         return 1.0 if math.isinf(last) else self.share(0.0, last)
 
     def _next(self, time: float) -> Stretch:
-        """The stretch that a time is in, or the next one after it, where touching stretches count as two."""
+        """Return the stretch that a time is in, or the next one after it, where touching stretches count as two."""
         now = max(time, self.since)
         rounds = math.floor((now + self.phase) / self.period) if math.isfinite(self.period) else 0
         for extra in (0, 1):
@@ -138,7 +138,7 @@ class Hours:
 
 
 def clock_time(text: str) -> float:
-    """Seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
+    """Return the seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
 
     Nothing else is taken, such as offsets from UTC: the times of a run have no time zone.
 
@@ -154,7 +154,7 @@ def clock_time(text: str) -> float:
 
 
 def in_24_hours(text: str) -> str:
-    """A time of day such as `6 am`, `10:30 pm` or `22 Uhr` as `06:00`, `22:30` or `22:00`; any other text as it is."""
+    """Rewrite a time of day such as `6 am` or `22 Uhr` as `06:00` or `22:00`; any other text stays."""
     seconds = None if _CLOCK.fullmatch(text) else time_of_day(text)
     if seconds is None or seconds % 1:
         return text
@@ -163,7 +163,7 @@ def in_24_hours(text: str) -> str:
 
 
 def clock_of(start: str) -> float:
-    """The time of day in seconds of the `start` of a run, which may have a date."""
+    """Return the time of day in seconds of the `start` of a run, which may have a date."""
     return clock_time(start.rpartition("T")[2])
 
 
@@ -186,7 +186,7 @@ def _ends(span: str) -> Stretch:
 
 
 def seconds_of(span: str) -> Stretch:
-    """A stretch of the day in seconds from midnight; past midnight it ends on the next day."""
+    """Return a stretch of the day in seconds from midnight; past midnight it ends on the next day."""
     first, last = _ends(span)
     return first, last if last > first else last + DAY
 
@@ -205,7 +205,7 @@ class Shifts(Part):
     )
 
     def hours(self, start: str, second: float) -> Hours:
-        """On the clock of a run that starts at `start`, in its time units (`second`: a second in them)."""
+        """Return the stretches on the clock of a run that starts at `start`; `second`: a second in its time units."""
         day, _, clock = start.rpartition("T")
         weekday = dt.date.fromisoformat(day or MONDAY).weekday()
         phase = weekday * DAY + clock_time(clock)
@@ -218,7 +218,7 @@ class Shifts(Part):
         return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
 
     def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
-        """The shifts in a few words."""
+        """Return the shifts in a few words."""
         breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
         days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
         return f"{', '.join(self.open)}{breaks}{days}"
@@ -250,11 +250,11 @@ class Pattern(Part):
         return lasts
 
     def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
-        """On the clock of a run."""
+        """Return the stretches on the clock of a run."""
         return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
 
     def words(self, unit: str) -> str:
-        """The pattern in a few words."""
+        """Return the pattern in a few words."""
         first = f", from {self.first:g} on" if self.first else ""
         return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
 
@@ -276,11 +276,11 @@ class Stretches(Part):
         return stretches
 
     def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
-        """On the clock of a run."""
+        """Return the stretches on the clock of a run."""
         return Hours(merged(self.between))
 
     def words(self, unit: str) -> str:
-        """The stretches in a few words."""
+        """Return the stretches in a few words."""
         return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
 
 
@@ -333,7 +333,7 @@ ALWAYS = Hours([(0.0, math.inf)])
 
 
 def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
-    """Stretches in order, with those that touch or overlap joined."""
+    """Sort stretches, and join those that touch or overlap."""
     joined: list[Stretch] = []
     for begin, end in sorted(stretches):
         if joined and begin <= joined[-1][1]:
@@ -344,13 +344,13 @@ def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
 
 
 def wrapped(stretches: Iterable[Stretch], period: float) -> list[Stretch]:
-    """Stretches of one period, with the part beyond its end moved to its beginning."""
+    """Move the part of stretches beyond the end of one period to its beginning."""
     cut = [(begin, min(end, period)) for begin, end in stretches]
     return merged([*cut, *((0.0, end - period) for _, end in stretches if end > period)])
 
 
 def without(stretches: Iterable[Stretch], others: Iterable[Stretch]) -> list[Stretch]:
-    """The rest of stretches when others are cut out of them."""
+    """Return the rest of stretches when others are cut out of them."""
     left = []
     gaps = merged(others)
     for begin, end in stretches:

@@ -72,7 +72,7 @@ _FIXED = re.compile(r"\.(\d+)")
 
 
 def time_of_day(text: str) -> float | None:
-    """Seconds from midnight to a time of day, such as 06:15, 6:15:30 pm, 6 am or 22 Uhr; None for anything else.
+    """Return the seconds from midnight to a time such as 06:15, 6:15:30 pm or 22 Uhr; None for anything else.
 
     24:00 ends the day, and 25:10 is 01:10 on the next, as timetables write it.
     """
@@ -83,7 +83,7 @@ def time_of_day(text: str) -> float | None:
 
 
 def _seconds(parts: re.Match[str], below: int) -> float | None:
-    """Seconds of a clock, if its hour is below a bound."""
+    """Return the seconds of a clock, if its hour is below a bound; else None."""
     hour, half = int(parts["hour"] or 0), parts["half"]
     if half and not 1 <= hour <= _MONTHS_OF_A_YEAR:
         return None
@@ -121,7 +121,7 @@ def read_date(text: str, slashes: Slashes | None = None) -> dt.datetime | None:
 
 
 def _offset(zone: str | None) -> dt.timezone | None:
-    """The offset from UTC that `+01:00`, `-0530` or `Z` names; raises ValueError for one of a day or more."""
+    """Return the offset from UTC that `+01:00`, `-0530` or `Z` names; raises ValueError for one of a day or more."""
     if zone is None:
         return None
     digits = re.sub(r"\D", "", zone) + "0000"
@@ -130,7 +130,7 @@ def _offset(zone: str | None) -> dt.timezone | None:
 
 
 def _in_digits(text: str) -> str:
-    """`Mo, 2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; any other text as it is."""
+    """Rewrite `Mo, 2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; any other text stays."""
     text = _AROUND.sub("", text)
     match = _WORDED.match(text)
     month = match and _MONTHS.get((match["month"] or match["month2"]).casefold())
@@ -140,7 +140,7 @@ def _in_digits(text: str) -> str:
 
 
 def settled(texts: Iterable[str]) -> Slashes | None:
-    """The order of day and month in dates with slashes or hyphens, where some have one reading only; else None."""
+    """Return the order of day and month in dates with slashes, if some dates have one reading only; else None."""
     readings: set[Slashes] = set()
     for text in texts:
         if (parts := _SLASHES.match(text)) is not None:
@@ -170,7 +170,10 @@ class Times:
     notes: list[str] = field(default_factory=list)
 
     def since_1970(self) -> list[float]:
-        """Seconds since 1970, nan for what is none; dates without an offset are UTC, times of day of the first day."""
+        """Return seconds since 1970, nan for other cells; dates without an offset from UTC are taken as UTC.
+
+        Times of day are those of the first day.
+        """
         return [
             _instant(date or (number if math.isnan(clock) else clock))
             for number, clock, date in zip(self.numbers, self.clocks, self.dates, strict=True)
@@ -246,7 +249,7 @@ def _number(text: str) -> float:
 
 
 def _parted(text: str) -> str:
-    """The date and the time of day of 20260302061500, apart."""
+    """Return the date and the time of day of 20260302061500, apart."""
     return f"{text[:8]} {text[8:]}".strip()
 
 
@@ -271,7 +274,7 @@ def are_days_of_excel(numbers: Sequence[float], *, whole: bool = False) -> bool:
 
 
 def of_excel(text: str) -> dt.datetime:
-    """A day since 1900 as a date: to the minute where its digits say no more, else to the second."""
+    """Return a day since 1900 as a date: to the minute where its digits say no more, else to the second."""
     text = text.replace(",", ".")
     seconds, digits = float(text) * _DAY, _FIXED.search(text)
     exact = _DAY / 10.0 ** (len(digits[1]) if digits else 0)
@@ -295,7 +298,7 @@ def instant(stamp: Any, slashes: Slashes | None = None) -> float:
 
 
 def _instant(time: Any) -> float:
-    """A date or a number in seconds since 1970, nan for what is none from 1970 to 2099."""
+    """Return a date or a number in seconds since 1970, nan for what is none from 1970 to 2099."""
     try:
         if isinstance(time, dt.datetime):
             seconds = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()

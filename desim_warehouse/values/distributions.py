@@ -80,7 +80,7 @@ class Distribution(Part, ABC):
         return self.has_spread
 
     def words(self, unit: str) -> str:
-        """The distribution in words, such as `lognormal, mean 8 s, cv 0.4`."""
+        """Return the distribution in words, such as `lognormal, mean 8 s, cv 0.4`."""
         between = f" {self.range} {unit}" if self.range else ""
         return f"{self.kind}{between}, mean {amount(self.mean)} {unit}, cv {amount(self.cv)}"
 
@@ -410,7 +410,7 @@ Varying = Annotated[
 
 
 def scaled(time: float | Distribution, factor: float) -> float | Distribution:
-    """A time that may vary, made `factor` times as long."""
+    """Return a time that may vary, made `factor` times as long."""
     if not isinstance(time, Distribution):
         return time * factor
     return type(time).model_validate({time.kind: _times(time.content()[time.kind], factor)})
@@ -423,12 +423,12 @@ def _times(value: Any, factor: float) -> Any:
 
 
 def mean_of(time: float | Distribution) -> float:
-    """The mean of a time that may vary."""
+    """Return the mean of a time that may vary."""
     return time.mean if isinstance(time, Distribution) else time
 
 
 def mean_left(time: float | Distribution) -> float:
-    """The mean rest of a time that is under way, seen at any instant, with unknown begin: E[S²] / (2 E[S]).
+    """Return the mean rest of a time that is under way, seen at any instant, with unknown begin: E[S²] / (2 E[S]).
 
     It is the mean residual time of renewal theory.
     """

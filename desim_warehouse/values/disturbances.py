@@ -83,5 +83,5 @@ class DelaySpec(Part):
     )
 
     def is_random(self, model: Any) -> bool:
-        """Whether it is left to chance at which nodes time is lost, or how much."""
+        """Whether chance decides at which nodes time is lost, or how much."""
         return 0 < self.share < 1 or (self.share > 0 and super().is_random(model))

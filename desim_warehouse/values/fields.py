@@ -64,12 +64,12 @@ NUMBER = (int, float)
 
 
 def wrong(text: str, *below: str | int) -> PydanticCustomError:
-    """The error that a validator raises: its text in our words, and the keys below the value that it checks."""
+    """Return the error that a validator raises: its text in our words, and the keys below the value that it checks."""
     return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
 
 
 def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
-    """The error that a validator raises where several things are wrong."""
+    """Return the error that a validator raises where several things are wrong."""
     return ValidationError.from_exception_data(
         "values", [InitErrorDetails(type=problem, input=None) for problem in problems]
     )
@@ -243,7 +243,10 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def content(self) -> Any:
-        """The section as plain JSON values: with defaults, but without keys empty (none) by default and here."""
+        """Return the section as plain JSON values, defaults included.
+
+        A key is left out if its value is empty (`_EMPTY`) and its default too, so that the file says nothing about it.
+        """
         return {
             info.alias or name: as_json(value)
             for name, info in type(self).model_fields.items()
@@ -251,7 +254,7 @@ class Part(BaseModel):
         }
 
     def is_random(self, model: Any) -> bool:
-        """Whether it draws random numbers in runs of this model: by default, where a part of it does.
+        """Whether the section draws random numbers in runs of this model: by default, where a part of it does.
 
         Sections that draw numbers themselves override this; it is known before a run.
         """
@@ -315,19 +318,22 @@ class Known:
 
 
 def known(info: ValidationInfo) -> Known:
-    """The parts of the model read before the value that is checked; nothing for a section that is read by itself."""
+    """Return the parts of the model read before this value; none for a section that is read by itself."""
     return info.context if isinstance(info.context, Known) else Known()
 
 
 def sections_in(annotation: Any) -> list[type[Part]]:
-    """The sections that a key with this annotation may hold, in any of its forms, by name or in a list."""
+    """Return the sections that a key with this annotation may hold, in any of its forms, by name or in a list."""
     if isinstance(annotation, type) and issubclass(annotation, Part):
         return [annotation]
     return [section for inner in get_args(annotation) for section in sections_in(inner)]
 
 
 def parts_in(value: Any, wanted: tuple[type[Part], ...], place: str = "") -> Iterator[tuple[str, Part]]:
-    """The sections of some kinds in a section, each with its dotted key; long lists that hold none are passed over."""
+    """Yield the sections of some kinds in a section, each with its dotted key.
+
+    Long lists that hold none are passed over.
+    """
     if isinstance(value, Part):
         if isinstance(value, wanted):
             yield place, value
@@ -342,7 +348,7 @@ def parts_in(value: Any, wanted: tuple[type[Part], ...], place: str = "") -> Ite
 
 @cache
 def _with_parts(section: type[Part], wanted: tuple[type[Part], ...]) -> tuple[str, ...]:
-    """The keys of a section that may hold sections of some kinds."""
+    """Return the keys of a section that may hold sections of some kinds."""
     return tuple(
         name
         for name, info in section.model_fields.items()
@@ -352,7 +358,7 @@ def _with_parts(section: type[Part], wanted: tuple[type[Part], ...]) -> tuple[st
 
 @cache
 def _with_chance(section: type[Part]) -> tuple[str, ...]:
-    """The keys of a section that may hold something random, so that long lists of edges are not searched for it."""
+    """Return the keys of a section that may hold something random, so that long lists of edges are skipped."""
     return tuple(
         name
         for name, info in section.model_fields.items()
@@ -370,7 +376,7 @@ def _any_random(value: Any, model: Any) -> bool:
 
 
 def as_json(value: Any) -> Any:
-    """A value of a model as JSON knows it, with 4.0 as 4, so that both are one."""
+    """Return a value of a model as JSON knows it, with 4.0 as 4, so that both are one."""
     if isinstance(value, Part):
         return value.content()
     if isinstance(value, Mapping):
@@ -428,7 +434,7 @@ def form(tag: str) -> Tag:
 
 
 def by_type(**forms: type | tuple[type, ...]) -> Callable[[Any], str | None]:
-    """Tell the forms of a key apart by the type of the value. A section may be a mapping, or a Part already."""
+    """Return a function that chooses a key's form by the type of its value; a section may be a mapping or a Part."""
 
     def pick(value: Any) -> str | None:
         return next((f"\0{tag}" for tag, types in forms.items() if isinstance(value, types)), None)

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def heading(title: Any) -> tuple[str, str | None]:
-    """A heading in small letters and digits alone, and the unit in brackets behind it, None for none.
+    """Return a heading in small letters and digits alone, and the unit in brackets behind it, None for none.
 
     `Max. speed [m/s]` and `max_speed [m/s]` are both `maxspeed`, in `m/s`.
     """

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def readable(label: Any) -> str:
-    """A label in the name of a row: lists and sections as in a model file, `[M, N]` or `poisson 200`."""
+    """Return a label in the name of a row: lists and sections as in a model file, `[M, N]` or `poisson 200`."""
     if not isinstance(label, str) or not label.startswith(("[", "{")):
         return str(label)
     try:
@@ -31,7 +31,7 @@ def _written(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A value of a factor in a form that can be compared and sorted: a list or section as JSON text."""
+    """Return a value of a factor in a form that can be compared and sorted: a list or section as JSON text."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, dict | list | tuple):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def whole_seed(seed: int) -> int:
-    """A seed, refused where no run could be repeated with it; raises ModelError."""
+    """Return a seed, refused where no run could be repeated with it; raises ModelError."""
     try:
         number = -1 if isinstance(seed, bool) else operator.index(seed)
     except TypeError:
@@ -34,7 +34,7 @@ class Streams:
         self.used = False
 
     def stream(self, purpose: str, entity: int = 0) -> Generator:
-        """A new stream for a purpose and the entity, such as a robot, that it is for."""
+        """Return a new stream for a purpose and the entity, such as a robot, that it is for."""
         from numpy.random import PCG64, Generator, SeedSequence
 
         self.used = True

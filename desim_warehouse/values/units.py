@@ -61,7 +61,7 @@ class UnitNames:
 
 
 def quantity(text: str, kind: str, units: UnitNames, bare: str = "") -> float:
-    """A number, with a unit or without, in the units of a model.
+    """Return a number, with a unit or without, in the units of a model.
 
     Args:
         text: such as `5 min` or `300`.
@@ -91,7 +91,7 @@ def _a(kind: str) -> str:
 
 
 def converted(text: str, kind: str, units: UnitNames) -> float | None:
-    """A quantity in the units of a model, or None where the text is none.
+    """Return a quantity in the units of a model, or None where the text is none.
 
     Args:
         text: a number and a unit.

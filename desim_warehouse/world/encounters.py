@@ -58,7 +58,7 @@ def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
 def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[Start]) -> None:
     """Add to what robots have counted that people came into an aisle with them, and tally the visits of people.
 
-    `visits` begin in the counted time; `time` is their time within it for all people, and `shared` the part with a
+    `visits` begin in the evaluation period; `time` is their time within it for all people, and `shared` the part with a
     robot in the aisle.
     """
     stays = _stays(log, starts)

@@ -139,7 +139,7 @@ class World:
         self._stand_on_lanes()
 
     def _users_of_lifts(self) -> dict[str, LiftUsers]:
-        """Return who has lifts beside robots, by the name of the lift."""
+        """Return the people and repairs that use each lift beside robots, by the name of the lift."""
         model = self.model
         return {
             lift.name: LiftUsers(
@@ -158,7 +158,7 @@ class World:
         return people
 
     def _find_ways(self, restrictions: Restrictions) -> None:
-        """Make routes, and free driving times: by what the routing policy looks for, so it is made first."""
+        """Make routes and free driving times, first of all, because other parts read them."""
         model, layout = self.model, self.layout
         routing = _policy("routing", model.policies.routing)
         self.travel = free_travel(model, layout)
@@ -177,7 +177,7 @@ class World:
         self.bays = _bays(env, layout, homes, kinds, batteries, streams, keep=keep)
 
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
-        """Make what says which work energy and hours let robots do, and where robots go that leave their work."""
+        """Make the parts that say which work energy and hours allow, and where robots go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
         handling = self.handling.said.means()
         routes = self.routes
@@ -213,7 +213,7 @@ class World:
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
 
     def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool, demand: Callable[..., Orders]) -> None:
-        """Make the source of tasks, and who gives them out; the dispatcher tells the source what is in hand."""
+        """Make the source of tasks and the dispatcher, which tells the source what robots have in hand."""
         env, model, policies = self.env, self.model, self.model.policies
         self.demand = demand(env, model, self.layout, self.streams)
         self.finished = Event(env)
@@ -248,7 +248,7 @@ class World:
             self.batcher = Batcher(env, batching, model.fleet, self.travel, to_come=to_come, dispatcher=self.dispatcher)
 
     def _pods(self) -> Pods | None:
-        """Make what stands, with pods, between the orders and the dispatcher, whose tasks are then visits of pods."""
+        """Make the pods, which stand between the orders and the dispatcher: its tasks are then visits of pods."""
         model, spec = self.model, self.model.pods
         if spec is None:
             return None
@@ -327,7 +327,7 @@ class World:
     def run(self, until: float | None = None) -> World:
         """Simulate until all goods are delivered and all robots back in a bay, or for the length of the run.
 
-        Not beyond `until`.
+        The run ends at `until` at the latest.
         """
         self.begin(until)
         self.go_on()
@@ -363,7 +363,7 @@ class World:
         return take
 
     def go_on(self) -> bool:
-        """Simulate up to the next decision that is asked for (True), or to the end (False)."""
+        """Simulate up to the next decision that is asked for (True), or to the end of the run (False)."""
         try:
             if not self.env.run_to(self.over):
                 raise StallError(self._stalled())
@@ -409,7 +409,7 @@ class World:
         return less(robots, before[0]), less(edges, before[1]), less(nodes, before[2]), less(stations, before[3])
 
     def _worked(self) -> None:
-        """Note that a load unit in a station has been worked on, maybe the last thing that the run waits for."""
+        """Note that a load unit in a station has been worked on, which may be the last thing the run waits for."""
         self.dispatcher.end_if_done()
 
     def _stalled(self) -> str:
@@ -426,19 +426,19 @@ class World:
         )
 
     def _out_of_stock(self) -> str:
-        """Say which items lines wait for and no pod has now."""
+        """Return the words on items that lines wait for and that no pod has now; empty where there are none."""
         gone = [] if self.pods is None else self.pods.out_of_stock()
         return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
 
     def _doing(self) -> str:
-        """Say, if nothing else explains it, that nothing was asked for, or what robots do."""
+        """Return, if nothing else explains a stall, the words that nothing was asked for, or on what the robots do."""
         if not self.demand.total:
             return "; no task was ever asked for: the goods, schedules and files of this model ask for none"
         doing = Counter(robot.state for robot in self.robots)
         return f"; robots: {', '.join(f'{count} {words}' for words, count in doing.items())}"
 
     def _hours(self) -> str:
-        """Say who waits for hours that do not come again, or do not meet."""
+        """Return the words on tasks and robots that wait for hours that do not come again, or do not meet."""
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
@@ -464,7 +464,7 @@ class World:
         return f"the hours of {spoken(parties)}"
 
     def _closed(self) -> str:
-        """Say which edges will not open again, before which robots wait."""
+        """Return the words on edges that will not open again, before which robots wait."""
         shut = {}
         for robot in self.robots:
             claim = robot.body.claim
@@ -474,12 +474,12 @@ class World:
         return f"; closed, and never open again: {edges} (traffic.closures)" if edges else ""
 
     def _in_no_batch(self) -> str:
-        """Say how many tasks the batching policy has put into no batch, if there are some."""
+        """Return the words on how many tasks the batching policy has put into no batch; empty where there are none."""
         count = 0 if self.batcher is None else sum(map(len, self.batcher.waiting))
         return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
-        """Say why no robot takes the first open task, if the battery is the reason."""
+        """Return why no robot takes the first open task, if batteries are the reason; else an empty text."""
         task = next(iter(self.dispatcher.open.values()), None)
         views = [robot.view() for robot in self.robots]
         if task is None or not any(may_do(robot, task) for robot in views):
@@ -492,7 +492,7 @@ class World:
 def _settled(
     model: Model, streams: Streams, fleets: SettledFleets, heed: Callable[[Clock], object] | None
 ) -> Fleet | None:
-    """Return how the fleet stands at the start if its batteries are settled; None if not, or without a long run."""
+    """Return the state of a settled fleet at the start; None if batteries are not settled, or work ends."""
     if model.fleet.start_energy != "settled" or not has_long_run(model):
         return None
 
@@ -547,7 +547,7 @@ def _traffic(
 
 
 def _rule(model: Model, layout: Layout) -> Rule:
-    """Return what keeps robots from being stuck: traffic.gridlock, or what fits the lanes."""
+    """Return the rule that keeps robots from being stuck: traffic.gridlock, or the rule that fits the lanes."""
     rule = model.traffic.gridlock
     if rule == "auto":
         return "avoid" if layout.two_way else "rotate"

@@ -15,6 +15,8 @@ from tests.daily import some
 
 HERE = Path(__file__).parent / "silent"
 FILES = sorted(HERE.glob("[0-9]*.yaml"))
+MEASURED = {"24_warm_up_60"}
+"""Whose words have a time to four digits, for which a probe must be whole."""
 
 
 def findings(changes):
@@ -27,9 +29,11 @@ def test_there_are_84_of_28_kinds_in_a_warehouse_that_is_sound():
     assert findings({}) == []
 
 
-@pytest.mark.slow  # each measures a robot on the real engine: 13 s of processor in all
+@pytest.mark.slow  # each measures a robot on the real engine
 @pytest.mark.parametrize("file", some(FILES[::-1], 3), ids=lambda file: file.stem)
-def test_a_mistake_is_named(file):
+def test_a_mistake_is_named(file, request):
+    if file.stem not in MEASURED:
+        request.getfixturevalue("brief_probes")
     said = file.with_suffix(".txt").read_text(encoding="utf-8").splitlines()
     assert said
     assert findings(read_yaml(file.read_text(encoding="utf-8"), file.name).data) == said

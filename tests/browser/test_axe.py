@@ -181,13 +181,13 @@ LONG = (
 
 
 SCREENS = [("light", (390, 844)), ("dark", (1400, 900)), ("light", (1400, 900))]
-"""The first two every day: both grounds and both sizes."""
+"""Every day the first of them for one page, the second for the next: both grounds and both sizes."""
 
 
 @pytest.mark.parametrize(
     ("make", "screens"),
     [
-        *((make, SCREENS[:2]) for make in DAILY),
+        *((make, [SCREENS[rank % 2]]) for rank, make in enumerate(DAILY)),
         *(pytest.param(make, SCREENS, marks=pytest.mark.long) for make in (*DAILY, *LONG)),
     ],
 )

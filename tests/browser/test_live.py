@@ -159,6 +159,7 @@ def test_as_many_runs_more_and_stop(page):
     assert page.ask("live.answer.n") == before + 35
 
 
+@pytest.mark.long  # every day six moves without a browser, in tests/live
 def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind(page, live):
     page.done("3 robots")
     knob, begin = page.browser.find_element("id", "knob-0"), monotonic()
@@ -197,17 +198,11 @@ def test_the_floor_shows_robots_of_the_design(page):
     page.until(f"live.watch.player.time !== {first}")
 
 
-def test_the_target_can_be_moved(page):
+def test_the_target_can_be_moved_and_the_slider_wears_the_verdicts_of_what_was_tried(page):
     page.done("3 robots")
     page.browser.execute_script(SLIDE, "target", 3)
     page.until("live.answer.verdict === 'not met' && live.target === 3")
     assert page.text("verdict") == "Not met"
-
-
-def test_the_slider_wears_the_verdicts_of_what_was_tried(page):
-    page.done("3 robots")
-    page.browser.execute_script(SLIDE, "target", 3)
-    page.until("live.answer.verdict === 'not met'")
     worn = "[...document.querySelectorAll('[data-key=\"fleet.size\"] .worn')].map((one) => one.className)"
     page.until(f"{worn}.some((kinds) => kinds.includes('not-met'))")
 

@@ -44,7 +44,7 @@ def waits(run):
     return [(row[0] - row[6], row[0], row[2]) for row in run.record.rows if row[1] == "collision"]
 
 
-@pytest.mark.parametrize("name", some(RUNS, 3))
+@pytest.mark.parametrize("name", some(RUNS, 6))
 def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tmp_path, name):
     page = Page(browser, RUNS[name](), tmp_path)
     for button in ("heat", "theme", "help", "play"):
@@ -56,7 +56,7 @@ def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tm
     assert page.requests() == []
 
 
-@pytest.mark.parametrize("name", some(RUNS, 4))
+@pytest.mark.parametrize("name", some(RUNS, 5))
 def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser, tmp_path, name):
     run = RUNS[name]()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
@@ -290,7 +290,7 @@ def test_a_page_in_a_hidden_frame_loads_without_a_complaint(browser, tmp_path):
         browser.switch_to.default_content()
 
 
-@pytest.mark.parametrize("make", [paper_run, busy_run, jammed_run])
+@pytest.mark.parametrize("make", some([jammed_run, paper_run, busy_run], 3))
 def test_the_story_stops_where_it_says_and_ends_with_the_totals(browser, tmp_path, make):
     page = Page(browser, make(), tmp_path)
     stops = page.ask("page.header.stops")

@@ -156,7 +156,7 @@ def test_pointing_at_a_robot_tells_what_it_does(page):
     assert "battery" in page.text("tip")
 
 
-@pytest.mark.parametrize(("width", "high"), [(360, 780), (390, 844)])
+@pytest.mark.parametrize(("width", "high"), [(360, 780), pytest.param(390, 844, marks=pytest.mark.long)])
 def test_it_fits_a_phone(page, width, high):
     page.enlarge(width, high, deviceScaleFactor=2, mobile=True)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
@@ -179,7 +179,10 @@ def test_it_fits_a_phone(page, width, high):
     assert max(item["bottom"] - item["top"] for item in boxes(page, "#scale span")) < 24
 
 
-@pytest.mark.parametrize(("width", "high"), [(1400, 900), (1024, 700), (390, 844)])
+@pytest.mark.parametrize(
+    ("width", "high"),
+    [(1400, 900), *(pytest.param(*size, marks=pytest.mark.long) for size in ((1024, 700), (390, 844)))],
+)
 def test_two_runs_fit_any_screen(browser, tmp_path, width, high):
     page = Page(browser, people_run(), tmp_path, beside=people_run())
     page.enlarge(width, high, mobile=width < 500)

@@ -13,6 +13,8 @@ from desim_warehouse.cli import COMMANDS, desim
 from desim_warehouse.errors import StudyError
 from desim_warehouse.questions.run import words as run_words
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MODEL = "models/multibots.yaml"
 
 

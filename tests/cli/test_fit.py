@@ -10,6 +10,8 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.fit import fit
 
+pytestmark = pytest.mark.usefixtures("fewer_samples")
+
 
 def call(*arguments):
     return CliRunner().invoke(desim, ["fit", *map(str, arguments)], catch_exceptions=False)

@@ -7,6 +7,8 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 
+pytestmark = pytest.mark.usefixtures("fewer_samples")
+
 HALL = """
 name: one robot
 layout:

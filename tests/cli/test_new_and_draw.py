@@ -18,6 +18,8 @@ from desim_warehouse.plot import floor
 from desim_warehouse.questions.check import check
 from tests.docs import pages
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 def call(*arguments, **options):
     return CliRunner().invoke(desim, arguments, catch_exceptions=False, **options)

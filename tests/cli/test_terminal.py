@@ -4,11 +4,15 @@ import os
 import re
 import sys
 
+import pytest
+
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.cli import _Formatter, terminal
 from desim_warehouse.cli.answers import COLOURS, say
 from tests.cli.test_commands import call
 from tests.docs.pages import run_desim
+
+pytestmark = pytest.mark.usefixtures("brief_probes")
 
 LONG = "warning: somewhere: " + "words " * 30 + "[CODE]"
 COLOURS_OF_TEXT = re.compile("\x1b\\[[0-9;]*m")

@@ -8,6 +8,8 @@ import pytest
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 from tests.docs import pages
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MODEL = """\
 layout:
   nodes: {A: [0, 0], B: [30, 0], C: [30, 10], E: [0, 10]}

@@ -16,6 +16,8 @@ from desim_warehouse.questions.check import check
 from desim_warehouse.working_day import Peak, WorkingDay, read_peak, read_shifts
 from tests.docs import pages
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALL = "--size 70x45 --orders 420/h --due 15min --shifts 06-22 --peak 11:30-13x1.6 --packers auto --inbound 60/h"
 
 

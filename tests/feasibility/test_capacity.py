@@ -11,6 +11,8 @@ from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 def test_two_robots_at_one_server():
     # 10 s at the desk, 40 s elsewhere: the second finds the other there for 10/50 of its time, and waits 10 s for it
@@ -45,6 +47,7 @@ MORE = [pytest.param(*counts, marks=pytest.mark.long) for counts in ((8, 2), (14
 
 
 @pytest.mark.parametrize(("robots", "chargers"), [(4, 1), *MORE])
+@pytest.mark.usefixtures("whole_probes")
 def test_a_saturated_fleet_does_what_is_said(robots, chargers):
     """Charging takes long, and robots queue for it: without queues up to half more would be told."""
     words = Draft(size=(40, 30), orders=100, robots=robots, chargers=chargers, stations=2)
@@ -71,6 +74,7 @@ def hall(changes):
 
 
 @pytest.mark.parametrize(("lanes", "asked"), [pytest.param("ring", 280, marks=pytest.mark.long), ("two-way", 200)])
+@pytest.mark.usefixtures("whole_probes")
 def test_check_says_between_what_an_overloaded_fleet_does_with_its_traffic(lanes, asked):
     model = hall({"layout.blocks.directions": lanes, "tasks.goods": {"poisson": asked}})
     least, most = check(model).calculation.range
@@ -78,6 +82,7 @@ def test_check_says_between_what_an_overloaded_fleet_does_with_its_traffic(lanes
     assert 0.98 * least <= dw.simulate(model, 2).kpis["throughput_per_hour"] / 3600 <= 1.02 * most
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_slots_of_stations_count_with_flows():
     """One slot for eight robots: they come to it one by one, which sums of their times do not see."""
     flows = {"orders": {"from": "storage", "to": "packing", "arrivals": {"poisson": 38}}}

@@ -119,7 +119,7 @@ ALONE = {
     "fleet.start": [],
     "tasks.goods": {"saturated": 3},
     "battery": {**BATTERY, "capacity": 1e9},
-    "run": {"length": 400000},
+    "run": {"length": 200_000},
     "log": "tasks",
     "policies": {},
 }
@@ -150,7 +150,7 @@ def test_a_robot_alone_takes_the_time_and_the_energy_of_the_estimate(name):
 
 
 @pytest.mark.parametrize("robots", [1, 6, *(pytest.param(robots, marks=pytest.mark.long) for robots in (3, 12, 20))])
-@pytest.mark.parametrize(("base", "length"), [("models/tutorial.yaml", 120_000), ("models/multibots.yaml", 400_000)])
+@pytest.mark.parametrize(("base", "length"), [("models/tutorial.yaml", 60_000), ("models/multibots.yaml", 200_000)])
 def test_no_run_does_more_than_the_bounds_allow(base, length, robots):
     """Asymptotic bounds: at most robots / cycle, at most what stations and intersections let through."""
     changes = {**ALONE, "battery": None, "fleet.size": robots, "run": {"length": length, "warm_up": 2000}}

@@ -13,6 +13,8 @@ from desim_warehouse.questions.check import check
 from tests.daily import some
 from tests.docs import pages
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 LARGE = pages.ROOT / "models" / "large.yaml"
 """Its check alone takes 5 s."""
 GALLERY = pages.ROOT / "docs" / "gallery.md"

@@ -17,6 +17,8 @@ from desim_warehouse.layout import build
 from desim_warehouse.questions.check import check
 from tests.world.test_hours import SQUARE
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 PLANNER = Path(__file__).with_name("planner.yaml")
 DEFAULTS = {"policies": {}, "battery.charge_rate": 0.009}
 """Twelve robots that draw as much as 4.3 chargers give, and there are four."""
@@ -84,6 +86,7 @@ def test_the_cures_help(cure):
     assert dw.simulate(planner(changes), seed=1).kpis["tasks"] > 1100
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_two_chargers_do_not_last_though_a_shift_looks_well():
     found = codes(TWO)["CHARGERS_SHORT"]
     assert "2 chargers give 0.03999 per s" in found.text  # 0.02 each, but for a rounding of the probe

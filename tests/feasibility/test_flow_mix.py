@@ -6,6 +6,8 @@ import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 from tests.world.test_flows import RING, first
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HOUR = {"run.length": 3 * 3600}
 
 
@@ -37,6 +39,7 @@ def test_from_storage_to_storage():
     assert (report.calculation.cycle.empty, report.calculation.cycle.loaded) == pytest.approx((65, 15))
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_several_flows_are_mixed_by_their_rates():
     flows = {
         "over": {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}, "load_time": 8},
@@ -101,6 +104,7 @@ def test_turns_and_nodes_of_their_own_time_are_counted():
     assert (cycle.empty, cycle.loaded) == pytest.approx((15 + 3, 65 + 6))
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_no_task_goes_from_a_place_to_itself():
     report = checked({"from": "storage", "to": "storage", "arrivals": {"poisson": 20}})
     # with the load from one of the two places to the other: 65 or 15; empty also round to the same: 80

@@ -13,6 +13,8 @@ from desim_warehouse.questions.check.details import of_estimate
 from desim_warehouse.run.quick import estimate
 from tests.world.test_hours import SQUARE
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALF = {"calendars": {"half": {"every": 1000, "lasts": 500}, "eighth": {"every": 800, "lasts": 100}}}
 LIFELONG = {
     **SQUARE,

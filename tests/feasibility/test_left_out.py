@@ -1,8 +1,12 @@
 """What keeps robots from work at times, and what of it the quick estimate leaves out: `desim check` says so."""
 
+import pytest
+
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 from tests.world.test_hours import SQUARE
+
+pytestmark = pytest.mark.usefixtures("brief_probes")
 
 LIFELONG = {**SQUARE, "tasks": {**SQUARE["tasks"], "goods": {"poisson": 20}}, "run": {"length": 40_000}}
 CALENDARS = {"cleaning": {"every": 1000, "lasts": 250}, "sunday": {"open": ["08:00-12:00"], "days": ["sun"]}}

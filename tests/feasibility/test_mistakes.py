@@ -10,6 +10,8 @@ from desim_warehouse.findings import CODES
 from desim_warehouse.questions.check import check
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 PLANNER = Path(__file__).with_name("planner.yaml")
 FOUR = {"policies.charging": "four-thresholds"}
 PARKING = ["B", "C", "D", "E", "F", "G"]

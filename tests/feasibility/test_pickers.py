@@ -78,7 +78,11 @@ def test_orders_of_a_probe_become_known_whole():
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"pickers.count": 2, "pickers.stay": "order"}, {"fleet.size": 4, "layout.aisles": "narrow"}],
+    [
+        {},
+        {"pickers.count": 2, "pickers.stay": "order"},
+        pytest.param({"fleet.size": 4, "layout.aisles": "narrow"}, marks=pytest.mark.long),
+    ],
 )
 def test_range_of_a_check_holds_what_a_run_does(changes):
     model = dw.load(HALL, changes)

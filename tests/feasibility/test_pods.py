@@ -9,6 +9,8 @@ from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALL = gallery()["goods-to-person"]
 MANY = {"fleet.size": 20, "layout.bays.parking.places": 20}
 CLASSES = {"classes": [{"share": 0.2, "demand": 0.8}, {"share": 0.8, "demand": 0.2}]}

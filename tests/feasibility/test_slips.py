@@ -23,6 +23,8 @@ from desim_warehouse.values.units import UnitNames
 from tests.daily import some
 from tests.feasibility import fresh_slips, slips
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 SLIPS = tuple(CODES)[tuple(CODES).index("BATTERY_RATES") :]
 BANK = {**slips.KNOWN, **slips.OURS}
 
@@ -167,6 +169,23 @@ def test_a_cycle_time_below_the_handling_is_asked_about():
     assert too_short("cycle_time_p95 <= 46", model) == ""
     assert too_short("on_time >= 95 %", model) == ""
     assert too_short("cycle_time_cv <= 0.5", model) == ""
+
+
+def test_a_cycle_time_is_held_against_the_times_of_its_flow_and_of_stations_that_have_their_own():
+    """Handling takes 15 and 30 s; of `small` 5 and 30, and a packer takes 4 s for any load."""
+    flow = {"from": "storage", "to": "packing", "arrivals": {"poisson": 20}}
+    flows = {
+        "tasks.goods": dw.UNSET,
+        "tasks.unload_at": dw.UNSET,
+        "tasks.flows": {"small": {**flow, "load_time": 5}, "large": flow},
+    }
+    model = base("goods").replace(flows)
+    assert "alone take 45," in too_short("cycle_time_p95:large <= 40", model)
+    assert "alone take 35," in too_short("cycle_time_p95:small <= 30", model)
+    assert "alone take 35," in too_short("cycle_time_p95 <= 30", model)
+    quick = model.replace({"layout.stations.packing.unload_time": 4})
+    assert too_short("cycle_time_p95 <= 10", quick) == ""
+    assert "alone take 19," in too_short("cycle_time_mean:large <= 10", quick)
 
 
 def test_a_due_time_of_300_minutes_is_asked_about(tmp_path):

@@ -6,6 +6,8 @@ import desim_warehouse as dw
 from desim_warehouse.layout import build
 from tests.world.test_flows import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 FLOW = {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}
 
 

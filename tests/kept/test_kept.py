@@ -18,6 +18,8 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.report.write import read_answer
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HERE = Path(__file__).parent / "0.3.0"
 STUDY = HERE / "why"
 SIMULATED = "simulated with version 0.3.0"

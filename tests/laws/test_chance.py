@@ -9,7 +9,8 @@ import pytest
 import desim_warehouse as dw
 from tests.laws.features import EVERYTHING, warehouse
 
-NUMBERS = [range(25), *(pytest.param(range(n, n + 25), marks=pytest.mark.long) for n in range(25, 1000, 25))]
+DAILY = 8
+NUMBERS = [range(DAILY), *(pytest.param(range(n, n + 25), marks=pytest.mark.long) for n in range(DAILY, 1000, 25))]
 FEATURES = ("", "wider", "breakdowns", "closures", EVERYTHING)
 
 

@@ -9,6 +9,8 @@ from desim_warehouse.questions.run.lasting import OVERLOADS
 from tests.daily import some
 from tests.run.halls import loaded_hall
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 FEW, MANY = 0.9, 1.1
 """Loads below which no hall of a few hours is overloaded, and above which each is."""
 

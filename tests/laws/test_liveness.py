@@ -22,7 +22,7 @@ def every_day(daily, size):
     return pytest.mark.parametrize("numbers", [*(range(n, n + size) for n in range(0, daily, size)), *long])
 
 
-@every_day(60, 20)
+@every_day(20, 20)
 def test_a_model_that_ends_was_not_refused_for_its_batteries(numbers):
     """What is called impossible beforehand is: batteries are drawn that last for a task, for many, or for none."""
     ended = 0
@@ -72,7 +72,7 @@ def crossings(run):
     return result
 
 
-@every_day(60, 20)
+@every_day(20, 20)
 def test_nobody_who_asked_later_for_the_same_lane_goes_first(numbers):
     """So a waiting claim starves at most as long as its lane is full: it is the next onto it (rotations apart)."""
     compared = 0

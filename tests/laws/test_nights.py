@@ -16,6 +16,8 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.world import World
 from desim_warehouse.world.orders.demand import NoOrders
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MORE = 1.25
 TURN = 0.1
 """Part of a battery that is charged before robots change places."""

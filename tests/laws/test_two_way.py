@@ -6,6 +6,9 @@ import desim_warehouse as dw
 from desim_warehouse.world.traffic.home_plan import HomePlan
 from tests.laws.two_way import KINDS, Slots
 
+DAILY = 7
+"""Networks of each kind that are looked at every day."""
+
 
 def all_come_home(kind, seeds):
     for seed in seeds:
@@ -17,12 +20,12 @@ def all_come_home(kind, seeds):
 @pytest.mark.parametrize("kind", KINDS)
 def test_robots_on_two_way_lanes_all_come_home(kind):
     """Networks with 2 to 50 robots; what happened is held against the log, too."""
-    all_come_home(kind, range(15))
+    all_come_home(kind, range(DAILY))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("first", range(15, 1290, 25))
+@pytest.mark.parametrize("first", range(DAILY, 1290, 25))
 def test_robots_on_five_thousand_networks_all_come_home(kind, first):
     all_come_home(kind, range(first, first + 25))
 

@@ -9,6 +9,8 @@ import desim_warehouse as dw
 from desim_warehouse.layout.aisles import wide_edges
 from tests.world.ring import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 D = 1.0
 
 

@@ -10,6 +10,8 @@ from desim_warehouse.layout import build, checks
 from desim_warehouse.layout.spec import LayoutSpec
 from desim_warehouse.questions.check import check
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 SQUARE = {
     "layout": {
         "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},

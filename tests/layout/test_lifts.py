@@ -6,6 +6,8 @@ import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 from tests.world.test_lifts import TWO
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 LIFT = "layout.lifts.main"
 
 

@@ -25,6 +25,8 @@ from desim_warehouse.study.statistics.judge import looked_at
 from desim_warehouse.study.target import read_target
 from tests.live.client import TUTORIAL, Client, client
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
@@ -40,6 +42,7 @@ def slow(tmp_path_factory):
         yield made
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_the_hand_calculation_comes_first_then_run_by_run_what_the_runs_say(page):
     by_hand = page.design(robots=2)
     assert by_hand["sentence"] == "2 robots can do about 160 tasks an hour, limited by the robots."
@@ -106,7 +109,7 @@ def test_thirty_more_runs_on_request(page):
 
 
 def test_a_verdict_ends_the_runs_and_stands(tmp_path):
-    with client(tmp_path, target="T <= 8 min") as page:
+    with client(tmp_path, target="T <= 8 min", workers=1) as page:
         answers = list(iter_until_done(page, page.design(robots=2)["id"]))
         assert answers[-1]["verdict"] == "met"
         assert answers[-1]["done"] == "verdict"
@@ -126,7 +129,7 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
         workers = [worker.process.pid for worker in page.live.desk.pool.workers]
     assert workers
     assert not any(map(alive, workers))
-    with client(tmp_path) as page:
+    with client(tmp_path, workers=1) as page:
         assert page.design(robots=1)["runs"] == easier["n"] == 35
 
 
@@ -154,6 +157,7 @@ def until(condition, seconds=30.0):
         sleep(0.01)
 
 
+@pytest.mark.long  # every day one that executors share, in tests/study
 def test_a_worker_that_is_killed_changes_no_number(page):
     desk, changes = page.live.desk, {"policies.allocation": "regret"}
     design = page.design(**changes)["id"]
@@ -194,7 +198,7 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         assert found[number]["values"][0] == pytest.approx(run.T / 60)
 
 
-@pytest.mark.parametrize("moves", [12, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize("moves", [6, pytest.param(50, marks=pytest.mark.long)])
 def test_of_many_moves_only_the_last_design_stays_at_work(slow, moves):
     desk = slow.live.desk
     for move in range(moves):
@@ -247,7 +251,12 @@ PRICES = {"hours": 4000, "robot": 9000}
 
 
 def test_a_new_server_on_an_old_folder_lists_what_was_tried_and_what_it_costs(tmp_path):
-    offered = {"vary": {"fleet.size": [1, 2, 3, 4]}, "changes": {"prices": PRICES}, "target": "T <= 6 min"}
+    offered = {
+        "vary": {"fleet.size": [1, 2, 3, 4]},
+        "changes": {"prices": PRICES},
+        "target": "T <= 6 min",
+        "workers": 1,
+    }
     with client(tmp_path, **offered) as page:
         first = page.until(page.design(robots=4)["id"])
     with client(tmp_path, **offered | {"vary": {"fleet.size": [1, 3, 4]}}) as page:
@@ -294,7 +303,7 @@ def test_a_server_that_is_ended_or_killed_leaves_no_worker_and_loses_no_run(tmp_
         server.wait(10)
         assert server.returncode == (0 if how == signal.SIGINT else -signal.SIGKILL)
         until(lambda: not any(map(alive, children)), 5)
-    with client(tmp_path) as page:
+    with client(tmp_path, workers=1) as page:
         assert page.design()["runs"] >= 5
 
 

@@ -13,6 +13,8 @@ from desim_warehouse.live.frozen import MOST, check
 from desim_warehouse.report.example import example
 from tests.lasting import LASTING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MULTIBOTS = "models/multibots.yaml"
 
 

@@ -8,6 +8,8 @@ import pytest
 from desim_warehouse.live import app, desk
 from tests.live.client import client
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 @pytest.fixture
 def page(tmp_path):
@@ -48,7 +50,7 @@ def test_of_more_designs_than_are_kept_those_that_nobody_listens_to_are_forgotte
     first = page.until(page.design(robots=2)["id"], lambda one: one["n"] >= 3)
     listening = page.answers(page.design(robots=1)["id"])
     shown = next(listening)["id"]
-    for robots in range(4, 21):
+    for robots in range(4, 10):
         page.design(robots=robots)
     assert len(page.live.desk.designs) == 3
     assert {shown, page.design()["id"]} <= set(page.live.desk.designs)

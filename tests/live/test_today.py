@@ -7,6 +7,8 @@ from desim_warehouse.report.example import example
 from tests.lasting import LASTING
 from tests.live.test_frozen import held
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 @pytest.mark.parametrize(
     ("factors", "today"),

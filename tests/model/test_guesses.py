@@ -1,7 +1,11 @@
 """Which values of a model file are guesses: those with a mark, until it is taken away or the value is set anew."""
 
+import pytest
+
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.guesses import guesses
+
+pytestmark = pytest.mark.usefixtures("brief_probes")
 
 MARKED = """\
 # A draft: correct what is marked with (!).

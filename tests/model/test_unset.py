@@ -6,6 +6,8 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MODEL = "models/multibots.yaml"
 FLOWS = {"shelf": {"from": "storage", "to": ["A"], "arrivals": {"poisson": 20}}}
 

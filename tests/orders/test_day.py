@@ -21,6 +21,8 @@ from desim_warehouse.questions.run.page import lost_time
 from desim_warehouse.report.export import export
 from desim_warehouse.values.fields import LIMITS
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 def rows(form, separator=";", header="Auftragsnr;Angelegt am;Von Platz;Ziel;Menge", places=range(8)):
     """Sixteen lines of eight orders, two an hour from 06:05 on, each of three pieces."""

@@ -17,6 +17,8 @@ from tests.auditor import audit
 from tests.plants.drawings import DRAWN
 from tests.plants.foreign import FOLDER, needs_plants, with_enough_chargers
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 FLEETS = (2, 8, 20)
 
 

@@ -16,6 +16,8 @@ from tests.daily import some
 from tests.plants.damage import SECONDS, damaged, outcome
 from tests.plants.drawings import DRAWN
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MEGABYTES = 1000
 """What reading all hostile files one after the other needs at most."""
 DAMAGED = 30  # files of each format

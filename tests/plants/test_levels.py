@@ -15,6 +15,8 @@ from tests.plants.drawn_rmf import clinic, hotel, write
 from tests.plants.foreign import remarks
 from tests.world.test_lifts import TWO, building
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 def driven(model, robots, hours=1):
     run = dw.simulate(model.replace({"fleet.size": robots, "run.length": hours * 3600, "log": "all"}))

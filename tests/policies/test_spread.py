@@ -14,6 +14,8 @@ from desim_warehouse.questions.orient import orient
 from desim_warehouse.world import World
 from tests.policies.test_travel import NODE_TIME, SPEED, total
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 TIES = range(1, 9)
 
 

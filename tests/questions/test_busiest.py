@@ -18,6 +18,8 @@ from desim_warehouse.replay.payload import payload
 from desim_warehouse.run.quick import estimate
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALL = {
     "name": "hall",
     "layout": {
@@ -95,7 +97,7 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", some(CASES, 3))
+@pytest.mark.parametrize("case", some(CASES, 6))
 def test_plan_names_the_planted_bottleneck(case):
     model, planted = hall(case).replace({"log": "tasks", "run.length": "3 h"}), CASES[case][1]
     robots = [model.fleet.size]

@@ -39,8 +39,8 @@ COMMANDS = {
 """Each imports its verb from its own module."""
 FEW = "Search(first=2, cap=2, runs=60, out='out')"
 VERBS = {
-    "why": f"why.why('model.yaml', search={FEW})",
     "best": f"best.best('model.yaml', 'T', vary={{'fleet.size': [1, 2]}}, search={FEW})",
+    "why": f"why.why('model.yaml', search={FEW})",
     "orient": f"orient.orient('detour.yaml', 'throughput_per_hour', search={FEW})",
     "plan_options": (
         "plan_options.plan_options({'A': 'model.yaml', 'B': 'model.yaml'}, 'T <= 9999', robots=[1], chargers=[1], "
@@ -57,7 +57,7 @@ def in_a_fresh_process(folder, *arguments):
     return done.stdout
 
 
-@pytest.mark.parametrize("name", some(COMMANDS, 4))
+@pytest.mark.parametrize("name", some(COMMANDS, 7))
 def test_a_command_prints_the_answer_and_keeps_it(name, tmp_path):
     command = COMMANDS[name]
     printed = json.loads(in_a_fresh_process(tmp_path, "-c", START, *shlex.split(command), "--out", "out", "--json"))
@@ -68,14 +68,14 @@ def test_a_command_prints_the_answer_and_keeps_it(name, tmp_path):
 
 @pytest.mark.long
 def test_better_directions_are_printed_and_kept(tmp_path):
-    """Every day the verb below and, in the process of other tests, the command of `test_folders`."""
+    """Every day, in the process of other tests, the command of `test_folders`."""
     (tmp_path / "detour.yaml").write_text(DETOUR, "utf-8")
     command = "orient detour.yaml -o turned.yaml --indicator throughput_per_hour --runs 60 --study out"
     printed = in_a_fresh_process(tmp_path, "-c", START, *command.split())
     assert printed.splitlines()[:-1] == list(load(tmp_path / "out").answer)
 
 
-@pytest.mark.parametrize("question", some(VERBS, 2))
+@pytest.mark.parametrize("question", some(VERBS, 4))
 def test_a_verb_from_its_own_module_returns_the_answer_and_keeps_it(question, tmp_path):
     small = MULTIBOTS.read_text("utf-8").replace("goods: [11, 8, 39, 28, 53, 1, 69, 42, 79, 6]", "goods: [11, 8]")
     (tmp_path / "model.yaml").write_text(small, "utf-8")

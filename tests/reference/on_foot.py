@@ -11,6 +11,8 @@ import random
 
 import networkx as nx
 
+from desim_warehouse.values.distributions import mean_of
+
 
 class Floor:
     """Distances by lanes, which robots drive forwards only and people walk both ways."""
@@ -46,7 +48,7 @@ class Hall:
     def __init__(self, model, seed):
         self.floor, self.draw = Floor(model.floor), random.Random(f"on foot {seed}")
         self.speed, self.walking = model.fleet.robot.speed, model.pickers.speed
-        self.pick, self.put = model.tasks.mean_load, model.tasks.mean_unload
+        self.pick, self.put = mean_of(model.tasks.load_time), mean_of(model.tasks.unload_time)
         self.events, self.numbers, self.now, self.lines = [], itertools.count(), 0.0, []
         self.pickers = [self.draw.choice(self.floor.places) for _ in range(model.pickers.count)]
         self.free, self.waiting = set(range(model.pickers.count)), []

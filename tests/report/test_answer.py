@@ -47,6 +47,8 @@ from tests.lasting import LASTING
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 BRACKETS = re.compile(r"\([^)]*\(")
 
 

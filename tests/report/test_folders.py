@@ -16,6 +16,8 @@ from tests.report.test_report import needs_nothing_from_outside
 from tests.study.test_directions import DETOUR
 from tests.world.crowded import crowded
 
+pytestmark = pytest.mark.usefixtures("fewer_samples", "brief_probes")
+
 SET = {"run.length": 900, "run.warm_up": 100, **LASTING}
 SHORT = " ".join([*(f"--set {key}={value}" for key, value in SET.items()), "--quiet"])
 TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --runs 60 --quiet --study made"

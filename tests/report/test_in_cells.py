@@ -13,6 +13,8 @@ from desim_warehouse.look.web import colours
 from desim_warehouse.report.example import example
 from tests.lasting import LASTING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 FRAME = re.compile(r'<iframe title="[^"]+" srcdoc="([^"]*)" sandbox="" style="[^"]*"></iframe>')
 
 

@@ -14,6 +14,8 @@ from desim_warehouse.replay.tiles import tiles
 from tests.lasting import LASTING
 from tests.report.replay.floors import paper_run
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 MODEL = "models/multibots.yaml"
 
 

@@ -230,7 +230,7 @@ def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     assert pictures
 
 
-@pytest.mark.parametrize("folder", [None, "run"])
+@pytest.mark.parametrize("folder", [pytest.param(None, marks=pytest.mark.long), "run"])
 def test_the_code_of_the_notebook_goes_through(folder, tmp_path, monkeypatch):
     """For a small study of its own, and for a run: in this process, as the start of a kernel takes seconds."""
     made, shown, names = template(), [], {}

@@ -22,6 +22,8 @@ from tests.report.test_answer import is_everywhere
 from tests.report.test_report import Page, needs_nothing_from_outside
 from tests.world.test_flows import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 STUDIES = sorted((Path(__file__).parents[2] / "studies").glob("*.yaml"))
 DAILY = {"charging", "paper"}
 EACH = [pytest.param(path, id=path.stem, marks=[] if path.stem in DAILY else [pytest.mark.long]) for path in STUDIES]

@@ -9,6 +9,8 @@ from desim_warehouse.questions.run import words
 from desim_warehouse.run.examined import examined
 from tests.run.halls import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 POISSON = {"tasks.goods": {"poisson": 60}, "tasks.unload_time": 10, "run.length": "4 h"}
 LOW_TOGETHER = {
     **POISSON,
@@ -158,6 +160,7 @@ def test_a_fleet_that_will_charge_all_at_once_is_foreseen(name):
     assert all("after about 5,040 s" in text for text in texts)
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_the_day_of_the_example_is_foreseen_by_the_clock():
     """1,630 Wh less a fifth last robots that are always at work until 18:46, and the run stands still from 18:49 on."""
     (text,) = (item.text for item in examined(dw.load("models/my_own_day.yaml"))[0] if item.code == "CHARGE_AT_ONCE")

@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.answer import words
-from desim_warehouse.outcome.indicators import INDICATORS, find
+from desim_warehouse.outcome.indicators import INDICATORS, chosen, find
 from desim_warehouse.outcome.log import COLUMNS, KINDS, STATES, LogRow
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.questions.study import Study
@@ -144,6 +144,20 @@ def test_every_column_of_the_log_is_described():
 def test_an_unknown_indicator_is_refused_with_the_nearest():
     with pytest.raises(dw.StudyError, match="there is none, did you mean 'cycle_time_mean'"):
         find("cycletime_mean")
+
+
+@pytest.mark.parametrize(
+    ("name", "condition"),
+    [
+        ("annual_cost", "only with prices"),
+        ("on_time@11:30-13:00", "only where tasks have due times"),
+        ("distance_per_task", "only with `pods`"),
+        ("waiting_closed", "only with `traffic.closures`"),
+    ],
+)
+def test_an_indicator_that_the_model_cannot_have_is_refused_with_what_it_takes(name, condition):
+    with pytest.raises(dw.StudyError, match=f"indicator '{name}': no run has it, which is there {condition}$"):
+        chosen([name], ["T", "S", "C"])
 
 
 def test_a_column_that_is_no_indicator_is_given_no_unit():

@@ -7,6 +7,8 @@ from desim_warehouse.questions.run import words
 from desim_warehouse.questions.run.lasting import lasting
 from tests.run.halls import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 CHARGED = {
     "battery": {"capacity": 720_000, "consumption": 1, "charge_rate": 0.3},
     "layout.bays": {"parking": {"at": ["D"], "places": 10, "chargers": 1}},

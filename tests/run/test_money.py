@@ -95,8 +95,14 @@ def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
     found = race(study, "cost_per_task", 0.01, search=dw.Search(first=5, cap=20))
     assert str(found.point) == f"fleet.size={robots}"
     assert not found.maximise
-    sized = dw.size(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=40))
-    assert sized.smallest == 2
+
+
+def test_fewest_robots_are_sized_by_a_cost():
+    changes = {**SETTING, "tasks.flows.flow.arrivals": {"poisson": 60}, "run.length": 3600, "log": "tasks"}
+    base = dw.load(RING, {**changes, "fleet.kinds": {}, "prices.kinds": {}, "prices.late_order": 0})
+    study = dw.Study(base, {"fleet.size": [2, 4]})
+    study.plan = study.plan.unreplicated()
+    assert dw.size(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=10)).smallest == 2
 
 
 def test_pickers_are_paid_for_their_hours():

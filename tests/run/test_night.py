@@ -15,6 +15,8 @@ from desim_warehouse.world import World
 from desim_warehouse.world.orders.demand import NoOrders
 from tests.world.ring import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HOUR = 3600
 NIGHT = [0] * 6 + [200] * 16 + [0] * 2
 ALIKE = {"battery.consumption": 0.005}

@@ -10,6 +10,8 @@ from desim_warehouse.outcome import verdicts
 from desim_warehouse.outcome.verdicts import judge_design, judge_run
 from desim_warehouse.questions.check import check
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 WORDS = Draft(size=(60, 40), orders=200, robots=8, chargers=2, due=5, aisles=8, stations=3)
 
 ALIKE = {"battery.consumption": 0.005}

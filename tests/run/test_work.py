@@ -11,6 +11,8 @@ from desim_warehouse.questions.check import check
 from tests.accounting import faults
 from tests.world.test_hours import SQUARE, simulated
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 DESK = "layout.stations.desk"
 GOODS = [{"good": 0, "due": 170}, {"good": 0, "due": 170}, {"good": 0, "due": 400}]
 SLOW = {f"{DESK}.work_time": 100, "tasks.goods": GOODS, "run.length": 300}

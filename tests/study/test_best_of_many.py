@@ -6,6 +6,7 @@ import statistics
 from random import Random
 
 import pytest
+import yaml
 from click.testing import CliRunner
 
 import desim_warehouse as dw
@@ -227,8 +228,12 @@ def test_of_a_study_folder_nothing_is_searched(tmp_path):
     assert "all of whose designs race" in done.output
 
 
-def test_the_table_has_every_design_tried(model):
-    found = best(model, "annual_cost", **asked())
+@pytest.fixture(scope="module")
+def found():
+    return best(dw.load(yaml.safe_load(SMALL)), "annual_cost", **asked())
+
+
+def test_the_table_has_every_design_tried(found):
     head, rows = table(found, in_order(found))
     assert len(rows) == len(found.tried)
     assert head[-1] == "runs in the search"
@@ -248,8 +253,7 @@ def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
     assert "Annual cost and done on time of all tried" in source
 
 
-def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model):
-    found = best(model, "annual_cost", **asked())
+def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model, found):
     figure = found.answer.figure
     assert len(figure.points) == len(found.tried)
     named = {point.name: point for point in figure.points if point.name}
@@ -262,8 +266,7 @@ def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_d
     assert len(labels) >= min(len(free.tried), 12)
 
 
-def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(model):
-    found = best(model, "annual_cost", **asked())
+def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(found):
     order = in_order(found)
     met = [found.target.met_by(one.reached) for one in order]
     assert met == sorted(met, reverse=True)

@@ -11,6 +11,8 @@ from tests.daily import some
 
 from .conftest import ROOT
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 TUTORIAL = ROOT / "models/tutorial.yaml"
 LIST = ["--set", "tasks.goods=[0, 3, 5, 7, 2, 4]"]
 CHANCE = {

@@ -13,6 +13,8 @@ from desim_warehouse.study.plan import run_seed
 
 from .conftest import MULTIBOTS, ROOT
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 GOODS = ["--set", "tasks.goods={random: 4}"]
 
 

@@ -286,7 +286,7 @@ def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monke
     assert lines(tmp_path) == 0
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parking, workers):
     cases = {"exits": parking("exit"), "good": "home"}
     with pytest.warns(RuntimeWarning, match="failed"):
@@ -329,7 +329,7 @@ def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, worke
 
 def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkeypatch):
     monkeypatch.setattr("desim_warehouse.study.execution.pool._GRACE", 0.5)
-    timeout = ample(study(1).run(workers=2).table)
+    timeout = ample(study(1).run(workers=1).table)
     factors = {"policies.parking": {"named": {"good": "home", "stuck": parking("block")}}}
     with pytest.warns(RuntimeWarning, match="failed"):
         made = study(1, factors, timeout=timeout).run(workers=2)
@@ -351,7 +351,7 @@ def test_one_stuck_run_in_a_batch_of_short_ones_is_done_again_with_the_others(pa
         sizes.append(len(handles))
         stuck(batches, handles, outcome)
 
-    timeout = ample(study(1).run(workers=2).table)
+    timeout = ample(study(1).run(workers=1).table)
     monkeypatch.setattr(Batches, "take", take_ten)
     monkeypatch.setattr(Batches, "stuck", note)
     cases = {"good": "home", "stuck": parking("block once", mark=str(tmp_path / "mark"))}

@@ -7,6 +7,9 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.fit import Counted, families, fit
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("fewer_samples")
+
+
 DRAWN = {
     "lognormal": lambda rng: rng.lognormal(2, 0.5, 600),
     "gamma": lambda rng: rng.gamma(2, 4, 600),

@@ -19,6 +19,8 @@ from tests.docs import pages
 from tests.study import plans
 from tests.world.test_hours import SQUARE
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 3"
 SHORT = {"run.length": 1800, "run.warm_up": 300, "fleet.start_energy": 1, "battery.consumption": 0.0001}
 """Half an hour, in which batteries last: settled ones are found in a long run of each fleet."""

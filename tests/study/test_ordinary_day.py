@@ -8,6 +8,8 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 TARGET = 0.95
 
 

@@ -12,6 +12,8 @@ from desim_warehouse.study.fleet.most import APART, RUNS, most_steps
 from desim_warehouse.study.statistics.judge import Budget
 from desim_warehouse.study.statistics.procedure import follow
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALL = dw.load(gallery()["goods-to-person"])
 ALWAYS = {  # as much work as they can do
     "tasks.flows.picks.arrivals": {"saturated": 100},

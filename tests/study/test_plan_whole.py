@@ -22,6 +22,8 @@ from tests.docs import pages
 from tests.lasting import LASTING
 from tests.study import plans
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HOUR = {"run.length": 1800, "run.warm_up": 300, **LASTING}
 SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
 """60 orders an hour of 80 s each: 1.3 packers are busy."""
@@ -60,6 +62,7 @@ def test_a_larger_fleet_whose_robots_run_flat_is_not_said_to_do_worse_by_an_amou
     assert found.answer.answer[0].endswith(f"More is not always better here: {said}")
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_the_estimate_says_which_packers_are_searched(small):
     designs = Designs(small.replace(SLOW_PACKING), packers=("packing", None))
     assert designs.counts(1.0)[2] == [2, 3, 4]  # work piles up before one

@@ -12,6 +12,8 @@ from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.procedures import about
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 @pytest.mark.parametrize(
     ("runs", "seconds", "said"),

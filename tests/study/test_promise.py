@@ -18,6 +18,8 @@ from desim_warehouse.study.target import Days, days_of, read_target
 from tests.lasting import LASTING
 from tests.study.statistics.coverage import TWO_KINDS
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 BUSY = {Load(Group("robots"), 0.8): Estimate(10, 0.8, (0.75, 0.85), 0.01, 0.8, {}, False, 0.95)}
 COUNTS = tuple((robots, 1) for robots in range(1, 5))
 

@@ -125,14 +125,21 @@ def test_runs_with_other_seeds_models_or_policy_code_are_not_mixed_up(tmp_path, 
     assert lines() == 4
 
 
+RULE = {"indicator": "T", "half_width": "10 %", "minimum": 3, "cap": 40}
+
+
 def test_replications_go_on_until_the_mean_is_known():
-    rule = {"indicator": "T", "half_width": "10 %", "minimum": 3, "cap": 40}
-    one = study({"fleet.size": [1, 3]}, replications=rule).run()
+    one = study({"fleet.size": [1, 3]}, replications=RULE).run()
     for size, rows in one.table.groupby("fleet.size"):
         found = estimate(rows["T"])
         assert found.relative_half_width <= 0.1, size
         assert 3 <= len(rows) < 40
-    assert same(one.table, study({"fleet.size": [1, 3]}, replications=rule).run(workers=2).table)
+
+
+@pytest.mark.long
+def test_they_go_on_alike_in_several_processes():
+    one, two = (study({"fleet.size": [1, 3]}, replications=RULE).run(workers=workers) for workers in (1, 2))
+    assert same(one.table, two.table)
 
 
 def test_a_cap_ends_replications():

@@ -19,6 +19,8 @@ from tests.report.test_answer import is_everywhere
 from tests.report.test_report import needs_nothing_from_outside
 from tests.study.tipping_banks import Plant, judged, searched
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HALL = """\
 name: a small hall
 layout:

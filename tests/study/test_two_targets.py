@@ -10,6 +10,8 @@ from desim_warehouse.questions.plan_options import plan_options
 from tests.docs import pages
 from tests.study.test_fewer_robots import FLOW, RING, SEARCH, ring  # noqa: F401  a fixture
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HOW = {"robots": "1..4", "strategies": {}, "search": SEARCH}
 IN_TIME, SHORT = "on_time >= 30 %", "cycle_time_mean <= 90"
 

@@ -11,6 +11,13 @@ from tests.theory.cases import CASES, TURN, entries, headways
 from tests.theory.formulas import headway_of_a_turn, m_d_c_wait, m_g_1_wait, m_m_c_wait, repairman
 
 PROOFS = {
+    "M/M/1//6, 6 robots and 1 picker",
+    "M/D/1, one robot, load 0.3",
+    "machine repairman M/D/1//1: 1 robot, one place to swap batteries",
+    "ring of 80 D, 60 robots",
+    "ring of 80 D, 50 robots",
+    "6 robots with work at all times, 3 chargers",
+    "4 robots with work at all times, 4 chargers",
     "M/D/5, 5 robots, load 0.7",
     "1 robot, a breakdown every 400 s of operation, repair 100 s",
     "5 robots with work at all times, 2 chargers",

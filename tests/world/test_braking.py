@@ -14,6 +14,8 @@ from tests.auditor import audit
 from tests.laws.features import warehouse
 from tests.world.floor import PARK, Floor, line
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 near = pytest.approx
 HALF = Motion(2.0, 2.0)
 CROSS = {"A": (0, 0), "B": (10, 0), "C": (20, 0), "X": (10, -10), "Y": (10, 10)}

@@ -37,10 +37,8 @@ def halls(robots):
     ("robots", "least", "length"),
     [
         (2, 43, 6000),
-        (4, 86, 6000),
-        (8, 165, 6000),
         (24, 500, 2000),
-        pytest.param(24, 500, 6000, marks=pytest.mark.long),
+        *(pytest.param(*each, 6000, marks=pytest.mark.long) for each in ((4, 86), (8, 165), (24, 500))),
     ],
 )
 def test_a_bridge_between_two_halls_carries_nearly_what_robots_do_that_never_wait(robots, least, length):

@@ -18,6 +18,8 @@ from desim_warehouse.world import World
 from desim_warehouse.world.places.bays import Bay, Bays
 from tests.world.test_charging import NEED, RING, times
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 LARGE = {"capacity": 400, "threshold": 20, "consumption": 2, "charge_rate": 20}
 TWO = {"fleet.size": 2, "fleet.kinds": {"large": {"count": 1, "battery": LARGE}}}
 

@@ -12,6 +12,8 @@ from tests.auditor import audit
 from tests.recount import differences
 from tests.world.test_zones import LOOP, on
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 
 def closed(*members, at, **more):
     """LOOP with one robot and one good, and a closure of some members at some stretches of the run."""

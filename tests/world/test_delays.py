@@ -84,6 +84,6 @@ def rounds(share):
 def test_few_delays_cost_little():
     """A round of 18 and two stops take 22. A delay of 1, with its stop, costs 3 at most, at twelve nodes a round."""
     assert rounds(0) == pytest.approx(20_000 / 22, abs=1)
-    for share in (0.001, 0.01, 0.05):
+    for share in (0.001, 0.05):
         least, most = 0.6 * share * 12 * 3, 1.2 * share * 12 * 3
         assert 20_000 / (22 + most) - 2 < rounds(share) < 20_000 / (22 + least) + 2

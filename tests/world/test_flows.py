@@ -19,6 +19,8 @@ from tests.accounting import faults
 from tests.auditor import audit
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 RING = {
     "name": "ring",
     "layout": {
@@ -517,7 +519,7 @@ def test_a_from_to_matrix(tmp_path):
     written = dict(
         RING, tasks={**RING["tasks"], "flows": {"all": {"from_to": {"file": str(tmp_path / "from_to.csv")}}}}
     )
-    model = dw.load(written, {"run.length": 40 * 3600, "log": "tasks", "fleet.size": 3})
+    model = dw.load(written, {"run.length": 20 * 3600, "log": "tasks", "fleet.size": 3})
     assert [(pair.source, pair.per_hour) for pair in model.tasks.flows["all"].from_to][:2] == [
         (("B",), 30),
         (("B",), 10),
@@ -529,7 +531,7 @@ def test_a_from_to_matrix(tmp_path):
         for task in [run.history.tasks[row.task]]
     )
     arrived = len(run.history.tasks)
-    low, high = stats.poisson.interval(0.999, 40 * 100)
+    low, high = stats.poisson.interval(0.999, 20 * 100)
     assert low <= arrived <= high
     total = sum(ends.values())
     shares = {("dock", "pack"): 0.3, ("dock", "storage"): 0.1, ("storage", "pack"): 0.6}

@@ -90,7 +90,7 @@ def test_a_node_that_the_layout_does_not_have_is_refused():
         dw.load(MODEL, {"traffic.nodes.ZZ.free": True})
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in (1, 2, 3))])
+@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.long) for part in (1, 2, 3))])
 def test_work_goes_on_and_everything_adds_up_with_free_nodes_anywhere(part):
     """Random models, every other node of them free, or all, one slow."""
     for number in range(8 * part, 8 * part + 8):

@@ -11,6 +11,8 @@ from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stations import Stations
 from tests.daily import some
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 FULL = {
     "fleet.size": 6,
     "tasks.goods": {"poisson": 900, "due_within": 600},

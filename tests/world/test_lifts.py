@@ -13,6 +13,8 @@ from desim_warehouse.world.traffic.motion import Motion
 from tests.auditor import audit
 from tests.world.floor import PARK, Floor
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 near = pytest.approx
 UP, DOWN = "hall lift0 lift1 ward", "ward lift1 lift0 hall"
 ALONE = 8 + 4 + 2 + 4 + 12 + 4 + 10

@@ -13,6 +13,8 @@ from desim_warehouse.model.sections.lines import DiscreteLines, mean_lines
 from desim_warehouse.world.world import World
 from tests.world.test_flows import RING, first
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 ONE_TO_FIVE = {"discrete": {"values": [1, 2, 5], "weights": [6, 3, 1]}}
 
 

@@ -15,6 +15,8 @@ from tests.world import ring
 from tests.world.closed_form import drive_time
 from tests.world.floor import PARK, Floor, line
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 near = pytest.approx
 HALF = Motion(2.0, 2.0)
 """Half a length unit per time unit squared, up and down: 1 is gathered in 2, over a length of 1."""
@@ -83,7 +85,7 @@ rates = st.sampled_from((0.05, 0.3, 1.0, 2.5))
 
 @pytest.mark.slow
 @given(routes(), st.sampled_from((0.5, 1.0, 2.0)), rates, rates, st.sampled_from((0.0, 2.5)))
-@settings(deadline=None, max_examples=max(70, settings.default.max_examples))
+@settings(deadline=None, max_examples=max(35, settings.default.max_examples))
 def test_any_route_with_stops_takes_the_closed_form_of_the_fastest_drives_between_them(
     route, speed, acceleration, deceleration, pause
 ):

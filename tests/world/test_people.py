@@ -13,6 +13,8 @@ from tests.auditor import audit
 from tests.recount import differences
 from tests.world.test_zones import LOOP, on
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 ONE = {"fleet.size": 1, "tasks.goods": [0]}
 
 

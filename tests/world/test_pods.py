@@ -13,6 +13,8 @@ from desim_warehouse.errors import ModelError, PolicyError
 from desim_warehouse.questions.run.words import sentences
 from tests.audit_pods import audit_pods
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 RING = {
     "layout": {
         "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, -10], "D": [0, -10]},

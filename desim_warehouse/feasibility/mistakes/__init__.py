@@ -1,1 +1,1 @@
-"""Probable mistakes in a model, seen without a run: the notes and warnings of a check."""
+"""Probable mistakes in a model, seen without a run: the notes and warnings of `desim check`."""

@@ -1,4 +1,7 @@
-"""Keys that cannot both hold: breaks and due times, closures and the run, stretches of a calendar, fleet and floor."""
+"""Keys that cannot both hold: breaks and due times, closures and the run, stretches of a calendar, fleet and floor.
+
+For findings of `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -132,7 +135,7 @@ def _other_times(model: Model, calendar: str) -> str:
 
 
 def _orders(model: Model) -> Iterator[Finding]:
-    """Find rows that go the other way than their flow, and releases that are rather days than seconds."""
+    """Find orders in a file that go the opposite way of their flow, and release times that look like days."""
     how = None
     for name, flow in model.tasks.flows.items():
         if not isinstance(flow.when, OrdersArrivals) or flow.source is None:
@@ -155,7 +158,7 @@ def _orders(model: Model) -> Iterator[Finding]:
 
 
 def _within(model: Model) -> list[tuple[str, float, str | None]]:
-    """List the places of times until due, their lengths, and the calendars by which these tasks come."""
+    """List the times until tasks are due: the key, the time, and the calendar by which these tasks come."""
     goods = model.tasks.goods
     if isinstance(goods, PoissonGoods | SaturatedGoods):
         hours = goods.hours if isinstance(goods, PoissonGoods) else None
@@ -169,7 +172,7 @@ def _within(model: Model) -> list[tuple[str, float, str | None]]:
 
 
 def _breaks(model: Model) -> Iterator[Finding]:
-    """Find tasks that come in a break which is longer than the time until they are due."""
+    """Find tasks that arrive in a break longer than the time until they are due, so that they must be late."""
     end, units = model.run.end, model.units
     due = _within(model)
     gaps = list(nobody_at_work(model)) if due else []
@@ -212,7 +215,7 @@ def _due(model: Model) -> Iterator[Finding]:
 
 
 def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
-    """Find departures that nothing can miss, or that are meant by the clock."""
+    """Find departures that no task can miss, or that are probably meant as times of day."""
     run, unit, timetable = model.run, model.units.time, model.timetable(flow)
     by_clock = math.isfinite(timetable.period)
     last = timetable.last(run.end)
@@ -234,7 +237,7 @@ def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
 
 
 def after_last_departure(model: Model) -> Iterator[Finding]:
-    """Count for each flow the orders after the last departure of the run, which so are not counted as due."""
+    """Count for each flow the orders after the last departure of the run, which are therefore not counted as due."""
     run, hour = model.run, model.units.hour
     for name, flow in model.tasks.flows.items():
         timetable = model.timetable(flow)
@@ -341,7 +344,7 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _how_long(model: Model, calendar: str) -> str:
-    """Say for how long a calendar is open in a run."""
+    """Return the words for how long a calendar is open in a run."""
     hours, end = model.hours(calendar), model.run.end
     if math.isinf(end):
         return "at times"
@@ -368,7 +371,7 @@ def _fetches(model: Model) -> bool:
 
 
 def crowds(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find numbers that are too large to be used at once."""
+    """Find numbers that are too large to be used: of robots, chargers, or tasks in a batch; and aisles and paces."""
     fleet, batching = model.fleet, model.policies.batching
     out = min(fleet.size, model.traffic.most_out or fleet.size)
     if out > estimate.lanes_hold > 0:
@@ -385,7 +388,7 @@ def crowds(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _windows(model: Model) -> Iterator[Finding]:
-    """Find windows in which mostly no second task comes, so that there is nothing to put together."""
+    """Find batching windows in which mostly no second task comes, so that there is nothing to put together."""
     batching, rate, unit = model.policies.batching, arrival_rate(model), model.units.time
     window = batching.params.get("window")
     if batching.name == "time-window" and isinstance(window, int | float) and rate and window * rate < 1:

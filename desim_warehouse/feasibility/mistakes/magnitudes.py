@@ -1,4 +1,7 @@
-"""Values that do not go together: two times, rates and what they fill, prices and what is paid for."""
+"""Values that do not go together: two times, rates and what they fill, prices and what is paid for.
+
+For findings of `desim check`.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +73,7 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def notes(model: Model) -> Iterator[Finding]:
-    """Note values that may be meant, and are often a slip."""
+    """Note unusual values that may be meant, but are often a slip."""
     prices = model.prices
     if prices is not None:
         robots = {"robot": prices.robot, **{f"kinds.{name}": price for name, price in prices.kinds.items()}}
@@ -129,7 +132,7 @@ def _disturbances(model: Model) -> Iterator[Finding]:
 
 
 def _handling(model: Model) -> Iterator[Finding]:
-    """Find loading or unloading in no time, where nothing else says how long it takes."""
+    """Find loading or unloading that takes no time, where no other key says how long it takes."""
     tasks, stations = model.tasks, model.layout.stations.values()
     if not tasks.never_end:  # a list of tasks may be one of a benchmark of routes
         return
@@ -159,7 +162,7 @@ def _warm_up(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _kinds(model: Model) -> Iterator[Finding]:
-    """Find kinds that are nearly the whole fleet: a few robots are left that are of none."""
+    """Find kinds of robots that make up nearly the whole fleet, so that few robots are left without a kind."""
     fleet = model.fleet
     counted = sum(kind.count for kind in fleet.kinds.values())
     left = fleet.size - counted
@@ -186,7 +189,7 @@ def _energy_price(model: Model) -> Iterator[Finding]:
 
 
 def _battery(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find rates that do not fit the capacity, and robots that start nearly flat, by kind where kinds differ."""
+    """Find charging rates that do not fit the capacity, and robots that start nearly flat; by kind if kinds differ."""
     if estimate.power is None:
         return
     for kind, alone in by_kind(model).items():
@@ -280,7 +283,7 @@ def _with_usual() -> tuple[type[Part], ...]:
 
 
 def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
-    """Whether a key of this model can be held against what is usual."""
+    """Whether a key of this model can be compared with its usual range."""
     if isinstance(part, Prices) and usual.price and not comparable(part.currency):
         return False
     if kind in {"time", "speed", "acceleration"} and not model.units.has_seconds:
@@ -289,7 +292,7 @@ def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
 
 
 def _begins(model: Model) -> float:
-    """Return the seconds from the start of the run in which not all that happens at some times is to be expected."""
+    """Return the time from the start of the run, in s, before which not every scheduled thing can have happened yet."""
     end = model.run.end
     return min(AT_START * end * model.units.seconds, MOST_AT_START) if math.isfinite(end) else 0.0
 
@@ -339,7 +342,7 @@ def _si(kind: str, units: Units) -> float:
 
 
 def _meant(value: float, low: float, high: float, kind: str) -> str:
-    """Return the number with the units in which it would be usual."""
+    """Return the number with each unit in which it would be usual, in words."""
     if kind == "share":
         return f"{value:g} %" if low <= value / 100 <= high else f"{1 + value:g}, which is {value:.0%} more"
     least = low or high / (400 if kind == "time" else 40)  # in ms, but not in mm
@@ -349,7 +352,7 @@ def _meant(value: float, low: float, high: float, kind: str) -> str:
 
 
 def _plain(kind: str, units: Units) -> str:
-    """Say in which unit plain numbers are."""
+    """Return the hint on the unit of plain numbers: `times are in s`."""
     if kind == "length":
         return "units.length says what lengths are in"
     return f"times are in {units.time}" if kind else "is it as large as that?"

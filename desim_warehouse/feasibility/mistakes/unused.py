@@ -1,4 +1,7 @@
-"""Keys without effect: no part of the model reads them."""
+"""Keys without effect: no part of the model reads them.
+
+For findings of `desim check`, and for the live page.
+"""
 
 from __future__ import annotations
 
@@ -88,7 +91,7 @@ def _unnamed_calendars(model: Model) -> list[str]:
 
 
 def _names_in(part: Part, section: str) -> list[Any]:
-    """Return what those keys of a part hold that name something in `section`; None for one that is not given."""
+    """Return the names that the keys of a part refer to in `section`; None for each key that is not set."""
     fields = type(part).model_fields.items()
     keys = [name for name, field in fields if _is_name(whole_annotation(field), section)]
     return [getattr(part, key) for key in keys]

@@ -34,13 +34,6 @@ def free_travel(model: Model, layout: Layout) -> FreeTravel:
 def handling_of(model: Model, layout: Layout) -> Handling[float | Distribution]:
     """Return the handling times of the model: the simulation samples them, forecasts use the means."""
     tasks, cost = model.tasks, model.cost
-    flows = {
-        name: (
-            tasks.load_time if flow.load_time is None else flow.load_time,
-            tasks.unload_time if flow.unload_time is None else flow.unload_time,
-        )
-        for name, flow in tasks.flows.items()
-    }
     return Handling(
         tasks.load_time,
         tasks.unload_time,
@@ -48,7 +41,7 @@ def handling_of(model: Model, layout: Layout) -> Handling[float | Distribution]:
         cost.distance,
         cost.time,
         cost.collisions,
-        flows,
+        {name: tasks.handling_of(flow) for name, flow in tasks.flows.items()},
         {"": 0.0, **{name: flow.stop_time for name, flow in tasks.flows.items()}},
         {
             node: (spec.load_time, spec.unload_time)

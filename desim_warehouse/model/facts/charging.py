@@ -227,5 +227,5 @@ def shares(model: Model) -> dict[str, float]:
 
 
 def said(kind: str) -> str:
-    """Name the robots of a kind, at the beginning of a line."""
+    """Return the words for the robots of a kind, at the beginning of a line."""
     return f"kind {kind}" if kind else "other robots"

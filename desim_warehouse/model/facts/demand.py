@@ -77,7 +77,7 @@ def always_open(model: Model) -> bool:
 
 
 def order_files(model: Model) -> list[Summary]:
-    """Return what the files of orders of a model hold."""
+    """Return the contents of the files of orders of a model, summed up."""
     files = files_of(model.tasks.flows)
     how = reading(model, model.floor) if files else None
     return [summary(file, how) for file in files if how is not None]

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 
 def disturbances(model: Model, layout: Layout) -> list[str]:
-    """List what keeps robots or chargers from work at times, a line for each."""
+    """List the disturbances that keep robots or chargers from work at times, a line for each."""
     return [*_failures(model), *_delays(model), *_people(model, layout)]
 
 
 def left_out(model: Model) -> list[str]:
-    """Name what may keep robots, chargers and people from work, and does not in this model."""
+    """List the disturbances of robots, chargers and people that the model leaves out."""
     layout, traffic = model.layout, model.traffic
     parts = {
         "breakdowns": bool(breakdowns(model)),
@@ -124,7 +124,7 @@ def closures(model: Model) -> Iterator[str]:
 
 
 def at_times(model: Model) -> dict[str, tuple[str, str]]:
-    """Return closures, and slow zones with hours: what they are then, and their calendars."""
+    """Return the closures, and slow zones with hours, each with its effect and its calendar."""
     closures, slow = model.traffic.closures.items(), model.traffic.slow.items()
     closed = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
     return closed | {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
@@ -138,7 +138,7 @@ def never_in_run(model: Model, calendar: str) -> bool:
 def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
     """Return the share of time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
 
-    None where they come at times that are given, or nowhere.
+    It is None if people come at times that are given, or nowhere.
     """
     aisles = len(people.aisles) or len({frozenset(edge) for edge in with_storage(layout)})
     if people.per_hour is None or not aisles:

@@ -38,7 +38,7 @@ class Key:
 
 @lru_cache(maxsize=1024)
 def about(key: str) -> Key | None:
-    """Say what a dotted key is, such as `layout.bays.parking.chargers` or `tasks.load_time.lognormal.mean`.
+    """Describe a dotted key by its label and unit, such as `layout.bays.parking.chargers`; None if models lack it.
 
     It is called by the title of its field, else by its name. Parameters of a distribution are added to what varies:
     `load time, mean`. None: models have no such key.

@@ -1,4 +1,4 @@
-"""How long a lift is taken for its rides: from when it is a robot's until the doors have closed behind that."""
+"""How long a lift is taken for its rides: from when a robot has it until the doors have closed behind the robot."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def left_for_robots(model: Model, lift: Lift) -> float:
 
 
 def beside(model: Model, lift: Lift, rides: Mapping[Edge, float]) -> float:
-    """For how long it is taken beside the time that robots wait for the cabin or ride: they drive in and out of it."""
+    """Return for how long a lift is taken beside waits for the cabin and rides: robots drive in and out of it."""
     own, drive = dict(model.traffic.node_times), 2 * model.fleet.contact / model.fleet.fastest + lift.doors
     stops = {node: own.get(node, model.traffic.node_time) for node in lift.nodes}
     return math.fsum(count * (drive + stops[begin] + stops[end]) for (begin, end), count in rides.items())

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def place_shares(model: Model, layout: Layout, end: StorageEnd | None = None) -> Any:
-    """Return the share of every storage place in the demand (of a flow's `end`), a numpy array; None: equal shares."""
+    """Return the share of every storage place in the demand (of a flow's `end`), a numpy array.
+
+    None stands for equal shares.
+    """
     popularity = model.tasks.popularity if end is None or end.popularity is None else end.popularity
     by = popularity.by if isinstance(popularity, Popularity) else None
     order: Sequence[int] | None = None
@@ -34,7 +37,7 @@ def place_shares(model: Model, layout: Layout, end: StorageEnd | None = None) ->
 
 
 def only_place(model: Model, layout: Layout, end: StorageEnd | None = None) -> int | None:
-    """Return the storage place that all demand for drawn goods is for; None: for several, so chance decides."""
+    """Return the storage place that all demand for drawn goods is for; None if for several, so that chance decides."""
     return 0 if len(layout.storage) == 1 else only(place_shares(model, layout, end))
 
 

@@ -58,7 +58,7 @@ class Group:
 
     @property
     def is_lift(self) -> bool:
-        """Whether it is a single lift, named in the singular."""
+        """Whether the group is a single lift, named in the singular."""
         return self.kind == "lifts"
 
 
@@ -68,7 +68,7 @@ LANES = Group("lanes")
 
 @dataclass(frozen=True)
 class Load:
-    """The demand on a group over what it can give: on the `mean`, and in the busiest hour, `peak`.
+    """The load of a group (utilisation, above 1 for too much work): on the `mean`, and in the busiest hour, `peak`.
 
     `peak`: None where what comes in an hour does not change, and of chargers, as batteries bridge an hour. `worst`: the
     mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the part of
@@ -84,7 +84,7 @@ class Load:
 
     @property
     def need(self) -> float:
-        """The larger of what is asked on the mean and in the busiest hour."""
+        """The larger of the mean load and the load in the busiest hour."""
         return max(self.mean, self.peak or 0.0)
 
 
@@ -121,7 +121,7 @@ def groups(model: Model) -> tuple[Group, ...]:
 
 
 def staff(model: Model) -> dict[str, Group]:
-    """Find for each station who is paid there: its people where loads are worked on, else its servers."""
+    """Return for each station the group that is paid there: its people where loads are worked on, else its servers."""
     return {group.zone: group for group in groups(model) if group.nodes}
 
 

@@ -1,4 +1,4 @@
-"""Departures: when what is released before them is due, at times of the run or, every day, by the clock."""
+"""Departures: orders released before them are due then, at times of the run or, every day, by the clock."""
 
 from __future__ import annotations
 

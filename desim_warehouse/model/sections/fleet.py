@@ -411,7 +411,7 @@ class Fleet(Part):
         return any(name is not None for name in self.hours_of_robots())
 
     def is_random(self, model: Any) -> bool:
-        """Whether a part of it is, or batteries start at levels that are drawn."""
+        """Whether chance decides anything of the fleet, such as the battery levels at the start."""
         return (model.battery is not None and self.start_energy == "settled") or super().is_random(model)
 
     def homes(self, bays: Mapping[str, BayPlaces]) -> list[str]:

@@ -67,7 +67,7 @@ class PoissonArrivals(Part):
     poisson: Annotated[Rate, limited("hourly")] = Field(title="tasks", description="tasks per hour")
 
     def is_random(self, _model: Any) -> bool:
-        """They arrive at random."""
+        """Return True: tasks arrive at random."""
         return True
 
 
@@ -108,7 +108,7 @@ class ProfileArrivals(Part):
     profile: Profile = Field(description="the rates")
 
     def is_random(self, _model: Any) -> bool:
-        """They arrive at random."""
+        """Return True: tasks arrive at random."""
         return True
 
 
@@ -162,7 +162,7 @@ class OrdersArrivals(Part):
     orders: OrdersFile = Field(description="the file")
 
     def is_random(self, _model: Any) -> bool:
-        """Rows may leave to chance where a load comes from; whether they do, a run knows."""
+        """Return True: rows may leave to chance where a load comes from; whether they do, a run knows."""
         return True
 
 
@@ -398,7 +398,7 @@ class FlowSpec(Part):
 
     @property
     def may_end_at_several(self) -> bool:
-        """Whether its tasks end at one of several nodes."""
+        """Whether tasks of the flow end at one of several nodes."""
         return any(isinstance(route.target, tuple) and len(route.target) > 1 for route in self.routes)
 
     @property
@@ -414,7 +414,7 @@ class FlowSpec(Part):
 
     @property
     def may_stop(self) -> bool:
-        """Whether its tasks may stop on their way: they do, or rows of its orders may say so."""
+        """Whether tasks of the flow may stop on their way: they do, or rows of its orders may say so."""
         return bool(self.via) or isinstance(self.arrivals, OrdersArrivals)
 
     @property
@@ -477,7 +477,7 @@ def mean_rate(flow: FlowSpec, length: float, hour: float, start: str, hours: Hou
 
 
 def fixed_orders(flow: FlowSpec) -> bool:
-    """Whether its tasks are the rows of a file as they stand there, so that no demand multiplies them."""
+    """Whether tasks of a flow are the rows of a file as they stand there, so that no demand multiplies them."""
     return isinstance(flow.when, OrdersArrivals) and flow.when.orders.resample is None
 
 

@@ -102,7 +102,7 @@ def _of_the_layout(popularity: str | Popularity, info: ValidationInfo) -> str | 
 
 
 def only(demand_shares: Any) -> int | None:
-    """Return the number of the place that all demand is for, by the `shares`; None: for several, so chance decides."""
+    """Return the number of the place that all demand is for, by the shares; None for several, so chance decides."""
     asked_for = [] if demand_shares is None else demand_shares.nonzero()[0].tolist()
     return asked_for[0] if len(asked_for) == 1 else None
 
@@ -225,7 +225,7 @@ class PoissonGoods(Part):
     )
 
     def is_random(self, _model: Any) -> bool:
-        """They arrive at random."""
+        """Return True: tasks arrive at random."""
         return True
 
 

@@ -61,7 +61,7 @@ def shares_of(lines: int | tuple[int, int] | DiscreteLines) -> dict[int, float]:
 
 
 def mean_lines(lines: int | tuple[int, int] | DiscreteLines) -> float:
-    """Return the mean number of lines of an order."""
+    """Return the mean number of lines of an order, given the number or its distribution."""
     return sum(count * share for count, share in shares_of(lines).items())
 
 

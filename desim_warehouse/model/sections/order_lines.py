@@ -55,10 +55,16 @@ class OrderLine(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """Facts of a model that give rows a meaning: names of places, number of storage places, start, unit.
+    """Facts of a model by which the rows of an order list are read: names, number of storage places, start, time unit.
 
-    `stored`: names of storage places with their numbers. With pods rows name stations alone, and one of so many
-    `items`, by number or by its name in `sold`.
+    Attributes:
+        names: the nodes and zones that a row may name; with pods the stations alone.
+        places: the number of storage places; 0 with pods.
+        start: when the run starts, a time of day or a date with one.
+        seconds: the length of the model's time unit.
+        stored: names of storage places with their numbers.
+        items: with pods, the number of items that are sold: a row asks for one of them instead of a storage place.
+        sold: with pods, the names of the items; without names, rows have their numbers.
     """
 
     names: frozenset[str]
@@ -92,7 +98,7 @@ class Reading:
 
     @classmethod
     def of(cls, layout: Layout, start: str, seconds: float, pods: PodsSpec | None = None) -> Reading:
-        """Make it of a layout; `start`: of the run, `seconds`: in a time unit."""
+        """Make the facts from a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
         if pods is not None:
             stations = frozenset(layout.stations) | zones
@@ -138,7 +144,7 @@ class Problems:
                 counts[text] += 1
 
     def told(self) -> list[str]:
-        """Return a line for each kind, up to 20."""
+        """Return a line for each kind of problem, up to 20."""
         lines = []
         for (column, wrong), (count, row, expected) in islice(self.kinds.items(), _MOST):
             counts, where = self.values[column, wrong], self.file
@@ -235,7 +241,7 @@ class OrderRows:
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """Return how many tasks each quantity is."""
+        """Return the number of tasks that each quantity is."""
         return quantities
 
     def hands(self, text: pd.Series[Any]) -> Any:

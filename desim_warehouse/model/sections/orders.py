@@ -92,7 +92,7 @@ def without_earlier(named: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
 
 
 def not_plain(path: Path) -> list[str]:
-    """Say in which ways a file is no plain table, as far as its kind and its header show."""
+    """List in which ways a file is no plain table of orders, as far as its kind and its header show; each in words."""
     if path.suffix.lower() in EXCEL:
         return ["a workbook"]
     try:
@@ -118,7 +118,7 @@ def check_there(path: Path) -> tuple[int, int]:
 
 
 def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
-    """Say why a file of orders cannot be read."""
+    """Return the message that says why a file of orders cannot be read."""
     return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
 
 
@@ -170,7 +170,7 @@ def framed(rows: Iterable[Sequence[str]], names: Sequence[Any], begin: int) -> p
 
 
 def parquet_chunks(path: Path, names: Sequence[str]) -> Iterator[tuple[int, list[list[str]]]]:
-    """Columns of a Parquet file as text, in chunks of rows: the number of the first row, from 1, and the cells.
+    """Yield the columns of a Parquet file as text, in chunks: number of the first row, from 1, and the cells.
 
     Raises ValueError for columns that are no text, numbers or times, and for more text than is held at once.
     """

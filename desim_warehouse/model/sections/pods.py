@@ -198,7 +198,7 @@ class PodsSpec(Part):
         return shares(popularity, equal)  # type: ignore[arg-type]  # only the number of items is read
 
     def is_random(self, _model: Any) -> bool:
-        """Whether chance decides: it does on where pods stand, what is on them and what is asked for."""
+        """Return True: chance decides where pods stand, which items they have and which are asked for."""
         return True
 
 

@@ -32,7 +32,7 @@ KINDS = ("allocation", "routing", "charging", "parking", "batching", *OF_PODS)
 
 
 def _frozen(value: Any) -> Any:
-    """Parameters that cannot be changed, with their names in one order."""
+    """Return parameters that cannot be changed, with their names in one order."""
     if isinstance(value, Mapping):
         return FrozenMap({key: _frozen(value[key]) for key in sorted(value)})
     if isinstance(value, list | tuple):
@@ -54,11 +54,11 @@ class PolicySpec(Part):
 
     @property
     def own(self) -> bool:
-        """Whether it is the user's own; then nothing is known about its code."""
+        """Whether the policy is the user's own; then nothing is known about its code."""
         return ":" in self.name
 
     def content(self) -> Any:
-        """Return it as a model file has it: the name alone where no parameter is given."""
+        """Return the policy as a model file has it: the name alone where no parameter is given."""
         return {"name": self.name, **as_json(self.params)} if self.params else self.name
 
     @model_validator(mode="after")
@@ -151,7 +151,7 @@ class Policies(Part):
         return sorted(spec.name for spec in self.specs().values() if spec.own)
 
     def problems(self, run_code: bool = False) -> list[Problem]:
-        """Whether they can be made with the parameters of the model; the user's own only with `run_code`."""
+        """List the problems of making the policies with their parameters; the user's own only with `run_code`."""
         return [
             Problem(("policies", kind, *([parameter] if parameter else ())), text)
             for kind, spec in self.specs().items()

@@ -66,7 +66,7 @@ class PeopleSpec(Part):
     )
 
     def is_random(self, model: Any) -> bool:
-        """Whether it is left to chance when people come, into which aisle, or for how long."""
+        """Whether chance decides when people come, into which aisle, or for how long."""
         return self.per_hour is not None or len(self.aisles) != 1 or super().is_random(model)
 
     @model_validator(mode="after")

@@ -46,7 +46,7 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """A line that counts errors and warnings."""
+        """The line that counts errors and warnings."""
         errors, warnings = len(self.errors), sum(item.level == "warning" for item in self.findings)
         waived = sum(item.level == "error" for item in self.findings) - errors
         counts = number_of(errors, "error") if errors else "no errors"

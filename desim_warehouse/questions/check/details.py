@@ -52,7 +52,7 @@ def of_model(model: Model) -> list[str]:
 
 
 def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estimate: QuickEstimate) -> list[str]:
-    """Say what other places of fast movers would save, and what a choice of tasks saves."""
+    """Return the lines on time saved by other places of fast movers, and by a choice of tasks."""
     time, lines = model.units.time, []
     if nearer is not None:
         saved = f"{amount(nearer.saved)} of {amount(nearer.now)} {time} a task"
@@ -108,7 +108,7 @@ def _task(estimate: QuickEstimate, time: str) -> str:
 
 
 def _pods(pile_on: PileOn, units: Units) -> str:
-    """Describe what a visit of a pod serves, and what pickers can do."""
+    """Describe the lines that a visit of a pod serves, and the work that pickers can do."""
     least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
     lines = least if least == most else f"{least} to {most}"
     text = f"pods: {lines} lines a visit by {pile_on.policy}, measured"
@@ -163,7 +163,7 @@ def _stations(estimate: QuickEstimate, hour: float) -> str:
 
 
 def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
-    """Say of each lift what it can do, and what is asked of it; of lifts alike in one line."""
+    """Yield a line on what each lift can do, and on the demand for it; one for lifts that are alike."""
     lines: dict[str, list[str]] = {}
     for lift in estimate.lifts:
         line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"

@@ -60,7 +60,7 @@ def sentences(
 
 
 def _warehouse(model: Model) -> str:
-    """Describe the warehouse as people count it: `W: 12 robots, 1 charger, 2 packers, 480 storage places`."""
+    """Return the warehouse in a line of counts: `W: 12 robots, 1 charger, 2 packers, 480 storage places`."""
     parts = [_counted(group, group.number) for group in groups(model)]
     parts += [number_of(len(model.floor.storage), "storage place")] if model.floor.storage else []
     return f"{capital(model.name)}: {', '.join(parts)}."
@@ -75,7 +75,7 @@ def _counted(group: Group, number: int) -> str:
 
 
 def _staff(model: Model, station: StationLoad) -> str:
-    """Say who limits a station, and how many of them there are."""
+    """Return the words for the servers or pickers that limit a station, with their number."""
     number = station.workers if station.limited_by_work else station.servers
     for group in groups(model):
         if station.node in group.nodes and (group.kind == "people") == station.limited_by_work:
@@ -84,7 +84,7 @@ def _staff(model: Model, station: StationLoad) -> str:
 
 
 def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Say what the robots can do beside what is asked for, and how many would do."""
+    """Yield the sentences that compare what the robots can do with demand, and say how many robots are enough."""
     hour = model.units.hour
     least, most = (_floor(rate * hour) for rate in estimate.range)
     if math.isfinite(estimate.range[1]):
@@ -101,7 +101,7 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Say how many of the robots can be at work, and for how long."""
+    """Yield the sentence that says how many of the robots can be at work, and for how long."""
     if estimate.at_work < estimate.robots:
         yield f"Only {estimate.at_work} of them work at a time: the stations have no slots for more."
     if estimate.most_out is not None and estimate.most_out < estimate.robots:
@@ -116,7 +116,7 @@ def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
-    """Say how many robots are enough, on average and in the busiest hour."""
+    """Return the sentence that says how many robots are enough, on average and in the busiest hour."""
     peak = mean if estimate.peak is None else estimate.robots_for(estimate.peak, at_peak=True)
     if math.isinf(max(mean, peak)):
         rate = estimate.rate if math.isinf(mean) else estimate.peak
@@ -133,7 +133,7 @@ def _are(counts: str, number: int, enough: bool) -> str:
 
 
 def _chargers(power: Power | None, model: Model) -> Iterator[str]:
-    """Say how many chargers are enough, and how long a battery lasts."""
+    """Yield the sentence that says how many chargers are enough, and how long a battery lasts."""
     if power is None:
         return
     lasts = numbers.duration(power.lasts, model.units.time) if math.isfinite(power.lasts) else ""
@@ -153,7 +153,7 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
 
 
 def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Say what the stations can serve, and how busy the fullest of them is."""
+    """Yield the sentence that says what the stations can serve, and how busy the fullest of them is."""
     most = estimate.station_capacity
     if math.isinf(most):
         return
@@ -165,7 +165,10 @@ def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Say what pickers can do: at least, where each robot is far from the one before, and at most, without a step."""
+    """Yield the sentence on the lines that pickers can pick in an hour.
+
+    The least is where each robot is far from the one before, the most where pickers need not walk.
+    """
     pickers = estimate.pickers
     if pickers is None or math.isinf(pickers.most):
         return
@@ -188,21 +191,21 @@ def _limits(name: str) -> str:
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Say who is busiest by the estimate; nothing where it foresees no rate."""
+    """Yield the sentence on the busiest group by the estimate; nothing where the estimate foresees no rate."""
     line = busiest.are(loads(model, estimate), "of the time" if estimate.on_duty == 1 else "of their hours")
     if line:
         yield sentence(line)
 
 
 def _aisles(wider: float | None) -> Iterator[str]:
-    """Say what it costs that robots load in their lanes."""
+    """Yield the sentence on what it costs that robots load in their lanes."""
     if wider is not None:
         more = f"about {numbers.number(100 * wider, 0)} % more"
         yield f"Robots that load hold up others: beside their lanes they would do {more} (layout.aisles: wide)."
 
 
 def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:
-    """Say what a choice of tasks saves, and what fast movers nearer to the stations would."""
+    """Yield the sentences on time saved by a choice of tasks, and by fast movers nearer to the stations."""
     unit = model.units.time
     if choice is not None:
         before, after = (numbers.duration(time, unit) for time in (estimate.cycle.empty, choice.empty))

@@ -47,7 +47,7 @@ _LEAST = 0.005
 
 
 def drawings(run: RunData, named: str = "", below: Markup | None = None) -> list[Rows | Markup]:
-    """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells.
+    """Draw the figures of a run that every page has: its course by the clock, and the floor, as far as the log tells.
 
     `named`: what the run is among others, as `the median of 33 days`; `below` its course: that of another.
     """
@@ -211,7 +211,7 @@ def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tupl
 
 
 def account(run: RunData) -> Rows | None:
-    """Draw where the time of a task goes, or of a robot without tasks, in one unit; None: the log does not say."""
+    """Draw where the time of a task goes, or of a robot without tasks; None if the log does not have it."""
     if run.record.level != "all":
         return None
     by: By = "task" if counted_tasks(run.history) else "robot"

@@ -26,7 +26,7 @@ FOR_A_TIME = "PEAK_ABOVE_FLEET"
 
 @dataclass(frozen=True)
 class Lasting:
-    """The evidence against a run that keeps up.
+    """The evidence on whether a run keeps up with the tasks that arrive (a stable queue), from it and its check.
 
     `overload`: the code of the check's finding. `scarce`: the resource asked for more than `MOST_ASKED`, and
     the share of what it can give; "" and 0 where there is none. `grown`: tasks that more are open, and in no robot's

@@ -95,7 +95,7 @@ def worst_course(run: RunData, answer: Answer) -> Markup | None:
 
 
 def in_short(run: RunData) -> StillPage:
-    """Compose what Jupyter shows of a run: its answer and drawings, and of its tables the indicators."""
+    """Compose the page of a run that Jupyter shows: its answer and drawings, and of its tables the indicators."""
     short = answer(run).model_copy(update={"tables": (indicators(run),)})
     return StillPage(run.model.name, page_of(short, {"": [*_some(account(run)), *drawings(run)]}))
 
@@ -105,7 +105,7 @@ def _some(drawing: Rows | Markup | None) -> list[Rows | Markup]:
 
 
 def answer(run: RunData, folder: Path | None = None) -> Answer:
-    """Answer what a run achieved; `folder`: where it is kept."""
+    """Make the answer of a run: what it achieved; `folder`: where it is kept."""
     model = run.model
     again = (
         {}
@@ -141,7 +141,7 @@ def answer(run: RunData, folder: Path | None = None) -> Answer:
 
 
 def question(run: RunData) -> str:
-    """Return the question that a run answers: what a design achieves in the counted time."""
+    """Return the question that a run answers: what a design achieves in the evaluation period."""
     model = run.model
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:
@@ -179,7 +179,7 @@ def resources(run: RunData) -> Folded:
 
 
 def lost_time(run: RunData) -> Folded:
-    """List what robots waited for in the end, and how much time was lost to it."""
+    """List the roots that robots waited for, and the time that was lost to each."""
     table = Folded(title="What robots waited for", numbers=True)
     if run.record.level != "all":
         return table.model_copy(update={"note": _UNLOGGED})
@@ -199,7 +199,7 @@ def lost_time(run: RunData) -> Folded:
 
 
 def kinds_of_robots(run: RunData) -> Folded:
-    """List what the robots of each kind did, and how low their batteries came, where there are kinds."""
+    """List the work of the robots of each kind, and the lowest level of their batteries, if there are kinds."""
     history, counted = run.history, run.history.counted
     kinds = run.model.fleet.kinds_of_robots()
     rows = []
@@ -232,7 +232,7 @@ def warm_up_figures(run: RunData) -> list[Axes]:
 
 
 def _warm_up(run: RunData) -> Folded:
-    """Say from when on is counted, below the figure of the warm-up."""
+    """Return the section of the page that says from when on indicators count, below the figure of the warm-up."""
     begin = run.record.begin
     counted = f"Counted from {numbers.duration(begin, run.model.units.time)} on." if begin else ""
     return Folded(title="Warm-up", note=counted)

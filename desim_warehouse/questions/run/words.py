@@ -68,7 +68,7 @@ def numbers_of(run: RunData) -> list[BigNumber]:
 
 
 def waited(run: RunData) -> list[str]:
-    """Say what robots waited for most, where the log tells."""
+    """Return the sentence on the reason for which robots waited most; none where the log does not tell."""
     if run.record.level != "all" or not run.history.counted:
         return []
     whole, lost = run.history.counted * run.model.fleet.size, lost_to(run.history)
@@ -80,7 +80,7 @@ def waited(run: RunData) -> list[str]:
 
 
 def counted_time(run: RunData) -> str:
-    """Write the counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
+    """Write the evaluation period, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
     unit = run.model.units.time
     phrase = numbers.duration(run.history.counted, unit)
     if unit not in SECONDS:
@@ -101,12 +101,12 @@ def _delivered(run: RunData) -> str:
 
 
 def _asked(run: RunData) -> list[str]:
-    """Say how many orders a day are asked for, where they come at a rate."""
+    """Return the sentence on how many orders come in a day, where they come at a rate."""
     return [sentence(line) for line in orders_a_day(run.model)]
 
 
 def _left_open(run: RunData) -> list[str]:
-    """Say how many open tasks the cycle times leave out, where the backlog grows."""
+    """Return the sentence on open tasks that the cycle times leave out, where the backlog grows."""
     left = int(run.kpis["backlog"])
     if not left or not piles_up(run.verdicts):
         return []
@@ -115,7 +115,7 @@ def _left_open(run: RunData) -> list[str]:
 
 
 def _keeps_up(run: RunData) -> list[str]:
-    """Say whether work that comes by itself piles up: proved, or why the run does not show it."""
+    """Return the sentence that work piles up, where the run proves it, or why the run does not show it."""
     judged = lasting(run)
     if judged is None:
         return []
@@ -142,7 +142,10 @@ def _against(judged: Lasting) -> str:
 
 
 def _departures(run: RunData) -> list[str]:
-    """Say how long before its departure the latest order came that was in time, where lorries or the like leave."""
+    """Return the sentence on how long before its departure the latest order came that was in time.
+
+    Only where orders have departures, of lorries or the like.
+    """
     lead = run.kpis.get("departure_lead", math.nan)
     if not math.isfinite(lead):
         return []
@@ -153,7 +156,7 @@ def _departures(run: RunData) -> list[str]:
 
 
 def _halts(run: RunData) -> list[str]:
-    """Say when deliveries stood still though tasks were open: for each cause the longest time, and how often else."""
+    """Return a sentence for each cause of halts in delivery while tasks were open: on its longest halt."""
     by_cause: dict[str, list[Halt]] = {}
     for halt in halts(run.history):
         by_cause.setdefault(halt.cause, []).append(halt)
@@ -166,12 +169,12 @@ def _longest(of_cause: list[Halt], run: RunData) -> str:
 
 
 def _busiest(run: RunData) -> str:
-    """Say who was busiest, and how long robots waited in traffic."""
+    """Return the sentences on the busiest group, and on how long robots waited in traffic."""
     return busiest.of_run(run.history, run.kpis) if run.history.counted else "No time was counted."
 
 
 def _pods(run: RunData) -> list[str]:
-    """Say, with pods, how many lines a visit served, and how long pickers had none."""
+    """Return the sentence, with pods, on how many lines a visit served, and how long pickers had none."""
     pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
     if not math.isfinite(pile) or not math.isfinite(idle):
         return []
@@ -180,7 +183,7 @@ def _pods(run: RunData) -> list[str]:
 
 
 def _breakdowns(run: RunData) -> list[str]:
-    """Say how often robots broke down, what it cost, and what is too rare for one run to tell."""
+    """Return the sentences on how often robots broke down, what it cost, and what is too rare for one run to tell."""
     rare = [sentence(line) for line in unknown(run.model, 1, run.history.end)]
     if "breakdowns" not in run.kpis:
         return rare

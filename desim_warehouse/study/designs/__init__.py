@@ -1,1 +1,4 @@
-"""The best of more designs than can be raced: a search among them, judged on days that it did not use."""
+"""Search of the best design where there are too many to race, for `desim best` and `desim orient`.
+
+The design that the search chooses is judged on fresh days, on which the search did not choose it.
+"""

@@ -1,4 +1,7 @@
-"""The best of more designs than can be raced: a search by simulation, judged at last on days that it did not use."""
+"""The search of `desim best` where there are too many designs to race all of them by simulation.
+
+The designs that the search chooses are judged at last on fresh days, on which it did not choose them.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,7 @@ _FIRST = 10
 
 @dataclass(frozen=True)
 class TriedDesign:
-    """A design that the search looked at: means of the indicator and of the target's, over its completed runs."""
+    """A design that the search simulated: means of the indicator, and of the target's, over its completed runs."""
 
     labels: Mapping[str, Label]
     mean: float
@@ -108,7 +111,7 @@ def search_designs(
     maximise: bool | None = None,
     search: Search = USUAL,
 ) -> Raced | SearchedDesigns:
-    """Search the designs of a model for the best by the mean of an indicator; race them where they are few.
+    """Search the designs of a model for the best mean of an indicator; a few designs race instead.
 
     The arguments are those of `questions.best.best`.
 
@@ -139,7 +142,7 @@ def search_designs(
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:
-    """The space of designs to search."""
+    """Return the space of designs to search."""
     parts: list[DesignPart] = [FactorLevels(model, factor) for factor in factors]
     parts += [] if place_chargers is None else [ChargerNodes(model, place_chargers)]
     parts += [AisleWays(model)] if directions else []
@@ -150,18 +153,18 @@ def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, 
 
 
 def are_few(factors: Sequence[Factor], runs: int) -> bool:
-    """Whether each combination of values can have ten of so many runs, so that all of them race."""
+    """Whether designs are so few that each combination of values can have ten of the runs, and all of them race."""
     return math.prod(len(factor.levels) for factor in factors) * _FIRST <= runs
 
 
 def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
-    """A factor; each of its values alone makes a model."""
+    """Make a factor of a key and its values; each value alone must make a valid model."""
     (factor,) = StudyEngine(model, {key: values}, seed=seed).plan.factors
     return factor
 
 
 class _DesignSearch:
-    """One search, and its judgement on fresh days."""
+    """One search for the best design, and the judgement of its candidates on fresh days."""
 
     def __init__(self, space: DesignSpace, indicator: str, maximise: bool, goal: Target | None, search: Search) -> None:
         self.space, self.indicator, self.maximise, self.goal, self.search = space, indicator, maximise, goal, search
@@ -171,7 +174,7 @@ class _DesignSearch:
         self.numbers: dict[Combined, int] = {}
 
     def outcome(self, delta: float | None) -> SearchedDesigns:
-        """Search, and judge the best candidates on fresh days."""
+        """Search the designs, and judge the best candidates on fresh days."""
         scout = self._study("search", [self.space.now], self.search.seed + 1)
         candidates = self._searched(scout)[:_CANDIDATES]
         fresh = self._study("judged", candidates, self.search.seed)
@@ -242,7 +245,10 @@ class _DesignSearch:
             return scout.carry_out(runner, steps, self.indicator, failed=math.nan)
 
     def _judge(self, fresh: StudyEngine) -> tuple[int | None, Judge | None]:
-        """The number of the candidate shown to meet the target, and the judge; without a target the first candidate."""
+        """Judge candidates, and return the number of the one shown to meet the target, with the judge.
+
+        Without a target it is the first candidate, and there is no judge.
+        """
         first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
         search = replace(self.search.under("judged"), first=first, cap=cap)
         if self.goal is None:
@@ -278,7 +284,7 @@ class _DesignSearch:
         )
 
     def _apart(self, fresh: ResultsData, other: int, chosen: int) -> Estimate | None:
-        """The difference of another design to the chosen one, in the pairs of runs in which both have a value."""
+        """Return the difference of another design to the chosen one, in the pairs of runs that both have."""
         values = {
             number: {row.replication: row.value(self.indicator) for row in fresh.by_point[number]}
             for number in (other, chosen)
@@ -304,9 +310,9 @@ class _DesignSearch:
 
 
 def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
-    """Find the first candidate, in order, shown to meet the target, as far as the runs go; after number 0, judge 1 too.
+    """Find the first candidate, in order, that is shown to meet the target before the runs allowed end.
 
-    The second is then judged on the same days, so that the two can be compared.
+    If it is candidate 0, candidate 1 is then judged on the same days, so that the two can be compared.
     """
     meeting = None
     try:
@@ -322,14 +328,14 @@ def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
 
 
 def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
-    """A mean with the bounds of its verdict, which allow for several looks (interim analyses)."""
+    """Return a mean with the bounds of its verdict, which allow for several looks (interim analyses)."""
     if mean is None or verdict is None or mean.interval is None or verdict.low is None:
         return mean
     return replace(mean, interval=(verdict.low, verdict.high))
 
 
 def _reached(scout: StudyEngine, runner: StudyRunner, target: Target) -> Any:
-    """The target's indicator in a run; nan where it ended early, or where work or batteries would not last."""
+    """Return the target's indicator in a run; nan where it ended early, or work or batteries would not last."""
     models: dict[int, Model] = {}
 
     def reached(number: int, replication: int) -> float:

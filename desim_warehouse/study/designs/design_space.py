@@ -1,4 +1,4 @@
-"""Designs of a warehouse that are too many to race: values of keys, nodes for chargers, directions of aisles."""
+"""Designs that `desim best` searches, too many to race: values of keys, nodes for chargers, directions of aisles."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ _DRAWS = 50
 
 
 class DesignPart(Space[Any], Protocol):
-    """A part of a design that is chosen by itself."""
+    """A part of a design that is chosen independently of the other parts, such as one key or the charger nodes."""
 
     key: str
     """What it is, in tables: a key of the model, or words."""
 
     @property
     def many(self) -> float:
-        """How many choices there are at most."""
+        """The number of possible choices, at most."""
         ...
 
     def changes(self, choice: Any) -> Mapping[str, Any]:
-        """The changes of a choice to the model."""
+        """Return the overrides of the model that a choice stands for."""
         ...
 
     def label(self, choice: Any) -> Label:
-        """The label of a choice in tables."""
+        """Return the label of a choice in tables."""
         ...
 
 
@@ -64,15 +64,15 @@ class FactorLevels:
         return len(self.levels)
 
     def first(self) -> Iterator[int]:
-        """The model's own value, or else the middle one of numbers, the first of other values."""
+        """Yield the model's own value; or else the middle one of numbers, or the first of other values."""
         yield self.now
 
     def sample(self, random: Random) -> int:
-        """Any value."""
+        """Draw any value at random."""
         return random.randrange(len(self.levels))
 
     def neighbours(self, choice: int) -> Iterator[int]:
-        """One step and one leap up and down; for categories all others."""
+        """Yield the numbers one step and one leap away, up and down; for categories all other values."""
         leap = max(2, len(self.levels) // _LEAP)
         near = (choice + by for by in (-1, 1, -leap, leap)) if self.is_ordered else range(len(self.levels))
         return (rank for rank in near if rank != choice and 0 <= rank < len(self.levels))
@@ -82,20 +82,20 @@ class FactorLevels:
         return 0 <= choice < len(self.levels)
 
     def effort(self, choice: int) -> int:
-        """Whether it differs from the value in the model."""
+        """Return 1 if the value differs from the value in the model, else 0."""
         return int(choice != self.now)
 
     def changes(self, choice: int) -> Mapping[str, Any]:
-        """The changes of a value to the model."""
+        """Return the changes of a value to the model."""
         return self.levels[choice].overrides
 
     def label(self, choice: int) -> Label:
-        """The value."""
+        """Return the value as its label."""
         return self.levels[choice].label
 
 
 class ChargerNodes:
-    """The nodes at which chargers stand, one at each; robots that parked there park where chargers left."""
+    """The choice of nodes for chargers, one charger at each; robots that parked there park where chargers left."""
 
     key = "chargers at"
 
@@ -127,31 +127,34 @@ class ChargerNodes:
         return math.comb(len(self.nodes), self.count)
 
     def first(self) -> Iterator[tuple[str, ...]]:
-        """Start from today's charger nodes: drop some, or add their nearest neighbours."""
+        """Yield today's charger nodes, without some of them or with their nearest neighbours, as many as are wanted."""
         others = sorted((node for node in self.nodes if node not in self.now), key=self._from_now)
         yield self._in_order([*self.now, *others][: self.count])
 
     def sample(self, random: Random) -> tuple[str, ...]:
-        """Any nodes."""
+        """Draw nodes at random."""
         return self._in_order(random.sample(self.nodes, self.count))
 
     def neighbours(self, choice: Sequence[str]) -> Iterator[tuple[str, ...]]:
-        """One charger moved to a free node nearby."""
+        """Yield the choices in which one charger is moved to a free node nearby."""
         for node in choice:
             free = [other for other in self.nodes if other not in choice]
             for other in sorted(free, key=lambda free_node: abs(self.points[free_node] - self.points[node]))[:_NEAREST]:
                 yield self._in_order([other if old == node else old for old in choice])
 
     def allows(self, choice: Sequence[str]) -> bool:
-        """Any of the nodes may have a charger."""
+        """Allow every choice: any of the nodes may have a charger."""
         return len(choice) == self.count
 
     def effort(self, choice: Sequence[str]) -> int:
-        """How many chargers stand at nodes that have none now."""
+        """Return the number of chargers at nodes that have none in the model."""
         return len({*choice}.difference(self.now))
 
     def changes(self, choice: Sequence[str]) -> Mapping[str, Any]:
-        """The overrides that put the chargers at these nodes; parking gives up those taken, and gets those left."""
+        """Return the overrides that put the chargers at these nodes.
+
+        Nodes for parking that get a charger are taken off it, and nodes that lose their charger are for parking.
+        """
         changes = self._stand(self.zone, choice) | {f"layout.bays.{self.zone}.total_chargers": len(choice)}
         if self.bays[self.zone].chargers is not None:
             changes[f"layout.bays.{self.zone}.chargers"] = None
@@ -164,7 +167,7 @@ class ChargerNodes:
         return changes
 
     def label(self, choice: Sequence[str]) -> Label:
-        """The nodes."""
+        """Return the nodes."""
         return ", ".join(choice)
 
     def _stand(self, name: str, nodes: Sequence[str]) -> dict[str, Any]:
@@ -182,7 +185,7 @@ class ChargerNodes:
 
 
 class AisleWays(Floor):
-    """Which way aisles lead."""
+    """The choice of directions for aisles: the floor of `desim orient` as a part of a design."""
 
     key, drawn_label = "directions", "as drawn"
 
@@ -192,7 +195,7 @@ class AisleWays(Floor):
         return math.prod(map(len, self.turnable.ways))
 
     def label(self, design: tuple[Way, ...]) -> Label:
-        """The aisles that are turned, in words."""
+        """Return in words the aisles whose direction differs from the model's."""
         return "; ".join(self.turnable.turned(design)) or self.drawn_label
 
 
@@ -219,7 +222,7 @@ class DesignSpace:
         return math.prod(part.many for part in self.parts)
 
     def first(self) -> Iterator[Combined]:
-        """The design nearest to the model as it is, then designs with the other first choices of a part."""
+        """Yield the design nearest to the model, then designs with the other first choices of one part."""
         yield self.now
         for rank, part in enumerate(self.parts):
             for choice in part.first():
@@ -228,7 +231,7 @@ class DesignSpace:
                     yield design
 
     def sample(self, random: Random) -> Combined:
-        """Each part drawn by itself, until the design can be simulated."""
+        """Draw each part at random, independently, until the design can be simulated."""
         for _ in range(_DRAWS):
             design = tuple(part.sample(random) for part in self.parts)
             if self.allows(design):
@@ -236,7 +239,7 @@ class DesignSpace:
         return self.now
 
     def neighbours(self, design: Combined) -> Iterator[Combined]:
-        """Designs with one part a little different."""
+        """Yield the designs that differ in one part, by a neighbouring choice."""
         for rank, part in enumerate(self.parts):
             for choice in part.neighbours(design[rank]):
                 yield (*design[:rank], choice, *design[rank + 1 :])
@@ -246,16 +249,16 @@ class DesignSpace:
         return self._why_not(design) is None
 
     def effort(self, design: Combined) -> float:
-        """The sum of the efforts of all parts."""
+        """Return the sum of the efforts of all parts: how much of the model is changed."""
         return sum(part.effort(choice) for part, choice in zip(self.parts, design, strict=True))
 
     def changes(self, design: Combined) -> dict[str, Any]:
-        """The changes of a design to the model."""
+        """Return the changes of a design to the model."""
         chosen = zip(self.parts, design, strict=True)
         return {key: value for part, choice in chosen for key, value in part.changes(choice).items()}
 
     def labels(self, design: Combined) -> dict[str, Label]:
-        """The label of each part of a design in tables."""
+        """Return the label of each part of a design in tables."""
         return {part.key: part.label(choice) for part, choice in zip(self.parts, design, strict=True)}
 
     def _why_not(self, design: Combined) -> str | None:

@@ -1,4 +1,7 @@
-"""Better directions of aisles: a search by simulation, judged on days that it did not use."""
+"""Better directions of aisles, for `desim orient --indicator` and `desim best --directions`: a search by simulation.
+
+The gain of the directions that the search chooses is measured on fresh days, on which it did not choose them.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,9 @@ _DRAWN = "as drawn"
 
 @dataclass(frozen=True)
 class DirectionGain:
-    """The gain of an indicator on the turned floor over the drawn one, by pairs of runs, as a share of the latter.
+    """The relative gain of an indicator by other directions of aisles, from pairs of runs on both floors.
+
+    It is a share of the indicator on the floor as drawn.
 
     `is_better`: whether that is shown to be an improvement (True) or a loss (False), or neither (None).
     """
@@ -56,7 +61,9 @@ class DirectionGain:
 
 @dataclass(frozen=True)
 class SearchedDirections:
-    """The best directions found: the `model` with them, its units that are `turned` of all `units`, and the gain.
+    """The best directions of aisles found: the `model` with them, which of its lanes are `turned`, and the gain.
+
+    A unit is a lane or an aisle that is turned as a whole: there are `units` of them.
 
     `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
     and demands, `ways` the way of every lane that can be turned.
@@ -79,10 +86,10 @@ class SearchedDirections:
 
 
 class Floor:
-    """The designs of a search: the ways of the units of a model's floor that can be turned."""
+    """Designs of a floor: a direction for each of its units, the lanes or whole aisles that can be turned."""
 
     def __init__(self, model: Model) -> None:
-        """Find what can be turned; raises StudyError where nothing can."""
+        """Find the units of a floor that can be turned; raises StudyError where none can."""
         self.model = model
         blocks = model.layout.blocks
         self.turnable: Turnable = turnable(model.floor) if blocks is None else turnable_blocks(blocks)
@@ -92,15 +99,15 @@ class Floor:
 
     @cached_property
     def drawn(self) -> Design:
-        """The floor as it is."""
+        """The design of the floor as the model has it."""
         return self.turnable.drawn
 
     def changes(self, design: Design) -> dict[str, Any]:
-        """The changes that make the model into a design."""
+        """Return the overrides that make the model into a design."""
         return changes(self.model, self.turnable.lanes(design))
 
     def first(self) -> Iterator[Design]:
-        """The floor as it is, and with its two-way lanes made one-way so that trips are short."""
+        """Yield the floor as it is, and the floor with its two-way lanes made one-way so that trips are short."""
         yield self.drawn
         if self.model.layout.blocks is None and self.model.floor.two_way:
             try:
@@ -115,7 +122,7 @@ class Floor:
                 yield short
 
     def sample(self, random: Random) -> Design:
-        """The end of a random walk over designs, from the floor as it is."""
+        """Return the end of a random walk over designs that begins at the floor as it is."""
         design = self.drawn
         for _ in range(random.randint(1, min(LONGEST_WALK, 3 * len(self.turnable.units)))):
             other = self.turnable.step(design, random)
@@ -123,7 +130,7 @@ class Floor:
         return design if self.allows(design) else self.drawn
 
     def neighbours(self, design: Design) -> Iterator[Design]:
-        """Another way for a whole aisle, or for one unit."""
+        """Yield the designs with another direction of a whole aisle, or of one unit."""
         return self.turnable.neighbours(design)
 
     def allows(self, design: Design) -> bool:
@@ -133,7 +140,7 @@ class Floor:
         return self._allowed[design]
 
     def effort(self, design: Design) -> int:
-        """How many units are turned."""
+        """Return the number of units whose direction differs from the model's."""
         return len(self.turnable.turned(design))
 
     def _is_model(self, design: Design) -> bool:
@@ -178,7 +185,7 @@ def search_directions(model: Model, indicator: str, search: Search = USUAL) -> S
 
 
 def _found(floor: Floor, indicator: str, runs: int, search: Search, *, maximise: bool) -> SearchedDirections:
-    """The best directions of a floor, judged where they differ from the drawn ones."""
+    """Search the directions of a floor, and judge the best ones where they differ from the drawn ones."""
     model = floor.model
     judged = runs // _JUDGED
     scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)
@@ -232,7 +239,7 @@ def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, search:
 
 
 def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -> StudyEngine:
-    """Both floors with the model's fleet and demand, then with others, each in as many runs as allowed."""
+    """Make the study that compares both floors on fresh days, with the model's fleet and demand and with others."""
     others = list(_elsewhere(model, turned))[: max(0, runs // (2 * _PAIRS_ELSEWHERE) - 2)]
     cases: dict[str, Mapping[str, Any]] = {_DRAWN: {}, "turned": turned}
     for name, more in others:
@@ -245,7 +252,7 @@ def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -
 
 
 def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Other fleets and demands with which both floors are models, in words."""
+    """Yield other fleets and demands with which both floors are models, in words."""
     size = model.fleet.size
     fleets = sorted({max(1, round(times * size)) for times in _FLEETS} - {size})
     trials: list[tuple[str, dict[str, Any]]] = [(f"{robots} robots", {"fleet.size": robots}) for robots in fleets]
@@ -260,7 +267,7 @@ def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, d
 
 
 def _gain(study: StudyEngine, number: int, indicator: str, *, maximise: bool) -> DirectionGain | None:
-    """The gain of the design after `number` over that design, in the pairs in which both have a value."""
+    """Return the gain of the design after `number` over that design, in the pairs in which both have a value."""
     rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
     both = [
         (rows[number + 1, r].measured(indicator), rows[number, r].measured(indicator))

@@ -1,4 +1,6 @@
-"""Search among more designs than can be run: a local search whose neighbours race on common random numbers.
+"""Local search among more designs than can be run, for `desim best` and `desim orient`.
+
+Neighbours are compared in the same replications, with common random numbers.
 
 From the best of some designs it moves to a neighbour that does better in the same replications, and where none does, it
 begins again at the best design that it has not stood on. The best designs found then race with more replications. On
@@ -50,31 +52,31 @@ class Goal:
 
 
 class Space(Protocol[D]):
-    """Designs of one kind, too many to simulate all."""
+    """Designs of one kind, too many to simulate all of them: the search space."""
 
     def first(self) -> Iterable[D]:
-        """Designs to begin with, the present one first."""
+        """Yield the designs that a search begins with, the present design first."""
         ...
 
     def sample(self, random: Random) -> D:
-        """A design drawn at random, which can be simulated."""
+        """Draw a design at random that can be simulated."""
         ...
 
     def neighbours(self, design: D) -> Iterable[D]:
-        """Other designs that differ little from a design."""
+        """Yield other designs that differ little from a design."""
         ...
 
     def allows(self, design: D) -> bool:
-        """Whether a design can be simulated."""
+        """Whether a design is a valid model, so that it can be simulated."""
         ...
 
     def effort(self, design: D) -> float:
-        """The effort of changing the model into a design; among equally good designs the least effort is best."""
+        """Return the effort of changing the model into a design; among equally good designs the least is best."""
         ...
 
 
 class _SpentError(Exception):
-    """The runs allowed are done."""
+    """Raised when the runs allowed are done."""
 
 
 class LocalSearch(Generic[D]):
@@ -165,7 +167,7 @@ class LocalSearch(Generic[D]):
             yield from self._replicate(dict.fromkeys(self._drawn(_AGAIN, self.values), _LOOK))
 
     def _step(self, current: D, stood: set[D]) -> Generator[list[RunNumber], Sequence[float], D | None]:
-        """The first neighbour drawn that does better; neighbours that do not are not looked at again."""
+        """Find the first neighbour drawn that does better; neighbours that do not are not simulated again."""
         near = [design for design in dict.fromkeys(self.space.neighbours(current)) if design not in stood]
         self.random.shuffle(near)
         allowed = filter(self.space.allows, near)
@@ -180,7 +182,7 @@ class LocalSearch(Generic[D]):
         return None
 
     def _race(self) -> Procedure[list[D]]:
-        """The best designs with more and more replications; after each lap the better half goes on."""
+        """Race the best designs with more and more replications; after each lap the better half goes on."""
         ranked = sorted(self.values, key=self._rank, reverse=True)
         alive, out, lap = ranked[:_FINALISTS], ranked[_FINALISTS:], _SURE
         try:
@@ -207,7 +209,7 @@ class LocalSearch(Generic[D]):
         return designs
 
     def _replicate(self, wanted: Mapping[D, int]) -> Generator[list[RunNumber], Sequence[float], None]:
-        """Run designs up to so many replications; raises _SpentError where too few runs are left for that."""
+        """Simulate designs up to so many replications; raises _SpentError where too few runs are left."""
         missing = [
             (design, rank)
             for design, count in wanted.items()
@@ -226,7 +228,7 @@ class LocalSearch(Generic[D]):
         self._noise = self._spread()
 
     def _spread(self) -> float:
-        """The standard deviation of the target's indicator in one run, over all designs whose runs can count."""
+        """Return the standard deviation of the target's indicator in one run, over all designs whose runs can count."""
         several = (reached for reached in self._reached.values() if len(reached) > 1)
         variances = [statistics.variance(reached) for reached in several if not any(map(math.isnan, reached))]
         return math.sqrt(statistics.fmean(variances)) if variances else 0.0

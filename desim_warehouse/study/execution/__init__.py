@@ -47,7 +47,7 @@ class Executor(Protocol):
         ...
 
     def close(self) -> None:
-        """End all processes and connections, whatever they are doing."""
+        """End all worker processes and connections, whatever they are doing."""
         ...
 
 
@@ -59,7 +59,7 @@ def make_executor(
     interrupts: Interrupts,
     fleets: KeptFleets,
 ) -> Executor:
-    """The executor of a command: on `cluster`, else in worker processes, else in this process.
+    """Make the executor of a command: on `cluster`, else in worker processes, else in this process.
 
     `timeout` is in seconds a run. Messages about workers that were lost go to `say`. Processes of this machine share
     the settled `fleets`; those of a cluster have their own.
@@ -87,7 +87,7 @@ def make_executor(
 
 
 def worker_count(workers: int | str) -> int:
-    """The number of workers: `auto` is one for each processor available."""
+    """Return the number of workers: `auto` is one for each processor available."""
     if workers == "auto":
         affinity = getattr(os, "sched_getaffinity", None)
         return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_WORKERS)

@@ -34,7 +34,7 @@ _PACKAGES = ("simpy", "networkx", "numpy", "scipy", "pydantic")
 
 
 def versions() -> dict[str, str]:
-    """The versions that results depend on: of desim-warehouse, Python and packages."""
+    """Return the versions that results depend on: of desim-warehouse, Python and packages."""
     return {
         "desim-warehouse": _version.__version__,
         "python": platform.python_version(),
@@ -44,7 +44,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def program() -> str:
-    """A digest of these versions and of our code, which somebody may be changing."""
+    """Return a digest of the versions and of our code, which somebody may be changing."""
     digest = hashlib.sha256(repr(sorted(versions().items())).encode())
     home = Path(_version.__file__).parent
     for path in sorted(home.rglob("*.py")):
@@ -61,7 +61,7 @@ _LEFT = 7 / 8
 
 
 def cache_folder() -> Path:
-    """The folder of the user's cached runs: DESIM_CACHE, or below the caches of the system."""
+    """Return the folder of the user's cached runs: DESIM_CACHE, or below the caches of the system."""
     folder = os.environ.get("DESIM_CACHE")
     if folder:
         return Path(folder).absolute()
@@ -75,13 +75,13 @@ def cache_folder() -> Path:
 
 
 def sealed(content: Mapping[str, object]) -> bytes:
-    """A line of a journal, which begins with its checksum."""
+    """Return a line of a journal, which begins with its checksum."""
     text = json.dumps(content, separators=(",", ":")).encode()
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
 def intact(line: bytes) -> bytes:
-    """The text of a line of a journal; raises ValueError where it is damaged."""
+    """Return the text of a line of a journal; raises ValueError where it is damaged."""
     text = line[9:]
     if int(line[:8], 16) != zlib.crc32(text):
         raise ValueError("damaged")
@@ -109,7 +109,7 @@ class Cache:
             self.folder = root / f"runs-{program()}"
 
     def lines(self, model: str) -> list[bytes]:
-        """The whole lines of a model's journal, which becomes the journal used last."""
+        """Return the whole lines of a model's journal, and mark it as used last, so that it is deleted last."""
         if self.folder is None:
             return []
         path = self.folder / f"{model}.jsonl"
@@ -144,7 +144,7 @@ class Cache:
             self.sweep()
 
     def close(self) -> None:
-        """Make room, if anything was written."""
+        """Delete the least recently used journals if there is too much, and if anything was written."""
         if self.written and self.folder is not None:
             self.sweep()
 

@@ -1,4 +1,7 @@
-"""Runs on a Dask cluster: its scheduler replaces workers that die and does their runs again."""
+"""Runs on a Dask cluster: its scheduler replaces workers that die and does their runs again.
+
+For `--cluster` of every command that does a study.
+"""
 
 from __future__ import annotations
 
@@ -70,11 +73,11 @@ class Cluster(SharedExecutor):
         self._children = ExitStack()
 
     def wake(self) -> None:
-        """Wake our thread, as there is something to do."""
+        """Wake the executor's thread, because there is something to do."""
         self.finished.put(None)
 
     def turn(self) -> None:
-        """Hand out runs, and take what is finished.
+        """Do one round of work: hand out runs, and take the outcomes of finished ones.
 
         Raises:
             StudyError: where the cluster is lost, or its workers cannot run our models.
@@ -159,7 +162,7 @@ class Cluster(SharedExecutor):
         return sent
 
     def _threads(self) -> int:
-        """How many runs the cluster can do at a time."""
+        """Return how many runs the cluster can do at a time."""
         return sum(self.client.nthreads().values())
 
     def _check(self) -> None:

@@ -1,4 +1,7 @@
-"""The crew that simulates for a command and all its studies: processes that start once, and settled fleets."""
+"""The crew that simulates for a command and all its studies: processes that start once, and settled fleets.
+
+For every command whose question does runs of its own: `plan`, `size`, `best`, `orient`, `why`, `what-if` and `study`.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ class Crew:
         self._told: Callable[[str], None] = lambda _: None
 
     def executor(self, timeout: float | None, say: Callable[[str], None]) -> Executor:
-        """The executor for runs with this time-out; `say` is told of lost workers from now on.
+        """Return the executor for runs with this time-out; `say` is told of lost workers from now on.
 
         Raises:
             StudyError: where the number of workers is out of range.

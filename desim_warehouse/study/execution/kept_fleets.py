@@ -89,7 +89,7 @@ class FleetsOfACommand(KeptFleets):
 
 
 def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
-    """The settled fleets of a model in a cache, None where it has no intact ones."""
+    """Return the settled fleets of a model in a cache, None where it has no intact ones."""
     for line in reversed(cache.lines(f"settled-{digest}")):
         with suppress(ValueError, KeyError, TypeError):
             content = json.loads(intact(line))
@@ -99,4 +99,4 @@ def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
 
 
 def _in_silence(_: str) -> None:
-    """Say nothing: the store of the runs reports what is wrong with the cache."""
+    """Print nothing: the store of the runs reports already what is wrong with the cache."""

@@ -1,4 +1,7 @@
-"""Locks of files, which the operating system releases however a process ends."""
+"""Locks of files, which the operating system releases however a process ends.
+
+For the journals of studies and of the user's cache.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ _TAKEN = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 
 @contextmanager
 def turn(path: Path, patience: float, waiting: Callable[[], object]) -> Iterator[None]:
-    """Let one process at a time into this block, by the lock of a file that is made if need be.
+    """Let one process at a time into this block (mutual exclusion), by the lock of a file that is made if need be.
 
     Nobody waits longer than `patience` seconds, as a process may be halted, nor where files cannot be locked. `waiting`
     is called between two attempts, and may raise to end the wait.

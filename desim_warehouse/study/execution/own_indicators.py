@@ -1,4 +1,7 @@
-"""Indicators of the user's own: functions of a run, called where it is simulated, kept with its other indicators."""
+"""Indicators of the user's own: functions of a run, called where it is simulated, kept with its other indicators.
+
+For `indicators` of `Study` in Python.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ class OwnIndicator:
     as_given: Callable[[RunData], Any] | None = field(default=None, compare=False)
 
     def value(self, run: RunData) -> float:
-        """The indicator of a run.
+        """Compute the indicator of a run.
 
         Raises:
             StudyError: what the function raises, with its line, or returns, if that is no number.
@@ -76,7 +79,7 @@ def own_indicators(
 
 
 def _digest(function: Callable[[Any], float]) -> str:
-    """The digest of a function's own code; functions that it calls are not looked into."""
+    """Return the digest of a function's own code; functions that it calls are not looked into."""
     code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
     closed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
     content = repr(

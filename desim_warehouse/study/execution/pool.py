@@ -1,5 +1,7 @@
 """Runs in worker processes of this machine.
 
+For `--workers` of every command that does a study, and for `desim serve`.
+
 The parent simulates nothing: it starts the processes, hands batches to those that are idle, and passes on what is
 finished. It kills and replaces a process that is stuck or dead, or does not stop a run that was cancelled. Every
 process has a pipe of its own and at most one batch. So the runs lost with it are known, and the others go on.
@@ -90,7 +92,7 @@ class Worker:
         )
 
     def stop(self, handle: Handle) -> None:
-        """Tell the process to stop a run, or not to begin it."""
+        """Send the process the message to stop a run, or not to begin it."""
         self.told_to_stop = monotonic()
         self._write((self.batches, self.handles.index(handle)))
 
@@ -99,7 +101,7 @@ class Worker:
             self.connection.send(message)
 
     def late(self, timeout: float | None) -> bool:
-        """Whether the process does not start, or its run can neither end nor be interrupted."""
+        """Whether the process does not start, or hangs in a run that can neither end nor be interrupted."""
         taken = monotonic() - self.since
         if not self.begun:
             return taken > _START
@@ -109,14 +111,14 @@ class Worker:
 
     @property
     def deaf(self) -> bool:
-        """Whether the process does not stop a run that it was told to stop."""
+        """Whether the process goes on with a run that it was told to stop."""
         if not self.handles or self.told_to_stop is None:
             return False
         return monotonic() - self.told_to_stop > self._before + _HEED
 
     @property
     def _before(self) -> float:
-        """Seconds that other runs of its batch may take before one."""
+        """Return the seconds that other runs of the process's batch may take before one."""
         return ENOUGH if len(self.handles) > 1 else 0.0
 
     def kill(self) -> None:
@@ -160,14 +162,14 @@ class Pool(SharedExecutor):
         self._awake = False
 
     def wake(self) -> None:
-        """Wake our thread, as there is something to do."""
+        """Wake the executor's thread, because there is something to do."""
         with self._waking:
             if not self._awake:
                 self._awake = True
                 self._wake.send_bytes(b"!")
 
     def turn(self) -> None:
-        """Start processes, hand out runs, and take what is finished.
+        """Do one round of work: start processes, hand out runs, and take the outcomes of finished ones.
 
         Raises:
             StudyError: where worker processes cannot be started.
@@ -202,7 +204,7 @@ class Pool(SharedExecutor):
             self._wake.close()
 
     def _heed(self) -> None:
-        """Stop cancelled runs where they are simulated."""
+        """Stop the runs that were cancelled where they are simulated."""
         with self._waking:
             self._woken.recv_bytes()
             self._awake = False
@@ -308,7 +310,7 @@ class Auto:
         return Handle(base, run, self._stop)
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
-        """These runs, each as soon as it has ended; raises as `Pool.ended`."""
+        """Yield these runs, each as soon as it has ended; raises as `Pool.ended`."""
         first = 0
         while first < len(handles) and self.left > 0:
             for handle in self.alone.ended([handles[first]]):

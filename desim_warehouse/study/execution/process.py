@@ -1,4 +1,7 @@
-"""Before a process of a study imports much: no threads of numerical libraries, and modules found safely."""
+"""Before a process of a study imports much: no threads of numerical libraries, and modules found safely.
+
+For the command line and the worker processes of studies.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Progress of a study, with results so far: a bar that moves on a terminal and in a cell of Jupyter, else lines."""
+"""Progress of a study in a terminal or a cell of Jupyter: a bar with the results so far; elsewhere lines.
+
+For every command and Python call that does the runs of a study.
+"""
 
 from __future__ import annotations
 
@@ -100,7 +103,7 @@ class Progress:
 
     @property
     def rate(self) -> float:
-        """Runs per second so far."""
+        """Runs per second since the study began."""
         return self.done / max(monotonic() - self.begin, 1e-9)
 
     @property
@@ -112,14 +115,14 @@ class Progress:
 
     @property
     def said(self) -> str:
-        """How far it is: what a search has looked at, else the runs and the time that are left."""
+        """Return the progress in words: designs that a search has simulated, else the runs and the time left."""
         if self.is_search:
             return f"{number_of(self.looked, 'design')} looked at, {number_of(self.done, 'run')}, {self.pace}"
         left = _time((self.total - self.done) / self.rate)
         return f"{self.done} of {self.total} runs, {self.pace}, {left} left"
 
     def want(self, wanted: int, reused: int, looked: int = 0) -> None:
-        """Count further runs as wanted, and runs that are already there, of so many designs looked at by now."""
+        """Count further runs as wanted, and runs that are there already; `looked`: designs simulated so far."""
         self.total += wanted
         self.reused += reused
         self.looked = looked
@@ -163,7 +166,7 @@ class Progress:
         self.cell.update(self.done, self.total, [*lines, *self.below])
 
     def summary(self) -> str:
-        """A summary of the runs done."""
+        """Return a summary of the runs done."""
         taken = monotonic() - self.begin
         parts = [f"{number_of(self.done, 'run')} in {_time(taken)}" + (f" ({self.pace})" if self.done else "")]
         if self.reused:

@@ -45,7 +45,10 @@ class Repeats:
         self._open.append((own, name, done.outcome, again))
 
     def wrong(self, *, wait: bool = False) -> tuple[Name, str] | None:
-        """A run whose repetition differed, with the difference; None so far. `wait`: for all repetitions under way."""
+        """Return a run whose repetition had another result, with the difference; None as long as no repetition had.
+
+        `wait`: wait first for all repetitions that are still being simulated.
+        """
         for item in list(self._open):
             own, name, here, again = item
             if wait and self._executor is not None:
@@ -65,7 +68,7 @@ class Repeats:
 
 
 def _judged(own: Sequence[str], here: Outcome, again: Sequence[Outcome]) -> str:
-    """Why runs with these policies are not reproducible, empty if they are, as it seems."""
+    """Return why runs with these policies are not reproducible; empty if they are, as far as their runs show."""
     errors = [outcome.error for outcome in again if outcome.error is not None]
     if errors and errors[0].startswith(f"{PolicyError.__name__}: ") and " at time " not in errors[0]:
         lost = f"{spoken(own)}: not looked at whether runs are reproducible, as another process has no such policy"

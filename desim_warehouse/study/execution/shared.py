@@ -42,7 +42,7 @@ class Batches:
 
     @property
     def open(self) -> int:
-        """How many runs are handed out, or still to be."""
+        """The number of runs that are handed out, or still to be."""
         return self.out + len(self.waiting) + len(self.alone)
 
     def add(self, handle: Handle) -> None:
@@ -50,7 +50,7 @@ class Batches:
         self.waiting.append(handle)
 
     def take(self, workers: int, seconds: float = BATCH_TIME) -> list[Handle]:
-        """The next runs, of one base model, for one of `workers` workers, or none if all are handed out."""
+        """Return the next runs, of one base model, for one of `workers` workers; none if all are handed out."""
         while self.alone:
             handle = self.alone.popleft()
             if not handle.ended:
@@ -189,11 +189,11 @@ class SharedExecutor(ABC):
 
     @abstractmethod
     def wake(self) -> None:
-        """Wake our thread, from any thread, as there is something to do."""
+        """Wake the executor's thread, from any thread, because there is something to do."""
 
     @abstractmethod
     def turn(self) -> None:
-        """Hand out runs, wait for a while, and take what has ended."""
+        """Do one round of work: hand out runs, wait for a while, and take the outcomes of finished ones."""
 
     @abstractmethod
     def disconnect(self) -> None:

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a study at any point."""
+"""Ctrl-C ends a study at any point, in every command that does runs."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Interrupts:
             self.heed()
 
     def heed(self) -> None:
-        """Raise KeyboardInterrupt if there was a Ctrl-C."""
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
         if self.struck is not None:
             raise KeyboardInterrupt(self.struck)
 

@@ -77,7 +77,7 @@ _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
 class Entry(BaseModel, strict=True):
-    """A line of the journal. Whole numbers fit into a table column."""
+    """A line of the journal: a finished run. Whole numbers fit into a table column."""
 
     model: str
     seed: int
@@ -132,7 +132,7 @@ class Store:
         self.close()
 
     def get(self, model: str, seed: int) -> Outcome | None:
-        """The outcome of a run, if there is one."""
+        """Return the outcome of a run, or None where it is not finished."""
         self._recall(model)
         return self.runs.get((model, seed))
 
@@ -251,7 +251,7 @@ class Store:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> NoReturn:
-        """Leave a journal of whole lines when the disk is full or gone, and say what is kept."""
+        """Cut the journal to whole lines when the disk is full or gone, and raise an error that says what is kept."""
         assert self.folder is not None
         with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)

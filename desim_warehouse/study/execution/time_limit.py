@@ -1,4 +1,7 @@
-"""A limit on the time that a run may take."""
+"""A limit on the time that a run may take.
+
+For `--timeout` of `desim run` and of every command that does a study.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupt
 
 
 class TimeOutError(Interruption):
-    """A run took too long. No `except Exception` of a policy can swallow it."""
+    """Raised in a run that took too long. No `except Exception` of a policy can swallow it."""
 
 
 class TimeLimit:

@@ -1,4 +1,7 @@
-"""Simulation of the runs of a study, in any process: each ends with an outcome, which may be an error."""
+"""Simulation of the runs of a study, in any process: each ends with an outcome, which may be an error.
+
+For all executors (`study.execution`), and for the runs of `desim serve`.
+"""
 
 from __future__ import annotations
 
@@ -84,7 +87,7 @@ class Handle:
 
     @property
     def ended(self) -> bool:
-        """Whether it has an outcome, or was cancelled."""
+        """Whether the run has an outcome, or was cancelled."""
         return self.cancelled or self.outcome is not None
 
     def cancel(self) -> None:
@@ -97,7 +100,7 @@ class Handle:
         self._end(outcome)
 
     def tell(self, queue: SimpleQueue[Handle]) -> None:
-        """Put the run into a queue when it has ended."""
+        """Have the run put itself into a queue when it has ended."""
         with _ending:
             if not self.ended:
                 self._told = queue
@@ -136,7 +139,7 @@ class Simulator:
         self.models: dict[tuple[int, int], _Design] = {}  # by base and design
 
     def model(self, base: Model, wanted: Wanted) -> Model:
-        """The model of a wanted run."""
+        """Return the model of a wanted run."""
         name = id(base), wanted.design
         design = self.models.get(name)
         if design is not None and design.base is base and design.overrides == wanted.overrides:
@@ -237,9 +240,9 @@ class Serial:
             self.interrupts.heed()
 
     def close(self) -> None:
-        """Nothing to clean up."""
+        """Do nothing: there are no processes to end."""
 
 
 def _since(begin: float) -> float:
-    """Seconds since then, to the microsecond."""
+    """Return the seconds since a time, to the microsecond."""
     return round(perf_counter() - begin, 6)

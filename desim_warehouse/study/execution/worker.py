@@ -68,7 +68,7 @@ class RunBatch(NamedTuple):
 
 
 class Given(NamedTuple):
-    """A batch with the stop signal of each of its runs."""
+    """A batch that the worker was given, with the stop signal of each of its runs."""
 
     base: Model
     runs: list[Wanted]
@@ -95,7 +95,7 @@ def _listen(parent: Connection[Any, Any], batches: SimpleQueue[Given | None]) ->
 
 
 def _prepare() -> None:
-    """Before our code and numpy are imported.
+    """Prepare the process before our code and numpy are imported.
 
     Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On Linux
     it ends when a parent is killed, too, elsewhere at the next message. No garbage is collected while modules are

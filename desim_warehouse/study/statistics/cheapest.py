@@ -1,4 +1,6 @@
-"""The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
+"""The cheapest design that meets a target, of designs with some counts, such as robots, chargers and packers.
+
+For `desim plan`, and for `desim size`, whose designs have one count.
 
 A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
 and the designs that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
@@ -40,7 +42,7 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 
 @dataclass(frozen=True)
 class Earlier:
-    """Earlier results on designs, by number: `failing` fail, `doubted` may fail, `enough` may suffice.
+    """Results of an earlier search, by number of design: `failing` fail, `doubted` may fail, `enough` may suffice.
 
     `compare`: whether the answer is held against larger designs.
     """
@@ -56,9 +58,9 @@ NOTHING = Earlier()
 
 @dataclass(frozen=True)
 class Larger:
-    """A design with more of one count than `base`: by how much its indicator differs, and whether it does worse.
+    """The comparison of a design with a smaller one, `base`: difference of the indicator, and whether it is worse.
 
-    That is shown, and on the mean it is by no less than the indifference zone of the target.
+    It is worse if the difference is shown, and its mean is at least the indifference zone of the target.
     """
 
     base: int
@@ -142,12 +144,18 @@ def _covered(designs: Sequence[Counts], number: int, by: Collection[int]) -> boo
 
 
 def ruling_out(designs: Sequence[Counts], failing: set[int], shown: set[int]) -> set[int]:
-    """The failing designs that no other one rules out; designs shown to fail are ruled out by such designs alone."""
+    """Return the failing designs that no other failing design rules out.
+
+    A design that was shown to fail is ruled out only by another that was shown to fail.
+    """
     return {n for n in failing if not _covered(designs, n, (shown if n in shown else failing) - {n})}
 
 
 def _halving(designs: Sequence[Counts]) -> int:
-    """The design to judge, of designs in order of cost, so that fewest are left, whether it meets the target or not."""
+    """Return the design to judge next (bisection) so that fewest are left, whether it meets the target or not.
+
+    `designs`: in order of cost.
+    """
     places = [np.unique(side, return_inverse=True)[1] for side in zip(*designs, strict=True)]
     smaller = np.zeros([place.max() + 1 for place in places], int)
     smaller[tuple(places)] = 1
@@ -274,7 +282,7 @@ class _Proof:
             self.open = self._cheaper()
 
     def _under_open(self) -> int | None:
-        """The largest design with less of the first count than an undecided one, if not `failing` or ruled out.
+        """Return the largest design with less of the first count than an undecided one, unless it fails already.
 
         An undecided design says nothing of smaller ones, which are ruled out by default only.
         """
@@ -298,11 +306,17 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate, and where that is undecided, the design with its first count and most of all others.
+        """Judge a candidate and, if it is not shown to meet the target, the largest design with its first count.
 
-        If that design fails, all with this first count fail. It is judged as soon as looks at the candidate lean to a
-        failure that is not clear, or if the candidate stays undecided in the end, as designs between the two would,
-        too. Of three counts the last one, packers, is tried next, and one more packer mostly decides.
+        The first count is the number of robots, as a rule. If the largest design with it fails, all designs with that
+        first count fail, so that none of them needs runs of its own.
+
+        - While a look (interim analysis) at the candidate leans to failure, without showing it, the largest design is
+          judged instead of the candidate.
+        - If the candidate stays undecided when its runs are used up, the largest design is judged after it: designs
+          between the two would stay undecided as well.
+        - With three counts, a candidate that failed is followed by the design with its first two counts and the most
+          packers, because one packer more changes little. An undecided one whose looks lean to success is left at that.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -320,7 +334,7 @@ class _Proof:
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
-        """The next cheaper design to judge, alternating between two rules (see the module)."""
+        """Return the next cheaper design to judge, alternating between two rules (see the module)."""
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
         if not beside:
@@ -329,19 +343,22 @@ class _Proof:
         return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Pairs of the best design and each design with one more of a count."""
+        """Return the pairs of the best design and a design with one more of a count."""
         counts = self.designs[best]
         return [(counts, (*counts[:i], counts[i] + 1, *counts[i + 1 :])) for i in range(len(counts))]
 
     def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Pairs of the best with less of its first count, and the design with more of the others that rules it out."""
+        """Return the best design with less of its first count, paired with the design that rules it out.
+
+        That design has more of the other counts.
+        """
         first, *others = self.designs[best]
         below = [self.designs[number] for number in self.needed()]
         pairs = [((less[0], *others), less) for less in below if less[0] < first]
         return [(less, more) for less, more in pairs if less != more and within_counts(less, more)]
 
     def _compare(self, pairs: Sequence[tuple[Counts, Counts]]) -> Procedure[None]:
-        """Compare designs with larger ones, day by day, as these are assumed to do no worse."""
+        """Compare designs with larger ones, day by day, because larger designs are assumed to do no worse."""
         if not self.earlier.compare:
             return
         numbers = {design: number for number, design in enumerate(self.designs)}
@@ -358,10 +375,11 @@ class _Proof:
         self.larger = (larger,) if larger is not None and larger.worse else ()
 
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
-        """Compare a design with a smaller one, at half of alpha; None: no runs are left.
+        """Compare a design (`number`) with a smaller one (`base`) on the same days, at half of alpha.
 
-        They are looked at again, up to as many runs as one of them has, while the larger leans to being worse. With
-        several targets that one counts for which it is worse, else the first.
+        It returns None where no runs are left. While the mean of the larger design is worse, both are replicated
+        further, until both have as many runs as the one that has more. With several targets the comparison returned is
+        of the first target for which the larger design is shown to be worse, else of the first target of all.
         """
         judge = self.judge
         most = max(judge.runs(base), judge.runs(number))
@@ -404,7 +422,7 @@ class _Proof:
         self.open = [number for number in self._before_best() if not self._ruled_out(number)]
 
     def needed(self) -> tuple[int, ...]:
-        """The failing designs that rule out designs cheaper than the best and are not ruled out by another."""
+        """Return the failing designs that rule out designs cheaper than the best and are not ruled out by another."""
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
@@ -412,7 +430,7 @@ class _Proof:
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
-        """Judge a design: it becomes the best if it meets the target, else it is `failing`, even if undecided."""
+        """Judge a design: if it meets the target it becomes the best, else it is `failing`, even if undecided."""
         meets = (yield from self.judge.verdict(number)) == "meets"
         if meets:
             self.best = number
@@ -421,11 +439,11 @@ class _Proof:
         return meets
 
     def _before_best(self) -> list[int]:
-        """The designs cheaper than the best, or all where there is none."""
+        """Return the designs cheaper than the best, or all where there is none."""
         return self.order if self.best is None else self.order[: self.order.index(self.best)]
 
     def _cheaper(self) -> list[int]:
-        """Designs cheaper than the best that no failing design rules out yet."""
+        """Return designs cheaper than the best that no failing design rules out yet."""
         return [] if self.best is None else [n for n in self._before_best() if not self._ruled_out(n)]
 
     def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:

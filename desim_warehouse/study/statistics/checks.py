@@ -17,7 +17,7 @@ ROUNDING = 1e-12  # a spread below this share of the values is rounding, not ran
 
 
 def finite(values: Sequence[float] | NDArray[np.float64], what: str = "values") -> NDArray[np.float64]:
-    """The values of an indicator as a one-dimensional float array, none missing.
+    """Return the values of an indicator as a one-dimensional float array, none missing.
 
     Raises:
         StudyError: if there are none, or one is not a finite number (a failed run): which ones.

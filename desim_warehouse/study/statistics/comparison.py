@@ -1,4 +1,7 @@
-"""Designs against a baseline under common random numbers: paired differences, all intervals valid at once."""
+"""Designs against a baseline under common random numbers: paired differences, all intervals valid at once.
+
+For `desim compare` and `what-if`, and for the last comparison of `best` and `orient`.
+"""
 
 from __future__ import annotations
 
@@ -67,7 +70,7 @@ def paired(
     *,
     deterministic: bool = False,
 ) -> Estimate:
-    """A design minus the baseline, replication by replication, with its interval (`intervals.bounds`).
+    """Return the difference of a design to the baseline, in pairs of replications, with its interval.
 
     Replication r of both must have used the same random numbers, which makes the difference far less noisy
     than the two means, as far as both designs do the same at the same time. Shapes (n,), in the indicator's unit.
@@ -104,7 +107,7 @@ def compare(
     *,
     deterministic: bool | Collection[D] = False,
 ) -> Differences:
-    """Every design minus the baseline: see `compare_pairs`.
+    """Return the difference of every design to the baseline: see `compare_pairs`.
 
     Raises:
         StudyError: unknown baseline or method, no other design, no replication in common.
@@ -125,7 +128,7 @@ def compare_pairs(
     *,
     deterministic: bool | Collection[D] = False,
 ) -> Differences:
-    """Designs minus their baselines, with intervals and p-values that hold for all at once.
+    """Return the differences of designs to their baselines, with intervals and p-values that hold for all at once.
 
     Args:
         table: design -> values by replication number, in the indicator's unit, nan for a failed run. Designs
@@ -174,7 +177,7 @@ def compare_pairs(
 
 
 def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
-    """Holm's adjusted p-values, in the order given: reject where <= α, and no more than α of families err.
+    """Return Holm's adjusted p-values, in the order given: rejecting where <= α errs in no more than α of families.
 
     `family` is the number of hypotheses if some have no p-value; default: as many as given.
 
@@ -192,7 +195,7 @@ def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
 
 
 def _adjusted(p_values: Mapping[D, float], method: Method, m: int) -> dict[D, float]:
-    """The p-values of a family of `m` differences by the method chosen."""
+    """Return the p-values of a family of `m` differences by the method chosen."""
     if method == "holm":
         return dict(zip(p_values, holm(list(p_values.values()), m), strict=True))
     return {design: min(1.0, m * p) for design, p in p_values.items()}
@@ -203,7 +206,7 @@ def _common(
     ours: Sequence[float] | NDArray[np.float64],
     base: Sequence[float] | NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """The replications that both designs have, and how many are missing from one or failed in both."""
+    """Return the values of the replications that both designs have, and the number that either lacks."""
     a, b = np.asarray(ours, dtype=float), np.asarray(base, dtype=float)
     n = min(a.size, b.size)
     both = np.isfinite(a[:n]) & np.isfinite(b[:n])

@@ -1,4 +1,7 @@
-"""The gains of several changes over a base: replicated until the change that gains most is clear."""
+"""The gains of several changes over a base: replicated until the change that gains most is clear.
+
+For `desim why`, and for caps on the robots under way in `desim plan` and `size`.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ class Gain:
 
     @property
     def each(self) -> Gain:
-        """The gain of an equal dose."""
+        """The gain scaled to an equal dose."""
         by = 1.0 if self.scale is None else self.scale
         return replace(self, mean=by * self.mean, low=by * self.low, high=by * self.high, scale=1.0)
 
@@ -83,7 +86,7 @@ class Gains:
 
     @property
     def exact(self) -> bool:
-        """Whether chance plays no part: every gain is its bounds."""
+        """Whether chance plays no part: every gain equals its bounds."""
         return all(gain.low == gain.high for gain in self.gains if not gain.failed)
 
     @property
@@ -102,7 +105,7 @@ def gains_steps(
     cap: int = 160,
     deterministic: bool = False,
 ) -> Procedure[Gains]:
-    """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
+    """Replicate a base (design 0) and changed designs (1, 2, ...) until one is shown to gain most.
 
     All are looked at together (`judge.looks`). A change drops out if it is shown to gain less than another for an equal
     dose, made no difference in any replication, or has no value in a replication (nan). The procedure ends when one
@@ -160,7 +163,7 @@ def gains_steps(
 
 
 def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> NDArray[np.float64]:
-    """The differences of an equal dose, day by day."""
+    """Return the differences to the base scaled to an equal dose, day by day."""
     return (1.0 if scale is None else scale) * np.subtract(ours, base[: len(ours)], dtype=float)
 
 
@@ -173,7 +176,7 @@ def _is_less(ours: NDArray[np.float64], other: NDArray[np.float64], error: float
 def _ranked(
     by_design: dict[int, Gain], data: dict[int, list[float]], delta: float, confidence: float, beaten: set[int]
 ) -> Gains:
-    """The gains in their order, with the mean of the base."""
+    """Rank the gains, and add the mean of the base."""
     gains = [replace(gain, beaten=gain.change in beaten) for gain in by_design.values()]
     ordered = tuple(sorted(gains, key=lambda gain: (not gain.competes, gain.beaten, -gain.each.mean, gain.change)))
     base = np.array(data[0])

@@ -41,7 +41,7 @@ RARE = 5
 
 
 def t_quantile(df: float, probability: float) -> float:
-    """The `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
+    """Return the `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
     from scipy.special import stdtrit
 
     return float(stdtrit(df, probability))
@@ -49,7 +49,7 @@ def t_quantile(df: float, probability: float) -> float:
 
 @dataclass(frozen=True)
 class Estimate:
-    """The replications of one design summed up for one indicator; numbers in the indicator's unit.
+    """The summary of an indicator over the replications of one design, in the indicator's unit.
 
     `interval` is None where none can be given: one replication of a random model, or a `deterministic` one, whose
     mean is exact. `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without
@@ -68,7 +68,7 @@ class Estimate:
 
     @property
     def half_width(self) -> float | None:
-        """How far the interval reaches from the mean, on the side where it reaches farther; or None."""
+        """The distance from the mean to the farther end of the interval; None without an interval."""
         return None if self.interval is None else max(self.mean - self.interval[0], self.interval[1] - self.mean)
 
     @property
@@ -86,7 +86,7 @@ def estimate(
     deterministic: bool = False,
     within: Interval = ANYTHING,
 ) -> Estimate:
-    """Mean of an indicator with its interval, median and quantiles, from one value per replication.
+    """Estimate the mean of an indicator, with interval, median and quantiles, from one value per replication.
 
     Args:
         values: one number per replication, any unit, shape (n,); shares of tasks as `TaskShare`.
@@ -114,7 +114,7 @@ def estimate(
 
 
 def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
-    """The bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
+    """Return the bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
     array, tasks = finite(values), tasks_of(values)
     return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
 
@@ -140,7 +140,7 @@ def described(
 def bounds(
     array: NDArray[np.float64], level: float, within: Interval = ANYTHING, *, reach: float | None = None
 ) -> Interval:
-    """A lower and an upper bound of the mean, each right with probability `level`, from at least two values.
+    """Return a lower and an upper bound of the mean, each right with probability `level`, from at least two values.
 
     Values that are all 0 or 1, as of a rare event: Clopper & Pearson's bounds of a proportion, exact. Values that
     agree: a share 1 - (1 - level)^(1/n) of all runs (the rule of three: 3/n) may still give another value, `reach`
@@ -172,7 +172,10 @@ def bounds(
 
 
 def p_value(array: NDArray[np.float64], reach: float) -> float:
-    """Two-sided p-value that the mean of differences is zero: `bounds` solved for the level, at least two values."""
+    """Return the two-sided p-value that the mean of differences is zero: the level at which an end of `bounds` is zero.
+
+    The array has at least two values. Where all are equal, `reach` is how far a value not yet seen may lie from them.
+    """
     mean = float(array.mean())
     if is_constant(array):
         return min(1.0, 2.0 * max(0.0, 1.0 - abs(mean) / reach) ** array.size)
@@ -183,10 +186,10 @@ def p_value(array: NDArray[np.float64], reach: float) -> float:
 
 
 def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Differences replication by replication, and how far from them, if all agree, another difference may lie.
+    """Return the differences replication by replication, and how far from them an unseen difference may lie.
 
-    That is as far as either design varied, at least 1, and as far as the opposite difference. Differences that are
-    equal but for the rounding of the values are made equal.
+    The latter counts if all of them agree. It is as far as either design varied, at least 1, and as far as the opposite
+    difference. Differences that are equal but for the rounding of the values are made equal.
     """
     differences = ours - base
     scale = float(max(np.abs(ours).max(), np.abs(base).max()))
@@ -208,12 +211,12 @@ def does_not_vary(values: Sequence[float] | NDArray[np.float64], within: Interva
 
 
 def differing_share(n: int, level: float) -> float:
-    """The share of all runs that may differ from n runs that agree; a larger one would have shown with `level`."""
+    """Return the largest share of all runs that may differ from n runs that agree, with probability `level`."""
     return float(1.0 - (1.0 - level) ** (1.0 / n))
 
 
 def _error(array: NDArray[np.float64]) -> tuple[float, float]:
-    """Standard error of the mean, and skewness over sqrt(n): 0 for few values, whose skewness is mostly chance."""
+    """Return the standard error of the mean, and skewness over sqrt(n): 0 for few values, where it is mostly chance."""
     n = array.size
     se = float(array.std(ddof=1)) / math.sqrt(n)
     if n < SKEWED_FROM:
@@ -229,7 +232,7 @@ def _to_symmetric(t: float, a: float) -> float:
 
 
 def _from_symmetric(x: float, a: float) -> float:
-    """The t statistic that `_to_symmetric` maps to x: at most twice as far, whatever an outlier says."""
+    """Invert `_to_symmetric`: return the t statistic that it maps to x, at most twice as far from 0."""
     made = x if abs(a) < 1e-6 else 3 / a * (float(np.cbrt(1 + a * (x - a / 6))) - 1)  # noqa: PLR2004 - digits lost
     return min(made, 2 * x) if x > 0 else max(made, 2 * x)
 
@@ -257,7 +260,7 @@ def quantile(
     *,
     deterministic: bool = False,
 ) -> QuantileEstimate:
-    """A quantile of an indicator from one value per replication, with an interval between two of the values.
+    """Estimate a quantile of an indicator from one value per replication, with an interval between two values.
 
     Args:
         values: one number per replication, any unit, shape (n,).
@@ -289,7 +292,7 @@ def quantile(
 
 
 def replications_for_quantile(share: float, confidence: float = 0.95) -> int:
-    """The fewest replications with which `quantile` gives both ends of an interval.
+    """Return the fewest replications with which `quantile` gives both ends of an interval.
 
     With n values all lie below the quantile with probability share^n, and all above it with (1 - share)^n.
     """
@@ -310,13 +313,13 @@ class TaskShare(float):
 
 
 def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
+    """Return the number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
     counts = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
     return np.array(counts) if counts and len(counts) == len(values) else None
 
 
 def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level: float) -> tuple[float, float]:
-    """A lower and an upper bound of the mean share over all days, each right with probability `level`.
+    """Return a lower and an upper bound of the mean share over all days, each right with probability `level`.
 
     The lower bound is Clopper and Pearson's with the effective sample size of Korn and Graubard: as many independent
     tasks as would make the mean vary as it does from day to day. It is never more than the effective sample size of
@@ -360,7 +363,7 @@ def _worth(tasks: NDArray[np.float64], alike: float) -> float:
 
 
 def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
-    """The lower bound from the share of tasks missed on each day, the worst day first, of `most` tasks at most."""
+    """Return the lower bound from the share of tasks missed each day, worst day first, of `most` tasks at most."""
     from scipy.special import ndtri
 
     n = missed.size
@@ -389,7 +392,7 @@ def _by_tasks_high(mean: float, most: float, level: float) -> float:
 
 
 def _by_days_high(days: NDArray[np.float64], level: float) -> float:
-    """The least upper bound of Student's t if the k worst days, which come first, had all been c; over k and c.
+    """Return the least upper bound of Student's t over k and c, if the k worst days had all been c.
 
     For k days at c it is a + k c / n + b sqrt(u² + d), convex in c = u + away: its least value has a closed form.
     """

@@ -1,5 +1,7 @@
 """The judge of designs: whether each meets a target, from runs that are looked at again and again.
 
+For every verdict on a target: of `desim plan`, `size`, `best`, `what-if`, `study` and `serve`.
+
 One schedule of looks (interim analyses, `looks`), one error budget (alpha spending), one cap. Searches say which
 designs and which target: the cheapest that meets it (`cheapest`), the smallest, the best, and the live page.
 """
@@ -35,7 +37,9 @@ _APART = 1.25  # least ratio of the runs of a look to those of the look before
 
 
 def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
-    """Replications at each look (interim analysis), half as many again each time up to a cap, with its share of alpha.
+    """Return the replications at each look (interim analysis), with its share of alpha (alpha spending).
+
+    Each look has half as many again as the one before, up to a cap.
 
     Source: error split evenly over looks that are fixed beforehand (Bonferroni).
     """
@@ -43,7 +47,7 @@ def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
 
 
 def looks_of_days(first: int = FIRST, days: DaysNeeded = COMMON_DAYS) -> list[tuple[int, float]]:
-    """The `looks` of a judge, one of them at the fewest days after which a design may be said to meet a target."""
+    """Return the `looks` of a judge, with one at the fewest days after which a design may be said to meet a target."""
     if first >= days.least:
         return looks(first, days.cap)
     counts = [first]
@@ -63,7 +67,7 @@ def _shared(counts: Sequence[int]) -> list[tuple[int, float]]:
 
 
 def schedule(first: int, cap: int, *, exact: bool) -> list[tuple[int, float]]:
-    """The `looks` of a procedure; where its runs are `exact`, a single look at one run of each design.
+    """Return the `looks` of a procedure; where its runs are `exact`, a single look at one run of each design.
 
     Raises:
         StudyError: not 2 <= first <= cap.
@@ -80,7 +84,7 @@ def _check(first: int, cap: int) -> None:
 
 
 def looks_by(replications: int) -> list[tuple[int, float]]:
-    """The looks so far after so many replications without a cap: the i-th may spend 1 / (i (i + 1)) of alpha.
+    """Return the looks (interim analyses) that so many replications allow: the i-th may spend 1 / (i (i + 1)) of alpha.
 
     The first is at ten, as waiting costs nothing where runs go on by themselves.
 
@@ -159,7 +163,7 @@ def judged(
 
 
 def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
-    """The verdict on several targets from the verdicts on each, at one look; at these levels all hold at once."""
+    """Return the verdict on several targets from the verdicts on each, at one look; all of them hold at once."""
     left = [verdict for verdict in each if verdict.verdict == "undecided"]
     fails = any(verdict.verdict == "fails" for verdict in each)
     return replace(
@@ -174,7 +178,7 @@ def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
 def _verdict(
     data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float, least: int
 ) -> tuple[Verdict, Interval, bool]:
-    """The verdict, its bounds, and whether the design is known to be close to the target."""
+    """Return the verdict, its bounds, and whether the design is known to be close to the target."""
     low, high = bounds_of(data, level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
     if target.met_by(worse):
@@ -196,7 +200,7 @@ def looked_at(
     least: int = COMMON_DAYS.least,
     agree: bool = False,
 ) -> DesignVerdict[None] | None:
-    """The verdict of the first look that decided, else of the last look; None before the first look.
+    """Return the verdict of the first look that decided, else of the last look; None before the first look.
 
     A verdict that has fallen stands, so it does not change as further runs come in.
 
@@ -228,7 +232,7 @@ def looked_at(
 
 
 def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval, least: int = 0) -> int | None:
-    """How many runs in all would probably decide whether a design meets the target; None: more than `MOST_TO_TELL`.
+    """Return how many runs in all would probably decide a design; None if more than `MOST_TO_TELL`.
 
     Further runs are taken to be like the runs so far, whose mean lies 1.5 times as far from the target as the bounds
     reach: if it were the true mean, five of six such designs would be decided. At least two runs; `level`: see
@@ -248,7 +252,7 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
 
 
 class RunsEndedError(StudyError):
-    """There may be no more runs, and there is no answer yet."""
+    """Raised when the runs allowed end before there is an answer."""
 
 
 @dataclass
@@ -364,13 +368,13 @@ class Judge:
         return all(goal.met_by(each.mean) for goal, each in zip(self.targets, verdict.each or (verdict,), strict=True))
 
     def missed(self, number: int) -> list[Target]:
-        """The targets that a design was shown to miss."""
+        """Return the targets that a design was shown to miss."""
         verdict = self.verdicts[number]
         each = zip(self.targets, verdict.each or (verdict,), strict=True)
         return [goal for goal, each_verdict in each if each_verdict.verdict == "fails"]
 
     def runs(self, number: int) -> int:
-        """How many runs a design has."""
+        """Return how many runs a design has."""
         return len(self._cases[number].data) if number in self._cases else 0
 
     def closed(self, number: int) -> bool:
@@ -405,7 +409,7 @@ class Judge:
         self.tell(self)
 
     def known(self, name: Callable[[int], str]) -> str:
-        """The verdicts so far, with the designs by name: `10 robots: met; 9 robots: not met; 8 robots: open`."""
+        """Return the verdicts so far in words: `10 robots: met; 9 robots: not met; 8 robots: open`."""
         words = {"meets": "met", "fails": "not met", "undecided": "open"}
         return "; ".join(f"{name(number)}: {words[verdict.verdict]}" for number, verdict in self.verdicts.items())
 
@@ -419,7 +423,7 @@ class Judge:
         return self._cases[number]
 
     def _next_error(self) -> float:
-        """The share of alpha of the next design that is looked at."""
+        """Return the share of alpha of the next design that is looked at."""
         j = 1 + sum(case.error is not None for case in self._cases.values())
         return (1.0 - self.confidence) / (j * (j + 1))
 
@@ -446,7 +450,7 @@ class Judge:
         return judged(number, values, further.target, first.level, exact, within, further.zone, first.least)
 
     def _veto(self, number: int, why: str | None) -> None:
-        """Make a design fail whatever its runs say of the target, if there is a reason."""
+        """Make a design fail whatever its runs say of the target, if there is a reason `why`."""
         if why is not None:
             self.vetoed[number] = why
             self.verdicts[number] = replace(self._judged(number), verdict="fails")
@@ -456,7 +460,7 @@ class Judge:
 def verdict_steps(
     numbers: Sequence[int], judge: Judge, skip: Callable[[int], bool] = lambda _: False
 ) -> Procedure[Judge]:
-    """Judge each of these designs, as far as the runs go, all verdicts right at once; returns the judge, who has them.
+    """Judge each of these designs as far as the runs go, all verdicts right at once; returns the judge with them.
 
     A design that `skip` accepts after its first few runs is not judged.
     """

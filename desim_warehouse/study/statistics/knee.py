@@ -1,4 +1,7 @@
-"""The knee of a throughput curve, where more robots stop paying off, and the smallest fleet near its maximum."""
+"""The knee of a throughput curve, where more robots stop paying off, and the smallest fleet near its maximum.
+
+For the throughput curve of a study, in words and in `plot.throughput`.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +74,7 @@ def smallest_within(
     outputs: Sequence[float] | NDArray[np.float64],
     share: float = 0.05,
 ) -> float:
-    """The smallest size whose mean output is within `share` (0.05: 5 %) of the largest.
+    """Return the smallest size whose mean output is within `share` (0.05: 5 %) of the largest.
 
     Raises:
         StudyError: as `knee`, a share outside 0..1, or an output below zero.
@@ -91,7 +94,7 @@ def _curve(
     outputs: Sequence[float] | NDArray[np.float64],
     least: int = 3,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Sizes and outputs as arrays, checked."""
+    """Check sizes and outputs, and return them as arrays."""
     x, y = finite(sizes, "sizes"), finite(outputs, "outputs")
     if x.size != y.size or x.size < least:
         raise StudyError(f"{x.size} sizes with {y.size} outputs: expected as many of each, at least {least}")

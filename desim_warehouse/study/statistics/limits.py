@@ -1,4 +1,7 @@
-"""The most that a study accepts. Anything larger would run for days, or not fit into memory."""
+"""The most that a study accepts. Anything larger would run for days, or not fit into memory.
+
+For the options of commands, study files and arguments in Python.
+"""
 
 from __future__ import annotations
 
@@ -53,11 +56,11 @@ CAP = COMMON_DAYS.cap
 
 
 def days_for(chance: float) -> int:
-    """The days among which an event with this chance on each is seen with 95 % probability; 0 < chance < 1."""
+    """Return the days among which an event of this daily probability is seen with 95 %; 0 < chance < 1."""
     return math.ceil(math.log(_UNSEEN) / math.log1p(-chance))
 
 
 def one_in(days: int) -> int:
-    """The n of a "one day in n" event, in round numbers, that so many days, at least 5, include with 95 % chance."""
+    """Return the n of a "one day in n" event, rounded, that so many days (at least 5) include with 95 % probability."""
     rarest = 1 / (1 - _UNSEEN ** (1 / days))
     return max(n for n in _ROUND if n <= rarest)

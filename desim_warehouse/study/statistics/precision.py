@@ -1,4 +1,7 @@
-"""How many replications: go on until the half-width is a small share of the mean, or a cap is reached."""
+"""How many replications: go on until the half-width is a small share of the mean, or a cap is reached.
+
+For `until` of a study file, and `--until` of `desim what-if`.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PrecisionRule:
-    """Replicate until the half-width is at most `relative` (a share) of |mean|: from `minimum` to `cap` times."""
+    """The rule to replicate until the half-width is at most a share (`relative`) of |mean|.
+
+    There are from `minimum` to `cap` replications.
+    """
 
     relative: float
     confidence: float = 0.95
@@ -39,7 +45,7 @@ def replications_needed(
     confidence: float = 0.95,
     cap: int = 100_000,
 ) -> int | None:
-    """Replications in all, predicted from a pilot, for a half-width of at most `relative` of |mean|.
+    """Predict from a pilot the replications, in all, for a half-width of at most `relative` of |mean|.
 
     At least the pilot's own number; None if more than `cap`, or if the pilot does not tell: its mean is zero, it is
     one random replication, or its values agree.

@@ -1,4 +1,7 @@
-"""Screening of factors from a table of runs: the main effect of each."""
+"""Screening of factors from a table of runs: the main effect of each.
+
+For `Results.main_effects`, and for the answer of a study with several factors.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ class Effects:
 
 
 def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bins: int = 5) -> Effects:
-    """The mean of an indicator at each level of each factor, minus the grand mean over all runs.
+    """Return the mean of an indicator at each level of each factor, minus the grand mean over all runs.
 
     Args:
         table: a row per run, columns for factors and indicators. Rows with a missing indicator are left out.
@@ -71,7 +74,7 @@ def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bi
 
 
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:
-    """The rows that have the indicator, and how many rows lack it."""
+    """Return the rows that have the indicator, and how many rows lack it."""
     if not factors:
         raise StudyError("no factors: nothing was varied")
     missing = [name for name in (*factors, indicator) if name not in table.columns]
@@ -85,7 +88,7 @@ def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple
 
 
 def _levels(column: pd.Series[Any], bins: int) -> pd.Series[Any]:
-    """The factor's own levels, or for a continuous factor its bins of equally many runs."""
+    """Return the factor's own levels, or for a continuous factor its bins of equally many runs."""
     import pandas as pd
 
     if pd.api.types.is_numeric_dtype(column) and column.nunique() > LEVELS:

@@ -1,4 +1,7 @@
-"""The best of several designs: the KN procedure drops the clearly worse ones as replications come in."""
+"""The best of several designs, for `desim best`: the KN procedure of Kim and Nelson (ranking and selection).
+
+It drops clearly worse designs as replications come in.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Selection:
-    """The design chosen, and when others were eliminated; designs by number from 0, `means` in the indicator's unit.
+    """The design chosen by KN, and when others were eliminated; designs have numbers from 0, in the indicator's unit.
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
     was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
@@ -44,7 +47,7 @@ class Selection:
 
 
 def kn_constants(k: int, confidence: float, n0: int) -> tuple[float, float]:
-    """The constants η and h² of KN for c = 1.
+    """Return the constants η and h² of KN for c = 1.
 
     Source: Kim & Nelson (2001): η = ½ [(2α / (k-1))^(-2/(n0-1)) - 1], h² = 2 c η (n0-1).
 
@@ -164,7 +167,7 @@ class _Race:
         return result
 
     def shortened(self, slack: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The N_il, shorter for designs that are equal run by run so far: a difference on one day in ten would show."""
+        """Return the N_il, shorter for designs equal in every run so far: a difference on one day in ten would show."""
         made = slack.copy()
         for i, j in combinations(range(len(self.data)), 2):
             if self.equal(i, j):
@@ -172,13 +175,13 @@ class _Race:
         return made
 
     def equal(self, i: int, j: int) -> bool:
-        """Whether two designs have the same value in each of the runs that both were judged on, and these vary."""
+        """Whether two designs have equal values in each run that both were judged on, and these values vary."""
         n = min(self.judged_on[i], self.judged_on[j])
         ours, theirs = self.data[i][:n], self.data[j][:n]
         return ours == theirs and len(set(ours)) > 1
 
     def within(self, delta: float, level: float | None) -> tuple[int, ...]:
-        """Designs less than `delta` worse than the leader, by bounds with `level` (None: exact), on common runs."""
+        """Return designs less than `delta` worse than the leader, by bounds with `level` (None: exact)."""
         best, tied = self.leader(), []
         for i in range(len(self.data)):
             n = min(self.judged_on[i], self.judged_on[best])
@@ -208,6 +211,6 @@ class _Race:
         return self.totals / self.judged_on
 
     def leader(self) -> int:
-        """The survivor with the best mean, of equals the one with the lowest number."""
+        """Return the survivor with the best mean, of equals the one with the lowest number."""
         means = self.sign * self.means()
         return max(self.alive, key=lambda i: (means[i], -i))

@@ -1,5 +1,7 @@
 """Thresholds: the point of an input where a mean crosses a bound.
 
+For `desim plan --uncertain`.
+
 Three probes of an input on the same days are interpolated by a parabola; the interval holds
 the points at which the mean is not told from the target (Fieller), or where it is beside it by no more than the
 smallest step between two values. In short runs of work that always waits all six days may have the same count:
@@ -37,7 +39,7 @@ class Crossing:
 
 
 def crossing(probes: Sequence[float], values: Floats, bound: float, level: float = 0.975) -> Crossing | None:
-    """Find where the mean of values at three probes crosses a bound; None where the means lie on one side.
+    """Find the input at which the mean of values crosses a bound, from three probes; None where means lie on one side.
 
     Args:
         probes: where the runs were done, ascending, shape (3,).

@@ -1,4 +1,7 @@
-"""The end of the warm-up: by MSER-5, and as Welch's plot shows it."""
+"""The end of the warm-up: by MSER-5, and as Welch's plot shows it.
+
+For `desim warm-up`, and for `plot.warm_up` and `plot.welch`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ TAIL = 5  # batches that a cut must leave: the spread of fewer is meaningless
 
 @dataclass(frozen=True, eq=False)
 class WarmUp:
-    """How many of the first observations to discard, and the curve behind it.
+    """The end of the warm-up: how many of the first observations to discard, and the curve behind it.
 
     `truncate` counts observations, `statistic[d]` is MSER after discarding d batches of `batch` observations
     (unit: the indicator's, squared; the last ones are for the plot only), `means` the batch means. `valid` is
@@ -44,7 +47,7 @@ class WarmUp:
 
 
 def mser(values: Series, batch: int = 5) -> WarmUp:
-    """The truncation point of an indicator observed over time, by MSER-5.
+    """Find the truncation point of an indicator observed over time, by MSER-5.
 
     Args:
         values: observations in order of time and equally spaced (the n-th task time, the throughput of the
@@ -77,7 +80,7 @@ def mser(values: Series, batch: int = 5) -> WarmUp:
 
 
 def welch(values: Series, window: int) -> NDArray[np.float64]:
-    """The moving average of Welch's plot: where it levels off, the warm-up is over.
+    """Return the moving average of Welch's plot: where it levels off, the warm-up is over.
 
     Args:
         values: see `mser`; shape (n,), or (replications, n), which are averaged first.
@@ -106,13 +109,13 @@ def welch(values: Series, window: int) -> NDArray[np.float64]:
 
 
 def averaged(values: Series) -> NDArray[np.float64]:
-    """The observations over time, shape (n,): the mean of the replications where there are several."""
+    """Return the observations over time, shape (n,): the mean of the replications where there are several."""
     array = np.asarray(values, dtype=float)
     return finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
 
 
 def _statistic(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """MSER after discarding 0, 1, ... m-1 batches, shape (m,), from sums over the tail in one pass."""
+    """Return MSER after discarding 0, 1, ... m-1 batches, shape (m,), from sums over the tail in one pass."""
     centred = means - np.median(means)  # keeps a constant series at exactly 0, and large levels precise
     left = np.arange(means.size, 0, -1)
     total = np.cumsum(centred[::-1])[::-1]

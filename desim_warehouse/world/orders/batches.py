@@ -59,7 +59,7 @@ class Batcher:
         return [tasks.values() for tasks in self._waiting.values()]
 
     def release(self, task: Task) -> None:
-        """Take a new task."""
+        """Take a new task, which may then go into a batch."""
         self.dispatcher.announce(task)
         key = task.load_type, task.kinds, task.flow if self._by_flow else ""
         self._waiting.setdefault(key, {})[task.number] = task
@@ -92,7 +92,7 @@ class Batcher:
             self._ask_at(then)
 
     def _loads(self, key: Key, task: Task) -> int:
-        """Return the most that a robot carries of those that may do tasks of a sort, such as this one."""
+        """Return the largest number of loads that robots carry which may do tasks of this sort."""
         if key not in self._most:
             able = (robot.capacity for kind, robot in self._robots if suits(task, kind, robot.carries))
             self._most[key] = max(able, default=1)
@@ -121,7 +121,7 @@ class Batcher:
 
 
 def tour_of(tasks: list[Task]) -> Task:
-    """Join tasks that one robot does on one tour to one task. A task alone is itself."""
+    """Join tasks that one robot does on one tour into one task. A task alone is returned itself."""
     first = tasks[0]
     if len(tasks) == 1:
         return first

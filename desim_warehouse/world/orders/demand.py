@@ -28,16 +28,16 @@ class Orders(Protocol):
     total: int | None
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release what is known at the start, and schedule what comes later."""
+        """Release the tasks that are known at the start of the run, and schedule the arrival of later ones."""
 
     def taken(self, task: Task) -> None:
-        """Note that a task or tour is in hand."""
+        """Note that a robot has taken a task or tour."""
 
     def returned(self, task: Task) -> None:
-        """Note that a task or tour is open again."""
+        """Note that a robot has given back a task or tour, which is open again."""
 
     def to_come(self, task: Task, by_flow: bool, /) -> bool:
-        """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
+        """Whether further tasks will become known that may go with a task on a tour, perhaps only `by_flow`."""
 
 
 class Demand:
@@ -62,7 +62,7 @@ class Demand:
         self._only = None if isinstance(self.goods, tuple) else only_place(model, layout)
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release what is known at the start to `release`, and schedule what comes later."""
+        """Hand the tasks that are known at the start of the run to `release`, and schedule the later arrivals."""
         self.release = release
         goods = self.goods
         if isinstance(goods, PoissonGoods):
@@ -83,9 +83,9 @@ class Demand:
                     self._release(item, targets=targets)
 
     def taken(self, task: Task) -> None:
-        """Note a task or tour in hand: where work never ends another task is released in place of each.
+        """Note that a robot has taken a task or tour: where work never ends, another task is released for each.
 
-        Not where a robot has given tasks back: there are as many as there should be, then.
+        No task is released where robots have given tasks back, so that as many are open as there should be.
         """
         self._open -= len(task.tasks)
         for _ in task.tasks:
@@ -93,11 +93,11 @@ class Demand:
                 self._release(self._draw(), self.goods.due_within)
 
     def returned(self, task: Task) -> None:
-        """Note that a task or tour is open again."""
+        """Note that a robot has given back a task or tour, which is open again."""
         self._open += len(task.tasks)
 
     def to_come(self, _: Task, __: bool) -> bool:
-        """Whether more tasks will become known, whatever is done."""
+        """Whether further tasks will become known, whatever robots do."""
         return isinstance(self.goods, PoissonGoods) or (self.total is not None and self._number < self.total)
 
     def _announce(self, good: Good, targets: tuple[str, ...]) -> None:

@@ -95,18 +95,18 @@ class Dispatcher:
         self._pods: Pods | None = None
 
     def carry(self, pods: Pods) -> None:
-        """Take `pods`: tasks are then lines, which robots do by visits of pods."""
+        """Take the pods of a model with goods to person: tasks are then lines, which robots do by visits of pods."""
         self._pods = pods
 
     # What happens
 
     def release(self, task: Task) -> None:
-        """Take a new task, which may be given out."""
+        """Take a new task into the list, from which it may be allocated."""
         self.announce(task)
         self.give_out(task)
 
     def announce(self, task: Task) -> None:
-        """Take a new task, which is known and not yet open."""
+        """Take note of a new task that is known but not open yet."""
         self.released += 1
         self._vain = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order, task.item)
@@ -119,11 +119,11 @@ class Dispatcher:
         self.call()
 
     def wait(self, robot: Robot) -> Event:
-        """Offer a robot in a bay as free: the event is due when it is given a task."""
+        """Offer a robot in a bay as free; the returned event is due when it is given a task."""
         return self._offer(robot)
 
     def ask(self, robot: Robot) -> Event:
-        """Offer a robot that has just unloaded: the event is due when it is decided on, with or without a task."""
+        """Offer a robot that has just unloaded; the returned event is due when a decision gives it a task, or none."""
         self._passing.add(robot.number)
         return self._offer(robot, at_once=robot.docked is None)
 
@@ -226,7 +226,10 @@ class Dispatcher:
             self.open.move_to_end(task.number, last=False)
 
     def hours_change(self, robots: Iterable[int]) -> bool:
-        """Note that hours of robots begin or end, and put their queues back on the list. False: it is all in vain."""
+        """Note that hours of robots begin or end, and put their queues back on the list.
+
+        False: it is all in vain, as no task has been given out for many changes.
+        """
         for number in robots:
             if not self.departures.duty.has(number):
                 self._put_back(number)
@@ -244,7 +247,7 @@ class Dispatcher:
     # Decisions
 
     def call(self, *, at_once: bool = False) -> None:
-        """Have the policy asked at the end of this instant, or of the interval.
+        """Have the allocation policy asked at the end of this instant, or of the interval.
 
         After everything else that happens at the instant: robots that become free together are seen together.
         `at_once`: for a robot that has unloaded in the lane, where it would hold up others until the interval is over.
@@ -277,7 +280,7 @@ class Dispatcher:
             self._ask()
 
     def _ask(self) -> None:
-        """Have the policy decide; not where all tasks are held back, as stations or ways to them are closed."""
+        """Ask the allocation policy, unless all tasks are held back because stations or ways to them are closed."""
         situation, policy = self.situation(), self.allocation
         if not situation.tasks:
             self.decide(())
@@ -289,7 +292,7 @@ class Dispatcher:
             self.decide(asked_for_all("allocation", policy, now, lambda: policy.assign(situation), _PAIRS))
 
     def _look_again(self) -> None:
-        """Decide anew when the first task that was held back, as a station or the way is closed, can be given out."""
+        """Schedule a decision for when the first task that a closed station or way holds back can be given out."""
         openings = self.reach.openings
         due, openings.due = openings.due, math.inf
         if due < self._looks_at - EPS and not self.is_in_vain:
@@ -302,7 +305,7 @@ class Dispatcher:
         self._decide(event)
 
     def situation(self) -> Situation:
-        """Return what the allocation policy decides on now."""
+        """Return the situation that the allocation policy decides on now: free robots and open tasks."""
         return self.situations.now([self._view(number) for number in self._able()], self._fleet)
 
     def _view(self, number: int) -> RobotView:
@@ -313,7 +316,7 @@ class Dispatcher:
         return view
 
     def _able(self) -> list[int]:
-        """Return the free robots in their hours, by number, without those in bays once the cap under way is reached."""
+        """Return the free robots in their hours, by number; robots in bays only if the cap under way is not reached."""
         free = self.free.keys() & self.departures.under_way if self.departures.is_full else self.free
         return self.departures.duty.among(sorted(free))
 
@@ -371,7 +374,7 @@ class Dispatcher:
         )
 
     def _charge_the_short(self) -> None:
-        """Have robots at rest with too little energy for the first open task charge, or wait until they can."""
+        """Send robots at rest to a charger, or have them wait for one, if they lack energy for the first open task."""
         for number in sorted(self.free):
             robot, event = self.free[number]
             if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
@@ -386,7 +389,7 @@ class Dispatcher:
                 robot.lack_charge()
 
     def _pass(self) -> None:
-        """Let robots that have unloaded go on, with a task or without."""
+        """Let robots that have unloaded drive on, with a task or without."""
         for number in sorted(self._passing):
             self.free.pop(number)[1].succeed()
         self._passing.clear()
@@ -414,7 +417,7 @@ class Dispatcher:
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
 
     def _next_of_queues(self) -> None:
-        """Let free robots go on with their queues. A queue that its robot may not go on with goes back to the list."""
+        """Let free robots go on with the tasks of their queues; tasks that are not possible go back to the list."""
         for number in sorted(self.queues.keys() & self.free.keys()):
             queue = self.queues.pop(number)
             task = queue.popleft()
@@ -465,13 +468,13 @@ class Dispatcher:
 
 
 def _objects(pair: object) -> str:
-    """Say what to write where a pair has views instead of their numbers."""
+    """Return the hint on what a policy must return where its pair has views instead of numbers; else an empty text."""
     views = isinstance(pair, tuple) and any(isinstance(part, RobotView | Task) for part in pair)
     return ", expected robot.number, task.number" if views else ""
 
 
 def _unfit(robot: RobotView, task: Task) -> str:
-    """Say why a robot may not do a task."""
+    """Return why a robot may not do a task, in words."""
     if task.kinds and robot.kind not in task.kinds:
         return f"is of no kind that does task {task.number}: {', '.join(task.kinds)}"
     if len(task.members) > robot.loads:

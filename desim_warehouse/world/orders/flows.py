@@ -60,7 +60,7 @@ class Flows:
         self._number = 0
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release what is known at the start to `release`, and schedule what comes later."""
+        """Hand the tasks that are known when the run starts to `release`, and schedule the arrival of later tasks."""
         self.release = release
         for flow in self.flows.values():
             while flow.open < flow.always_open:
@@ -77,7 +77,7 @@ class Flows:
                 self._release(flow)
 
     def returned(self, task: Task) -> None:
-        """Note that a task or tour is open again."""
+        """Note that a robot has given back a task or tour, which is open again."""
         for member in task.tasks:
             self.flows[member.flow].open += 1
 
@@ -96,7 +96,7 @@ class Flows:
             self.release(task)
 
     def to_come(self, task: Task, by_flow: bool) -> bool:
-        """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
+        """Whether further tasks will become known that may go with a task on a tour, perhaps only `by_flow`."""
         return any(
             not flow.ended
             and (flow.load_type, flow.spec.kinds) == (task.load_type, task.kinds)
@@ -106,7 +106,7 @@ class Flows:
 
 
 class _Flow:
-    """The tasks of one flow, one after the other."""
+    """The source of the tasks of one flow, which are made one after the other."""
 
     def __init__(self, name: str, spec: FlowSpec, model: Model, layout: Layout, streams: Streams) -> None:
         self.name = name
@@ -163,7 +163,7 @@ class _Flow:
                 yield max(begin, time), line
 
     def asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """Iterate over the times at which tasks are asked for, in order, and the rows of orders."""
+        """Yield the times at which tasks are asked for, in order, and the rows of orders; hours do not matter yet."""
         when = self.when
         if isinstance(when, OrdersArrivals):
             lines = read(when.orders, self._how)
@@ -209,7 +209,7 @@ class _Flow:
         return [replace(task, order=str(nth), priority=tasks[0].priority) for task in tasks]
 
     def _lines(self, nth: int) -> int:
-        """Return how many lines an order has."""
+        """Return the number of lines of the n-th order."""
         lines = self.spec.lines
         return lines if isinstance(lines, int) else draw_lines(lines, self.streams.stream(f"lines:{self.name}", nth))
 
@@ -255,7 +255,7 @@ class _Flow:
         )
 
     def _terms(self, now: float, line: OrderLine | None) -> tuple[float | None, int]:
-        """Return when a task is due, and its priority."""
+        """Return when a task released now is due, and its priority."""
         due = self._due(now) if line is None or line.due is None else line.due
         return due, self._priority() if line is None or line.priority is None else line.priority
 

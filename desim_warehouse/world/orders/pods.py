@@ -72,7 +72,7 @@ class Pod:
         self.rank = 0.0
 
     def left(self, item: int) -> float:
-        """Return the units of an item that are promised to no line yet."""
+        """Return the units of an item on the pod that no line has been promised yet."""
         return self.stock.get(item, 0) - self.promised.get(item, 0)
 
 
@@ -149,7 +149,7 @@ class Shelves:
 
 
 class VisitGiver(Protocol):
-    """The dispatcher, as pods know it: visits are `open`, by their numbers, until robots are given them."""
+    """The dispatcher as pods know it: visits are `open`, by their numbers, until robots are given them."""
 
     open: OrderedDict[int, Task]
 
@@ -164,7 +164,7 @@ class VisitGiver(Protocol):
 
 
 class PodPolicies(NamedTuple):
-    """The four decisions of goods to person."""
+    """The policies of the four decisions of goods to person."""
 
     pod: PodChoice
     storage: PodStorage
@@ -459,7 +459,7 @@ class Pods:
         self._open_orders()
 
     def _choose_place(self, pod: Pod, node: str, stop: Stop) -> None:
-        """Choose where a pod is stored: its robot is still in the station, so its way is declared only then."""
+        """Choose the place where a pod is stored, while its robot is still in the station: its way is declared then."""
         views = self.shelves.places_for(pod)
         call = StorageCall(self.env.now, node, self.shelves.view(pod), views, self.travel, self._draw("storage"))
         number = self._ask("storage", call, {view.number for view in views})

@@ -63,13 +63,16 @@ class Guest(Protocol):
 
     @property
     def is_out(self) -> bool:
-        """Whether it is in no bay."""
+        """Whether the robot is in no bay."""
 
     def charge_left(self) -> float:
         """Return the share of its battery's capacity that is left."""
 
     def need_of_charger(self) -> tuple[float, float]:
-        """Return when it needs a charger more than a robot at one, and by how much more capacity that has left."""
+        """Return when the robot will need a charger more than a robot at one, and by how much the other must have more.
+
+        The latter is a share of its capacity.
+        """
 
 
 class Bays:
@@ -98,7 +101,7 @@ class Bays:
         robot.bay = bay
 
     def may_take(self, robot: Guest, bay: Bay) -> bool:
-        """Whether a robot may reserve a slot in a bay."""
+        """Whether a robot may reserve a slot in a bay without leaving another robot with no slot to go to."""
         if bay is robot.bay:
             return True
         if bay.free <= 0:
@@ -123,7 +126,7 @@ class Bays:
         robot.bay = bay
 
     def leave(self, robot: Guest) -> None:
-        """Note that a robot is out of its bay. Without a slot reserved elsewhere it has none now, or keeps this one."""
+        """Note that a robot has left its bay. With no slot reserved elsewhere it has none now, or keeps this one."""
         self.making_room.pop(robot.number, None)
         bay = robot.leaving or robot.bay
         assert bay is not None
@@ -187,13 +190,13 @@ class Bays:
         return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_take(robot, bay)]
 
     def tell_sought(self) -> None:
-        """Notify robots at chargers that a robot must charge and finds no slot, or no charger in its bay."""
+        """Notify robots at chargers that another must charge and finds no slot, or no charger in its bay."""
         if self._sought is not None:
             self._sought.succeed()
             self._sought = None
 
     def seek_charger(self) -> Event:
-        """Wait for a free slot: robots at chargers are notified; the event is due when one leaves."""
+        """Ask robots at chargers for a free slot; the returned event is due when one leaves."""
         self.tell_sought()
         if self._left is None:
             self._left = Event(self.env)

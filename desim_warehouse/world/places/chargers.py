@@ -32,16 +32,16 @@ class Chargers(Resource):
     """Chargers that never fail, a SimPy resource."""
 
     def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - no robot loses a charger
-        """Return a robot's request for one, an event. It is given back at the end of the `with` block."""
+        """Return a robot's request for a charger, an event. It is given back at the end of the `with` block."""
         return self.request()
 
     def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
-        """Return an event that is due when the charger of a robot fails, or None if it never does."""
+        """Return the event that happens when the charger that a robot holds breaks down; None, as these never do."""
         return None
 
 
 class Turn(Event):
-    """A robot's request for a charger that may fail, due when it has one, with `lost` due when that fails."""
+    """A robot's request for a charger that may fail: due when it has one, and `lost` is due when that one fails."""
 
     def __init__(self, chargers: FailingChargers) -> None:
         super().__init__(chargers.env)
@@ -65,7 +65,7 @@ class FailingCharger:
         self.repaired_at = self.fails_at + repair()
 
     def draw_outages(self, now: float) -> None:
-        """Draw its outages up to the first that ends after now."""
+        """Draw the outages of the charger from its random stream, up to the first that ends after now."""
         while self.repaired_at <= now:
             self.fails_at = self.repaired_at + self._every()
             self.repaired_at = self.fails_at + self._repair()
@@ -87,14 +87,17 @@ class FailingChargers:
         ]
 
     def turn(self, *, first: bool = False) -> Turn:
-        """Return a robot's request for one, an event. A robot whose charger has failed comes `first`."""
+        """Return a robot's request for a charger, an event. A robot whose charger has failed comes `first`."""
         turn = Turn(self)
         self.queue.insert(0 if first else len(self.queue), turn)
         self._serve()
         return turn
 
     def outage_of(self, turn: Any) -> Event | None:
-        """Return an event that is due when the charger of a robot fails."""
+        """Return the event that happens when the charger that a robot holds breaks down.
+
+        `turn` is the robot's request for a charger.
+        """
         lost: Event = turn.lost
         return lost
 
@@ -135,7 +138,7 @@ class Spares:
         self._full = Container(env, init=number)
 
     def exchange(self, charge_time: float) -> Event:
-        """Take in a battery that is full after `charge_time`; due when the robot has got a full one for it."""
+        """Take in an empty battery, full after `charge_time`; the event is due when the robot has a full one for it."""
         Timeout(self.env, charge_time).callbacks.append(self._is_full)
         return self._full.get(1)
 
@@ -144,7 +147,7 @@ class Spares:
 
 
 class NewBattery:
-    """A robot's swap, which takes `left`, once there is a full battery: any time, or one of the `spares`."""
+    """The swap of a robot's battery, which takes `left` once a full one is there: always, or from `spares`."""
 
     def __init__(self, time: float, spares: Spares | None) -> None:
         self.left = time
@@ -153,7 +156,7 @@ class NewBattery:
         self._begun: float | None = None
 
     def waits(self, env: Environment, charge_time: float) -> Iterator[Event]:
-        """Iterate over what the robot waits for; its own battery is full after `charge_time`."""
+        """Yield the events that the robot waits for; its own battery is full after `charge_time`."""
         if self.spares is not None:
             self.full = self.full or self.spares.exchange(charge_time)
             yield self.full

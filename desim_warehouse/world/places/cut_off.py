@@ -62,7 +62,7 @@ class CutOff:
         self._open: dict[tuple[str, str, frozenset[Edge]], bool] = {}
 
     def opens(self, node: str, stops: Sequence[Stop], now: float) -> float:
-        """Return when a robot at `node` has a way to all of some stops: `now`, if it has one, or if it never will."""
+        """Return when a robot at a node has a way to all of some stops: `now` if it has one now, or never."""
         time = now
         blocked = self._blocked(node, stops, now) if self.blocked else []
         for _ in range(TRIES):
@@ -88,7 +88,7 @@ class CutOff:
         return bool(self.closures or self.blocked)
 
     def look_again(self) -> None:
-        """Forget what was found about ways past lanes that are blocked, or free again."""
+        """Forget the ways found around lanes, as lanes are blocked now, or free again."""
         self._reached.clear()
 
     def _blocked(self, node: str, stops: Sequence[Stop], now: float) -> list[tuple[frozenset[Edge], float]]:
@@ -130,7 +130,7 @@ class CutOff:
         return edges if self.goes_round else edges[:1]
 
     def _leads(self, origin: str, goal: str, shut: frozenset[Edge]) -> bool:
-        """Whether robots find a way from one node to another."""
+        """Whether robots find a way from one node to another that is not closed."""
         if self.goes_round:
             return goal in self._from(origin, shut)
         key = origin, goal, shut

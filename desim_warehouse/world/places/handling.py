@@ -29,16 +29,16 @@ class HandlingTimes:
         self.said, self._stations, self.streams = times, stations, streams
 
     def time(self, stop: Stop) -> float:
-        """Return how long a stop takes."""
+        """Return the handling time of a stop of a tour."""
         purpose = f"stop{stop.rank}" if stop.act == "visit" else stop.act
         return self._drawn(purpose, stop.of(self.said), stop.task)
 
     def pick(self, line: Task) -> float:
-        """Return how long it takes to pick a line from a pod, or to put one onto it."""
+        """Return the time of picking a line from a pod, or of putting one onto it."""
         return self._drawn("pick", self.said.at_stop("visit", line.flow), line)
 
     def work(self, node: str, task: Task) -> float:
-        """Return how long the work takes on a load unit that was put down in the station at a node."""
+        """Return the time of work on a load unit that was put down in the station at a node."""
         time = self._stations[node].work_time
         assert time is not None
         return self._drawn("work", time, task)

@@ -1,4 +1,4 @@
-"""How does a process wait for hours: until a station opens, or for time in which it is open?"""
+"""Processes that wait for opening hours: until a station opens, or for time in which it is open."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def at(env: Environment, time: float) -> Event:
 
 
 def change(env: Environment, hours: Hours) -> Event:
-    """Return an event that is due when it opens or closes next."""
+    """Return an event that is due when a station opens or closes next."""
     return at(env, hours.changes(env.now))
 
 
 def until_open(env: Environment, hours: Hours) -> Steps:
-    """Wait until it is open."""
+    """Wait until a station is open."""
     while not hours.is_open(env.now):
         yield change(env, hours)
 
@@ -40,7 +40,7 @@ def open_time(
     pause: Callable[[], None] | None = None,
     go_on: Callable[[], None] | None = None,
 ) -> Steps:
-    """Wait for this much time in which it is open (None: always), from now on.
+    """Wait, from now on, for this much time in which a station is open (None: always).
 
     `pause` is called when it closes in between, `go_on` when it opens again.
     """

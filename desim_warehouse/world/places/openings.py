@@ -34,7 +34,7 @@ KEPT = 100_000
 
 
 class Admitted(Sequence["Task"]):
-    """Tasks that are not held back. They are looked at as far as a policy reads them, which may be few of thousands."""
+    """Open tasks that are not held back, looked at lazily: a policy may read only a few of thousands."""
 
     def __init__(self, tasks: Iterator[Task]) -> None:
         self._found: list[Task] = []
@@ -106,7 +106,7 @@ class Openings:
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
 
     def look_again(self) -> None:
-        """Forget which tasks were held back, and until when: a broken robot blocks lanes, or they are free again."""
+        """Forget which tasks were held back, and until when, as a broken robot blocks lanes now, or no longer."""
         self.cut_off.look_again()
         self._known.clear()
         self._held.clear()
@@ -152,7 +152,7 @@ class Openings:
         return False
 
     def _is_held(self, robot: RobotView, task: Task, node: str) -> tuple[bool, float]:
-        """Whether it finds the way or a station closed if it sets out now, and until when that is so."""
+        """Whether a robot that sets out now finds the way or a station closed, and until when that is so."""
         stops, now = self.stations.stops(robot, task, node), self.env.now
         opens = self.cut_off.opens(robot.node, stops, now)
         if opens > now + EPS:

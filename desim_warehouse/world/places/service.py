@@ -55,7 +55,7 @@ class Service:
         yield from self._wait(self.place)
 
     def _wait(self, event: Event) -> Steps:
-        """Wait until it has what it waits for, and the station is open."""
+        """Wait until an event comes up, and the station is open."""
         hours = self.station.hours
         while True:
             closed = hours is not None and not hours.is_open(self.env.now)
@@ -68,13 +68,13 @@ class Service:
                 yield change(self.env, hours) if closed else event | change(self.env, hours)
 
     def take(self, state: str, time: float) -> Steps:
-        """Load or unload. Where the station pauses it goes on when it opens again."""
+        """Load or unload for a time. Where the station pauses, handling goes on when it opens again."""
         robot, hours = self.robot, self.station.hours if self.station.pauses else None
         robot.enter(state)
         yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
 
     def end(self, stop: Stop) -> None:
-        """Have work begin on a load that was put down."""
+        """Have people begin to work on a load that was put down."""
         work = self.station.work
         if work is not None and stop.act == "unload":
             work.put(stop.task, self.place)

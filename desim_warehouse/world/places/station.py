@@ -56,7 +56,7 @@ class Workplace:
         self.left = 0
 
     def put(self, task: Task, place: Request | None) -> None:
-        """Have a load unit worked on that was put down, in room of the buffer that was reserved for it."""
+        """Have a load unit worked on that was put down in the buffer, where its room was reserved."""
         self.left += 1
         self.log.is_for_workers(task.number)
         self.env.process(self._work(task, place))
@@ -113,13 +113,13 @@ class Station:
         return self.places - self.taken
 
     def take(self) -> None:
-        """Reserve a slot."""
+        """Reserve a slot for a robot."""
         self.taken += 1
         if self.free <= 0:
             self.full.add(self.node)
 
     def give_up(self) -> None:
-        """Free a slot again."""
+        """Free a slot that was reserved."""
         self.taken -= 1
         if self.free > 0:
             self.full.discard(self.node)
@@ -129,7 +129,7 @@ class Station:
         self.inside.add(robot)
 
     def leave(self, robot: int, *, keep: bool = False) -> None:
-        """Let a robot out. Its slot is free unless it is to `keep` it, as it comes back."""
+        """Let a robot out. Its slot is free unless the robot is to `keep` it, because it comes back."""
         self.inside.remove(robot)
         if not keep:
             self.give_up()

@@ -156,7 +156,7 @@ class Stations:
         return station is None or station.free > 0 or robot.number in station.inside
 
     def out_of_room(self, robots: Iterable[int]) -> bool:
-        """Whether none of these robots has room for any task, as every station where tasks end is full."""
+        """Whether none of these robots has room for any task, because every station where tasks end is full."""
         if len(self.full) < len(self.nodes) or not (self._ends_all and self.full.issuperset(self.nodes)):
             return False
         return not any(robot in self.by_node[node].inside for robot in robots for node in self.nodes)
@@ -164,7 +164,7 @@ class Stations:
     # Stops
 
     def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
-        """Return what a robot has to do for a task or tour, in order. A task by itself is unloaded at `node`."""
+        """Return the stops that a robot makes for a task or tour, in order. A task by itself is unloaded at `node`."""
         if task.is_tour:
             return self._stops_of_tour(robot, task)
         drop, source = task.drop, task.edge

@@ -48,7 +48,7 @@ def stops_of_tour(
     travel: FreeTravel,
     make_stop: Callable[[Task, Act, StopPlace, str], Stop],
 ) -> list[Stop]:
-    """Return the stops of a tour in their order.
+    """Return the stops of a tour in the order in which they are made.
 
     `make_stop` makes one at a node or storage place, chosen for a robot that comes from a node.
     """
@@ -81,7 +81,7 @@ def stops_of_tour(
 
 
 def between(travel: FreeTravel, last: Stop, stop: Stop) -> float:
-    """Free driving time from one stop of a tour to the next."""
+    """Return the free driving time from one stop of a tour to the next."""
     before, _ = travel.along(stop.edge, stop.offset)
     passed, rest = travel.along(last.edge, last.offset)
     if stop.edge == last.edge and stop.offset >= last.offset:
@@ -99,11 +99,11 @@ def driven(travel: FreeTravel, stops: Sequence[Stop]) -> float:
 
 
 def handled(handling: Handling[float], stops: Sequence[Stop]) -> float:
-    """Mean handling time at some stops."""
+    """Return the mean handling time at some stops."""
     return sum(time_at(handling, stop) for stop in stops)
 
 
 def time_at(handling: Handling[float], stop: Stop) -> float:
-    """Mean handling time at a stop; where a pod stops on its way, for each of the lines that it is called for."""
+    """Return the mean handling time at a stop; where a pod stops on its way, for each line that it is called for."""
     time = stop.of(handling)
     return stop.task.lines * time if stop.act == "visit" else time

@@ -23,7 +23,7 @@ class TourAside(Tour):
     aside: WideLane | None = None
 
     def _handle(self, stop: Stop) -> Steps:
-        """Load or unload beside the lane, where the aisle is wide. Of several stops at one place, it stays for all."""
+        """Load or unload beside the lane, where the aisle is wide; of several stops at one place, all of them."""
         robot, lane = self.robot, self.robot.body.lane
         place = None if robot.driving is None else robot.driving.stop
         if self.aside is None and isinstance(lane, WideLane) and lane.has_place(robot.body, place):
@@ -39,14 +39,14 @@ class TourAside(Tour):
                 self.aside = None
 
     def _stays(self, stop: Stop) -> bool:
-        """Whether the next stop is at the same place, and the robot comes to it without leaving its lane."""
+        """Whether the robot's next stop is where it stands now, so that it makes that stop without driving on."""
         following = self.stops[0] if self.stops else None
         if following is None or not following.joins:
             return False
         return (following.edge, following.offset) == (stop.edge, stop.offset)
 
     def _break_down(self) -> Steps:
-        """Be repaired beside the lane, where it is in nobody's way, if a breakdown is due."""
+        """Be repaired beside the lane, where the robot is in nobody's way, if a breakdown is due."""
         robot, breakdowns = self.robot, self.robot.breakdowns
         if breakdowns is None:
             return

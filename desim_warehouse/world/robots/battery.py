@@ -1,4 +1,4 @@
-"""A robot's battery: its level at any time, from the last time the rate changed.
+"""A robot's battery: its level at any time, computed from the last change of the rate at which energy is drawn.
 
 The instants at which a robot's battery will be flat, or must call it back from the way to a good.
 """
@@ -46,11 +46,11 @@ class Battery:
         """Whether waiting may draw another rate than what the robot does."""
 
     def start(self, level: float) -> None:
-        """Hold so much at the start of the run."""
+        """Set the level at the start of the run."""
         self._level = self.started = level
 
     def level(self, now: float) -> float:
-        """Energy left at `now`: on demand, as between two changes it is a straight line or the charge curve."""
+        """Return the energy left at `now`: between two changes of the rate a straight line or the charge curve."""
         if self.charging:
             return self._level + self.charge_gain(self._level, now - self._since)
         return self._level - self.rate * (now - self._since)
@@ -70,11 +70,11 @@ class Battery:
         self._since = now
 
     def drawn(self, now: float) -> float:
-        """Energy drawn since the start of the run."""
+        """Return the energy drawn since the start of the run."""
         return self.used + self.rate * (now - self._since)
 
     def plug(self, now: float) -> None:
-        """Begin to charge, with nothing drawn meanwhile."""
+        """Begin to charge: nothing is drawn from the battery meanwhile."""
         self.draw(now, 0.0)
         self._since = now
         self.charging = True
@@ -87,23 +87,23 @@ class Battery:
         self.charging = False
 
     def lasts_until(self, now: float, level: float) -> float:
-        """Return the time at which the level is reached at the present rate, `now` if it has been."""
+        """Return when the battery falls to a level at the present rate; `now` if it has done so."""
         left = self.level(now) - level
         if left <= 0:
             return now
         return now + left / self.rate if self.rate else math.inf
 
     def charge_time(self, start: float, end: float) -> float:
-        """Time to charge from one level to another."""
+        """Return the time to charge from one level to another."""
         return 0.0 if self.spec is None else charging.charge_time(self.spec, start, end)
 
     def charge_gain(self, start: float, time: float) -> float:
-        """Energy taken up in a time at the charger: the inverse of `charge_time`."""
+        """Return the energy taken up in a time at the charger: the inverse of `charge_time`."""
         return 0.0 if self.spec is None else charging.charge_gain(self.spec, start, time)
 
 
 class Alarms:
-    """One timeout for each, set anew when the battery's rate changes. One that comes too early looks again.
+    """Time-outs of a robot's battery, reset when its rate changes: when it is flat, and when the robot is recalled.
 
     The level is computed on demand. `give_back` takes the robot's task from it.
     """
@@ -118,7 +118,7 @@ class Alarms:
         self._rate = 0.0
 
     def watch(self) -> None:
-        """Know when the battery will be flat and, on the way to a good, when the robot must be recalled."""
+        """Schedule when the battery will be flat and, on the way to a good, when the robot must be recalled."""
         now, robot = self.env.now, self.robot
         battery = robot.battery
         if battery.spec is None:

@@ -29,7 +29,7 @@ class BayChoice:
         self._own_chargers = len(set(map(id, reaches.values()))) > 1
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
-        """Return one of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
+        """Return the bay that a robot goes to, of `bays` with room; with `must_charge` it charges at any level."""
         reach = self.reaches[robot.kind]
         if reach.batteries:
             levels = reach.levels(robot)
@@ -42,7 +42,7 @@ class BayChoice:
         return self.parking(robot, bays)
 
     def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """Return one of `bays` by the parking policy."""
+        """Return the bay, of `bays`, that the parking policy chooses for a robot."""
         policy, now = self.policy, self.env.now
         bays = self._theirs(robot, bays)
         views = [_view(bay) for bay in bays]
@@ -55,7 +55,7 @@ class BayChoice:
     def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
         """Return the bays where a robot is in nobody's way: bays with chargers for other kinds alone come last.
 
-        Nor does it take chargers for all where there is a slot at chargers for its kind alone.
+        Bays with chargers for all kinds are left out where there is a slot at chargers for the robot's kind alone.
         """
         if not self._own_chargers:
             return bays

@@ -17,7 +17,7 @@ from desim_warehouse.world.traffic.rules import EPS
 
 
 class Breakdowns:
-    """After which time in operation a robot breaks down next, for how long, and when it is off the lanes.
+    """The breakdowns of a robot: after which time in operation the next comes, its repair, and when lanes are clear.
 
     `count` is the number of breakdowns so far. `mean_left`: for how long a broken robot is expected to be in the way
     yet by one who sees it, but not since when.
@@ -32,15 +32,15 @@ class Breakdowns:
         self.mean_left = min(mean_left(time) for time in (spec.repair, spec.clear) if time is not None)
 
     def least_until_due(self, operated: float) -> float:
-        """Return the least time until the next is due, after so much in operation: longer if the robot waits."""
+        """Return the least time until the next breakdown, after so much in operation: longer if the robot waits."""
         return max(self._due_after - operated, 0.0)
 
     def is_due(self, operated: float) -> bool:
-        """Whether the next is due after so much time in operation."""
+        """Whether the next breakdown is due after so much time in operation."""
         return operated >= self._due_after - EPS
 
     def begin(self) -> tuple[float, float]:
-        """Break down, as is due: how long the repair takes, and how long until the robot is cleared off the lanes."""
+        """Begin the breakdown that is due; return the repair time, and the time until the robot is off the lanes."""
         self.count += 1
         self._due_after += self._every()
         return self._repair(), math.inf if self._clear is None else self._clear()

@@ -77,7 +77,7 @@ class ChargingStop:
         self.must_charge = False
 
     def begins_again_at(self) -> float:
-        """Battery level at which a robot that rests beside chargers, connected to none, is charged again."""
+        """Return the level at which a robot that rests beside chargers, connected to none, is charged again."""
         levels = self.reach.levels.of(self.robot.view)
         return min(max(levels.good, levels.critical), levels.full - LEAST_CHARGE * self.robot.battery.capacity)
 
@@ -139,7 +139,7 @@ class ChargingStop:
         return offer
 
     def _wait(self, due: Event) -> Generator[Event, object, None]:
-        """Wait until there is a charger for it, or a task; robots at a charger know of it meanwhile."""
+        """Wait until there is a charger for the robot, or a task; robots at a charger know of it meanwhile."""
         bay = self.robot.bay
         assert bay is not None
         bay.waiting.append(self.robot)
@@ -148,7 +148,7 @@ class ChargingStop:
         bay.waiting.remove(self.robot)
 
     def _swap(self, new: NewBattery, full: float, lost: Event | None) -> Generator[Event, object, bool]:
-        """Take its battery out, wait for a full one where they are counted, and have it put in.
+        """Take the battery out, wait for a full one where spare ones are counted, and have it put in.
 
         True: the charger has failed (`lost`) before that; another goes on with what is left of it.
         """
@@ -218,7 +218,7 @@ class ChargingStop:
             self.robot.make_room()
 
     def _first_of(self, *events: Event | None, free: bool = False) -> Event:
-        """Return the first of some events, or the next time to look whether another robot needs the charger more.
+        """Return an event for the first of some events, or for the next look whether another needs the charger more.
 
         It is made anew for every look, of events alone: SimPy takes those out of a condition in one that has happened.
         """
@@ -265,5 +265,5 @@ class ChargingStop:
 
 
 def _has_failed(lost: Event | None) -> bool:
-    """Whether a charger has failed; None: it never does."""
+    """Whether a charger has failed; `lost` None: it never does."""
     return lost is not None and lost.processed

@@ -35,21 +35,21 @@ class Closings:
 
     @property
     def is_cut_off(self) -> bool:
-        """Whether its way is closed, to a task for which no robot has turned off before."""
+        """Whether the way of the robot is closed, to a task for which no robot has turned off before."""
         job, now = self.robot.job, self.env.now
         if job is None or job.number in self.cut_off.turned_back:
             return False
         return self.cut_off.opens(self.robot.node, self.robot.tour.stops, now) > now
 
     def turn_back(self) -> None:
-        """Give its task back."""
+        """Give the robot's task back, and turn off at the next node."""
         job = self.robot.job
         assert job is not None
         self.cut_off.turned_back.add(job.number)
         self.take_back(self.robot)
 
     def watch(self) -> None:
-        """Look again when something opens or closes."""
+        """Have the robot's way looked at again when something opens or closes."""
         time = self.cut_off.changes(self.env.now)
         if time < self._looks_at:
             self._looks_at = time
@@ -62,7 +62,7 @@ class Closings:
             self.watch()
 
     def look(self) -> None:
-        """Turn off, if the way to its good is closed, at the node that it comes to next."""
+        """Let the robot turn off at the node that it comes to next, if the way to its good is closed."""
         robot, body, now = self.robot, self.robot.body, self.env.now
         loads = STATES[robot.doing].phase is Phase.TO_GOOD
         if not loads or not body.is_on_lanes or body.is_at_lift or not self.is_cut_off or robot.is_at_good_edge:
@@ -79,12 +79,12 @@ class Closings:
 
     @property
     def _may_give_up_room(self) -> bool:
-        """Whether it waits before an intersection, not on one, and found nothing closed as it came there."""
+        """Whether the robot waits before an intersection, not on one, and found nothing closed as it came there."""
         body = self.robot.body
         return body.claim is None or (body.held is None and body.claim.met is None)
 
     def _declares_way_to(self, bay: str) -> bool:
-        """Declare the way from the next node to its bay, if it can still stop and others let it."""
+        """Declare the way from the next node to the robot's bay, if it can still stop and others let it."""
         robot, body = self.robot, self.robot.body
         if body.lane is None or body.granted is not None or not self._may_give_up_room:
             return False
@@ -94,7 +94,7 @@ class Closings:
 
 
 class WaysRound:
-    """Looks at the robots under way whenever one of some closures begins or ends, as long as there are any."""
+    """Robots under way, which look for a way round whenever one of some closures begins or ends."""
 
     def __init__(self, env: Clock, closures: Sequence[Hours]) -> None:
         self.env = env
@@ -103,7 +103,7 @@ class WaysRound:
         self._looks_at = math.inf
 
     def watch(self, robot: Robot) -> None:
-        """Look at a robot that sets out."""
+        """Take note of a robot that sets out."""
         self._under_way[robot.number] = robot
         self._watch()
 

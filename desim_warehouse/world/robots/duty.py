@@ -41,12 +41,12 @@ class Duty:
         self._all = list({id(calendar): calendar for calendar in hours if calendar is not None}.values())
 
     def has(self, number: int) -> bool:
-        """Whether a robot is in its hours now."""
+        """Whether a robot is on duty now."""
         hours = self.hours[number]
         return hours is None or hours.is_open(self.clock.now)
 
     def among(self, robots: list[int]) -> list[int]:
-        """Return the robots among some that are in their hours now."""
+        """Return the robots among some that are on duty now."""
         return [number for number in robots if self.has(number)] if self._all else robots
 
     def gone(self) -> list[int]:
@@ -96,5 +96,5 @@ class Departures:
         return self.most is not None and len(self.under_way) >= self.most
 
     def may_work(self, number: int) -> bool:
-        """Whether a robot may be given a task: in its hours, if it is under way, or may set out."""
+        """Whether a robot may be given a task: it is in its hours, and it is under way or may set out."""
         return (number in self.under_way or not self.is_full) and self.duty.has(number)

@@ -64,7 +64,7 @@ class Dwelling:
 
     @property
     def may_begin(self) -> bool:
-        """Whether it may rest where it stands, unloaded and without a task."""
+        """Whether the robot may rest where it stands, unloaded and without a task."""
         robot = self.robot
         if not self.is_allowed or robot.charging.must_charge or not self.departures.duty.has(robot.number):
             return False
@@ -76,7 +76,7 @@ class Dwelling:
         return robot.docked is not None or not self.traffic.gridlock.is_waited_for(robot.body)
 
     def rest(self) -> Generator[Event, object, None]:
-        """Rest until it is given a task, is called away, or its battery is so low that it goes to a charger."""
+        """Rest until the robot is given a task, is called away, or its battery is so low that it goes to a charger."""
         robot, env = self.robot, self.env
         offer, self._called = self.dispatcher.wait(robot), Event(env)
         self.departures.resting.add(robot.number)
@@ -94,12 +94,12 @@ class Dwelling:
             self.dispatcher.withdraw(robot)
 
     def end(self) -> None:
-        """Leave for a bay, if it rests: somebody needs the place, or its hours are over."""
+        """Leave for a bay, if the robot rests: others need the place, or its hours are over."""
         if self._called is not None and not self._called.triggered:
             self._called.succeed()
 
     def _low_at(self) -> float:
-        """When its battery will be at the level at which it goes to a charger; inf where none ever is."""
+        """Return when the battery will be at the level at which the robot goes to a charger; inf where none ever is."""
         if not self.reach.batteries:
             return math.inf
         view = self.robot.view()
@@ -108,7 +108,7 @@ class Dwelling:
 
     @property
     def _keeps_a_charger(self) -> bool:
-        """Whether the slot that it keeps where lanes are two-way is one at chargers."""
+        """Whether the slot that the robot keeps, where lanes are two-way, is a slot at chargers."""
         return self.robot.bay is not None and bool(self.robot.bay.charges)
 
     @property

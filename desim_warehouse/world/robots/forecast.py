@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def time_to_node(robot: Robot, now: float) -> float:
-    """Return the free driving time to the node it comes to next, its node time included."""
+    """Return the free driving time to the node that a robot comes to next, its node time included."""
     body = robot.body
     if body.lane is None or body.held is not None:
         return 0.0

@@ -53,15 +53,15 @@ class Itinerary:
 
     @property
     def is_declared(self) -> bool:
-        """Whether others know the route, so that it can be changed only where that is safe."""
+        """Whether other robots know the route, so that it can be changed only where that is safe."""
         return self.guard is not None
 
     def edge_of(self, task: Task) -> tuple[str, str]:
-        """Return the edge on which it picks a task's good: of a two-way lane the one that it drives."""
+        """Return the edge on which the robot picks a task's good: of a two-way lane the direction that it drives."""
         return task.edge if self.place is None else self.place[0].edge
 
     def take(self, node: str, stops: Sequence[Stop], bay: str | None) -> bool:
-        """Set the route from `node` over the stops up to the first in a station, or from a last in the lane to `bay`.
+        """Set the route from `node` over the stops to the first in a station, or from a last in the lane to `bay`.
 
         False: the change is not safe. Out of a station the rest is declared (`onward`).
         """
@@ -114,7 +114,7 @@ class Itinerary:
         return [*self._route(node, place[0].edge[0], after), place[0]], place
 
     def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
-        """Return a route from the node that it stands on or comes to next, or that it comes to `after` some more time.
+        """Return a route from the node that the robot stands on or comes to next, or comes to `after` some more time.
 
         Where lanes close it counts when it is there, at its present speed.
         """
@@ -139,7 +139,7 @@ class Itinerary:
         return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
 
     def go(self, node: str, goal: str) -> bool:
-        """Go straight from `node` to `goal` instead, and return whether that change is safe."""
+        """Replace the route by the straight way from `node` to `goal`, and return whether that change is safe."""
         return self._set([(self._route(node, goal), None)])
 
     def _set(self, legs: list[Leg]) -> bool:
@@ -160,12 +160,12 @@ class Itinerary:
         self.legs = [(route, None)]
 
     def resume(self, rest: Sequence[Lane]) -> None:
-        """Off the lanes for a repair it declares anew what is left of its route: the `rest` of this leg, and others."""
+        """Declare anew what is left of the route after a repair off the lanes: `rest` of this leg, and other legs."""
         if self.guard is not None:
             self.guard.declare(self.body, [*rest, *(lane for leg, _ in self.legs for lane in leg)])
 
     def stand_aside(self) -> None:
-        """Declare anew what is left of its route, from the lane beside which it stands now."""
+        """Declare anew what is left of the route, from the lane beside which the robot stands now."""
         if self.guard is not None:
             self.guard.stands_aside(self.body, [lane for leg, _ in self.legs for lane in leg])
 
@@ -184,7 +184,7 @@ class Itinerary:
         return self._if_safe(self.routes.detour(node, route, index, stop))
 
     def way_past(self, node: str, rest: Sequence[Lane], stop: float | None) -> list[Lane] | None:
-        """Return another, safe leg by which the robot waits less for lanes to open. It comes to `node` next."""
+        """Return another, safe leg on which the robot waits less for lanes to open. It comes to `node` next."""
         body = self.body
         return self._if_safe(self.routes.way_past(node, rest, stop, body.speed, body.time_left))
 

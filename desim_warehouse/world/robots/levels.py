@@ -17,7 +17,7 @@ _FIFTH = 0.2
 
 
 class ChargingLevels:
-    """The battery levels that hold for a robot, by the charging policy, asked only once if they are alike for all."""
+    """The battery levels of robots by the charging policy, which is asked only once if levels are alike for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env
@@ -44,7 +44,10 @@ class ChargingLevels:
 
 
 def _shares(levels: Levels, robot: RobotView) -> str | None:
-    """Say that levels seem to be shares of the capacity, if they do: no battery is charged to a fifth only."""
+    """Return the hint that charging levels seem to be shares of the capacity; None where they do not.
+
+    No battery is charged to a fifth only, so smaller levels are taken for shares.
+    """
     if levels.full <= 1 and levels.full < _FIFTH * robot.capacity:
         return (
             f"full is {levels.full:g} of {robot.capacity:g}, so these are shares, as it seems; expected energy, as in "

@@ -38,7 +38,7 @@ class MixedReach:
         return self.of[robot.kind].may_take(robot, task, station)
 
     def lasts(self, robot: RobotView, task: Task) -> bool:
-        """Return `Reach.lasts` of the robot's kind."""
+        """Whether a robot's battery lasts for a task: `Reach.lasts` of the robot's kind."""
         return self.of[robot.kind].lasts(robot, task)
 
     def must_charge(self, robot: RobotView) -> bool:

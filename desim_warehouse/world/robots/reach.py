@@ -1,4 +1,4 @@
-"""Reach of a battery: which tasks a robot may take, when it gives one back, when it must charge.
+"""Look-ahead for batteries (reach): which tasks a robot may take, when it gives one back, when it must charge.
 
 Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy.
 Waiting is not foreseen, and handling times that vary count with their mean. Energies are in the model's unit,
@@ -61,7 +61,7 @@ def may_do(robot: RobotView, task: Task) -> bool:
 
 
 def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
-    """Free driving time from the end of the edge on which a task was picked to where it is free, at `station`."""
+    """Return the free driving time from the end of the edge of a task's good to where the robot is free again."""
     if task.drop is None:
         return travel.from_edge(task.edge, station)
     edge, offset = task.drop
@@ -69,7 +69,7 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
 
 
 class Reach:
-    """How much energy and time the work of robots of a `kind` will take, and what follows from it.
+    """The energy and time that work of robots of a `kind` will take, and the decisions that follow from it.
 
     `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are on
     the list, in its order. Where robots charge alike one serves all kinds.
@@ -122,7 +122,7 @@ class Reach:
         self._given_back, self.openings = other._given_back, other.openings
 
     def why_flat(self, started: float | None, drew: float, robot: RobotView, *, resting: bool) -> str:
-        """Say why a robot's battery ran flat in this model, and what helps (for the arguments see `cause`)."""
+        """Return why a robot's battery ran flat in this model, and what helps (for the arguments see `cause`)."""
         text = cause(self._model, self._layout, started, drew=drew, resting=resting)
         if resting and self.chargers:
             way, level = (
@@ -134,7 +134,7 @@ class Reach:
         return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
-        """Say what robots have and need for a task that none of their batteries lasts for, and what helps."""
+        """Return in words the energy that robots have and need for a task that no battery lasts for, and what helps."""
         able = [robot for robot in robots if may_do(robot, task)]
         best = min(able, key=lambda robot: self.missing(robot, task))
         levels = self.levels(best)
@@ -164,14 +164,14 @@ class Reach:
         return station is not None and self.may_take(robot, task, station)
 
     def may(self, robot: RobotView, task: Task) -> bool:
-        """Whether a pair is `allowed`."""
+        """Whether a robot may take a task, as `allowed` says for all pairs."""
         station = self._station_for(robot, task)
         if station is None or not self.batteries:
             return station is not None
         return robot.energy >= self.enough(robot, task, station, self.levels(robot))
 
     def _station_for(self, robot: RobotView, task: Task) -> str | None:
-        """Return where a robot would unload a task that it can do; None where there is no room or it opens too late."""
+        """Return where a robot would unload a task; None where there is no room, or the station opens too late."""
         if not may_do(robot, task):
             return None
         station = self.stations.choose(robot, task)
@@ -264,12 +264,12 @@ class Reach:
         return not self.lasts(robot, task)
 
     def enough_for_first(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot in a bay may take the first open task, 0 where there is none."""
+        """Return the level at which a robot in a bay may take the first open task, 0 where there is none."""
         task = self._first(robot)
         return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
 
     def enough_after_parking(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot at a charger may take the first open task from any bay without one, too.
+        """Return the level at which a robot at a charger may take the first open task also from any bay without one.
 
         With less it would drive there, be too low for the task, and come back.
         """
@@ -284,13 +284,13 @@ class Reach:
         )
 
     def rests_until(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot that rests without a charger must set out for one."""
+        """Return the level at which a robot that rests without a charger must set out for one."""
         if levels.margin is None or not self.chargers:
             return levels.critical
         return max(levels.critical, self.consumption.empty * self.out_of(robot.node, robot) + levels.margin)
 
     def rests_elsewhere_from(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot at a charger can drive to any bay without one, and rest there for a while."""
+        """Return the level at which a robot can leave its charger for any bay without one, and rest there."""
         key = robot.node, levels
         if key not in self._rests_elsewhere:
             needed = (
@@ -301,10 +301,10 @@ class Reach:
         return self._rests_elsewhere[key]
 
     def in_need(self, robot: RobotView, levels: Levels) -> tuple[float, float]:
-        """Return when a robot at rest needs a charger more than one that is being charged.
+        """Return the level at which a robot at rest needs a charger more than a robot that is being charged.
 
-        The battery level from which on it does, and by how much the other's must then be above its own: so that a
-        fleet that runs low all at once can take turns before one is too low to reach a charger.
+        With it comes by how much the other's level must then be above its own: so that a fleet that runs low all at
+        once can take turns before one is too low to reach a charger.
         """
         capacity = robot.capacity
         way = self.consumption.empty * self.out_of(robot.node, robot)
@@ -312,7 +312,7 @@ class Reach:
         return way + URGENT * spare, max(AHEAD * spare, LEAST_CHARGE * capacity)
 
     def retreats_at(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot that leaves its work goes to a charger."""
+        """Return the level at which a robot that leaves its work goes to a charger."""
         if levels.margin is None:
             return levels.good
         way = self.to_charger(robot.node, robot, levels.charger) + self.travel(robot.speed).stop_time
@@ -323,7 +323,7 @@ class Reach:
     def need(
         self, robot: RobotView, task: Task, station: str, choice: str, stops: Sequence[Stop] | None = None
     ) -> float:
-        """Energy that a task and the way to a charger after it draw from where and when the robot is free.
+        """Return the energy for a task, and for the way to a charger after it, from where and when the robot is free.
 
         `stops`: of a tour in hand; else they are as the robot would make them now.
         """
@@ -336,7 +336,7 @@ class Reach:
         return self.consumption.empty * (robot.free_in + driven + way) + drawn
 
     def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
-        """Energy with which a robot, driving freely, does not have to give the task back on the way."""
+        """Return the energy with which a robot, driving freely, does not have to give the task back on the way."""
         travel = self.travel(robot.speed)
         driven = robot.free_in + (travel.half_turn + travel.to_edge(robot.node, task.edge))
         empty = self.consumption.empty
@@ -347,7 +347,7 @@ class Reach:
         return self._with_more(least, robot, task, levels)
 
     def _with_more(self, least: float, robot: RobotView, task: Task, levels: Levels) -> float:
-        """Return the energy that seems enough for a task, more if it was given back before, up to a full battery."""
+        """Return the energy that a task needs by experience: more if it was given back before, up to a full battery."""
         again = self._given_back[task.number] - 1
         return least if again <= 0 else max(least, min(least + again * MORE * robot.capacity, levels.full))
 
@@ -421,7 +421,7 @@ class Reach:
         self._onward.pop(task.number, None)
 
     def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
-        """Energy from the start of the good's edge to being clear of the station.
+        """Return the energy from the start of the good's edge until the robot is clear of the station.
 
         Where its heading is not known, before it sets out from a stand in the lane or a good at a node, a half turn is
         counted.
@@ -444,14 +444,14 @@ class Reach:
         )
 
     def tour_time(self, robot: RobotView, task: Task) -> float:
-        """Time of a tour from standing at its first good to where it ends, driving freely."""
+        """Return the time of a tour from standing at its first good to where it ends, driving freely."""
         stops = self.stations.stops(robot, task)
         return float(driven(self.travel(self.loaded_speed(robot)), stops) + handled(self.handling, stops))
 
     # Driving times
 
     def travel(self, speed: float) -> FreeTravel:
-        """Driving times of a robot with a speed."""
+        """Return the driving times of a robot with a speed."""
         if speed not in self._travel:
             self._travel[speed] = self._known.at(speed)
         return self._travel[speed]
@@ -461,7 +461,7 @@ class Reach:
         return self._loaded_speeds[robot.number]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
-        """Driving time to the charger that a robot would go to, inf where there is none.
+        """Return the driving time to the charger that a robot would go to, inf where there is none.
 
         With `own` that is its home's, with `least-loaded` the farthest, as it may be any. Where slots at chargers are
         scarce the way leads over the parking slot from which all are reached soonest, as it may have to wait there
@@ -484,7 +484,7 @@ class Reach:
         return self._to_charger[key]
 
     def out_of(self, bay: str, robot: RobotView) -> float:
-        """Time from resting in a parking slot to the charger that is farthest from it."""
+        """Return the time from resting in a parking slot to the charger that is farthest from it."""
         key = bay, robot.speed
         if key not in self._out_of:
             self._out_of[key] = max(self._from_bay(robot, charger, bay) for charger in self.chargers)

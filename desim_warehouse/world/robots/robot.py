@@ -57,7 +57,7 @@ FAR = 1e15
 
 
 class Rest(Enum):
-    """How a rest in a bay ends."""
+    """The ways in which a rest in a bay ends."""
 
     TASK = "it was given a task"
     CHARGE_HERE = "it charges, where it stands"
@@ -161,7 +161,7 @@ class Robot:
         self.time_in = dict.fromkeys(around.states, 0.0)
 
     def stand(self, start: Start) -> None:
-        """Put it onto the lanes at the start of a run. It keeps a slot in its bay, or may have one again."""
+        """Put the robot onto the lanes at the start of a run. It keeps a slot in its bay, or may have one again."""
         self.traffic.stand(self.body, start)
         if start.edge is None:
             self.parked_at = start.node
@@ -171,7 +171,7 @@ class Robot:
     # The story
 
     def life(self) -> Steps:
-        """Work as long as there is any, and rest and charge in a bay in between."""
+        """Run the robot's whole life: work as long as there is any, and rest and charge in a bay in between."""
         exit_time = self.fleet.first_exit_time
         if self.body.is_on_lanes:
             yield from self.begin_on_lanes()
@@ -206,7 +206,7 @@ class Robot:
         self.offer = yield from self.charging.charge()
 
     def work(self) -> Steps:
-        """Task after task, or tour after tour, until there is none or the battery calls it back."""
+        """Do task after task, or tour after tour, until there is none or the battery calls the robot back."""
         while self.job is not None and (yield from self.tour.begin()):
             yield from self.tour.finish()
             yield from self.ask_for_more()
@@ -239,7 +239,7 @@ class Robot:
     # Parking
 
     def reserve_bay(self, *, away: bool = False) -> None:
-        """Reserve a slot to go to, its own before it sets out, and with `away` one without a charger."""
+        """Reserve a slot for the robot to go to before it sets out; with `away` a slot without a charger."""
         charging = self.charging
         self.body.recall_from(math.inf)
         if self.is_out:
@@ -255,14 +255,14 @@ class Robot:
         self._take_slot(bay)
 
     def _take_slot(self, bay: Bay) -> None:
-        """Reserve a slot, unless it has one elsewhere, where its declared route ends, and cannot change that safely."""
+        """Reserve a slot in a bay, unless the declared route ends in another and cannot be changed safely."""
         elsewhere = self.bay is not None and bay is not self.bay
         if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
             return  # from the bay where its route ends it can go on
         self.bays.take(self, bay)
 
     def free_charger(self) -> None:
-        """Keep a slot elsewhere, at work, instead of a slot at a charger that another robot seeks.
+        """Keep a slot elsewhere, at work, instead of a slot at a charger that another robot needs.
 
         Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
         """
@@ -270,7 +270,7 @@ class Robot:
             self._take_slot(self.bay_choice.parking(self.view(), self.bays.away_from(self)))
 
     def go_to_bay(self) -> Steps:
-        """Go home, or wherever the policies say."""
+        """Drive home, or to the bay that the policies choose."""
         assert self.bay is not None
         if self.is_out or self.bay.node != self.parked_at:
             yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
@@ -280,7 +280,7 @@ class Robot:
         self.dispatcher.came_home(self)
 
     def go_out(self, exit_time: float) -> Steps:
-        """Go out of the bay, to stand at its node."""
+        """Drive out of the bay, and stand at its node."""
         if self.charging.has_charged and self.job is not None:
             self.record("recharged")
             self.charging.has_charged = False
@@ -290,7 +290,7 @@ class Robot:
         yield Timeout(self.env, exit_time)
 
     def start_with(self, energy: float, *, at_charger: bool) -> None:
-        """Begin the run with so much energy; a settled fleet charges where it did, another one unless it is full."""
+        """Begin the run with so much energy; in a settled fleet the robot charges where it did in the settling run."""
         self.battery.start(energy)
         self.charges_first = at_charger or (self.fleet.start_energy != "settled" and not self.battery.is_full(0.0))
 
@@ -370,19 +370,19 @@ class Robot:
                 bays.seekers.remove(self)
 
     def lack_charge(self) -> None:
-        """Rest with too little for the work that is open, while no charger is free."""
+        """Rest with too little energy for the open work, while no charger is free."""
         if self.is_out:
             self.dwelling.end()  # in a bay it seeks a charger
         elif self.phase is Phase.REST and self.departures.duty.has(self.number):
             self.enter("too_low")
 
     def have_charge(self) -> None:
-        """Rest with enough for the work that is open, or without any; one that seeks a charger goes on doing so."""
+        """Rest with enough energy for the open work, or without work; a robot that needs a charger goes on seeking."""
         if STATES[self.state].queue == CHARGER and self not in self.bays.seekers:
             self.enter(self.at_rest)
 
     def make_room(self) -> None:
-        """Leave its slot to a robot that seeks the chargers there."""
+        """Leave the robot's slot to another that needs the chargers there."""
         self.dispatcher.withdraw(self)
         assert self.bay is not None
         self.bays.making_room[self.number] = self.bay
@@ -391,55 +391,58 @@ class Robot:
 
     @property
     def node(self) -> str:
-        """The node it is at, or comes to next."""
+        """The node that the robot is at, or comes to next."""
         lane = self.body.lane
         return self.parked_at if lane is None else lane.edge[1]
 
     @property
     def is_out(self) -> bool:
-        """Whether it is in no bay: on a lane, in a station, on the node by which it has come out, or cleared away."""
+        """Whether the robot is in no bay: on a lane, in a station, on the node beside its bay, or cleared away."""
         return self.body.is_on_lanes or self.body.cleared or self.docked is not None
 
     @property
     def phase(self) -> Phase | None:
-        """The part of its round that it is in."""
+        """The part of its round that the robot is in."""
         return STATES[self.state].phase
 
     @property
     def at_rest(self) -> str:
-        """The state in a bay with nothing to do: outside its hours it is on a break."""
+        """The state of the robot in a bay with nothing to do: outside its hours it is on a break."""
         return "idle" if self.departures.duty.has(self.number) else "on_break"
 
     def hours_change(self) -> None:
-        """Note that its hours begin or end: if it rests, it does so in another state from now on."""
+        """Note that the robot's hours begin or end: if it rests, it does so in another state from now on."""
         if self.is_out:
             self.dwelling.end()
         elif self.phase is Phase.REST:
             self.enter(self.at_rest)
 
     def charge_left(self) -> float:
-        """Return the share of its battery's capacity that is left."""
+        """Return the share of the battery's capacity that is left."""
         return self.battery.level(self.env.now) / self.battery.capacity
 
     def need_of_charger(self) -> tuple[float, float]:
-        """Return when it needs a charger more than a robot at one, and by how much more capacity that has left."""
+        """Return when the robot will need a charger more than a robot at one, and by how much the other must have more.
+
+        The latter is a share of its capacity.
+        """
         view = self.view()
         level, ahead = self.reach.in_need(view, self.reach.levels(view))
         return self.battery.lasts_until(self.env.now, level), ahead / self.battery.capacity
 
     @property
     def at_charger(self) -> bool:
-        """Whether it stands in a bay with chargers for its kind."""
+        """Whether the robot stands in a bay with chargers for its kind."""
         return self.bay is not None and self.kind in self.bay.charges and not self.is_out
 
     @property
     def rests_at_own_charger(self) -> bool:
-        """Whether it is in a bay with a charger for each slot: elsewhere robots in the bay take turns at chargers."""
+        """Whether the robot is in a bay with a charger for each slot: elsewhere robots take turns at chargers."""
         return self.at_charger and self.bay is not None and self.bay.charges_every_slot
 
     @property
     def is_at_good_edge(self) -> bool:
-        """Whether it is on the edge of its task's good, or stands at the node where that begins.
+        """Whether the robot is on the edge of its task's good, or stands at the node where that edge begins.
 
         Of a good at a node: whether it stands there, or comes there next.
         """
@@ -454,7 +457,7 @@ class Robot:
         return standing and self.node == edge[0]
 
     def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
-        """Return the robot as policies see it: by default as one that is free where it is."""
+        """Return the robot as policies see it, by default free where it is."""
         spec = self.battery.spec
         if free_in is None and self.phase is Phase.REST and self.is_out:  # at the start, or where it unloaded
             free_in = time_to_node(self, self.env.now)
@@ -488,7 +491,7 @@ class Robot:
         self.charging.waive()
 
     def lay_down(self) -> None:
-        """Lay down its task or tour, which is done or given back."""
+        """Drop the task or tour in hand, which is done or given back."""
         self.job = self.itinerary.place = None
         self.tour.stops, self.tour.slots = [], []
         if self.tour.pickers is not None:
@@ -496,14 +499,14 @@ class Robot:
         self.body.work_on(-1)
 
     def record_delivery(self, stop: Stop) -> None:
-        """Record that it has unloaded a task."""
+        """Record that the robot has unloaded a task."""
         place = self.itinerary.place
         at_node = None if stop.task.drop is None else stop.edge
         self.record("delivered", at_node if place is None else place[0].edge)
         self.delivered += 1
 
     def count_delivery(self) -> None:
-        """Count a line that has been picked from the pod that it brought."""
+        """Count a line that has been picked from the pod that the robot brought."""
         self.delivered += 1
 
     # Driving
@@ -517,19 +520,19 @@ class Robot:
         return drive
 
     def enter_bay(self, node: str) -> None:
-        """Go from the node it stands on into the bay or station beside it."""
+        """Drive from the node under the robot into the bay or station beside it."""
         self.traffic.into_bay(self.body)
         self.parked_at = node
 
     def dock(self, station: Station) -> None:
-        """Go from the node it stands on into the station beside it."""
+        """Drive from the node under the robot into the station beside it."""
         self.enter_bay(station.node)
         self.docked = station
 
     # States
 
     def enter(self, state: str) -> None:
-        """Begin something else: the time goes to the old state, the battery draws the new rate."""
+        """Change the robot's state: the time until now goes to the old state, and the battery draws the new rate."""
         now = self.env.now
         waited = self.body.waited_by(now)
         self.time_in[self.state] += now - self.since_state - (waited - self.waited_before)
@@ -545,11 +548,11 @@ class Robot:
         self._draw(state)
 
     def served_for(self, now: float) -> float:
-        """Return for how long it has had a server of its station in use since it began what it does."""
+        """Return for how long the robot has kept a server of its station busy in its present state."""
         return now - self.since_state if self.state in SERVED else 0.0
 
     def _draw(self, state: str) -> None:
-        """Have the battery draw from now on what the state needs, or nothing while it is connected to a charger.
+        """Have the battery draw what the state needs from now on, or nothing while it is connected to a charger.
 
         It is when it is charged, or at rest in a bay with a charger for each slot.
         """
@@ -558,16 +561,16 @@ class Robot:
         self.alarms.watch()
 
     def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:
-        """Write a row of the log: what it does, with its energy."""
+        """Write a row of the log with the robot's state and energy."""
         self.log.event(self.env.now, kind, self.number, self.body.task, self.node, self.energy, edge=edge)
 
     @property
     def energy(self) -> float | None:
-        """The energy that its battery holds now; None: it has none."""
+        """The energy that the robot's battery holds now; None without a battery."""
         return None if self.battery.spec is None else self.battery.level(self.env.now)
 
     def tally(self, now: float) -> dict[str, float]:
-        """Return what it has done so far, in plain numbers. Times in all states and `waiting` add up to `now`."""
+        """Return the robot's counts and times so far. Times in all states and `waiting` add up to `now`."""
         body = self.body
         waited = body.waited_by(now)
         worked = now - self.since_state - (waited - self.waited_before)
@@ -592,7 +595,7 @@ class Robot:
     # As the driver of its body
 
     def left_bay(self) -> None:
-        """Free its slot in the bay or station it has left; or come back on the lanes from which it was cleared."""
+        """Free the robot's slot in the bay or station it has left; or come back on the lanes after a repair."""
         if self.body.cleared:
             self.body.come_back()
         elif self.docked is not None:
@@ -607,7 +610,7 @@ class Robot:
             self.closings.look()
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Return another route if it is held up before `route[index]` and the routing policy knows one."""
+        """Return another route if the robot is held up before `route[index]` and the routing policy knows one."""
         other = self.itinerary.detour(self.node, route, index, stop)
         if other is not None:
             self.body.count_detour()
@@ -615,11 +618,11 @@ class Robot:
 
     @property
     def is_under_way(self) -> bool:
-        """Whether a part of its route is still to come."""
+        """Whether a part of the robot's route is still to come."""
         return self.driving is not None and bool(self.driving.rest)
 
     def look_for_way_round(self) -> None:
-        """Go another way if that is quicker than to wait, now that something closes or opens."""
+        """Take another route, if it is quicker than waiting, now that something closes or opens."""
         body, drive, itinerary = self.body, self.driving, self.itinerary
         in_bay = body.lane is None and body.held is None
         if drive is None or not body.detours or not drive.may_go_round or (in_bay and itinerary.is_declared):
@@ -632,7 +635,7 @@ class Robot:
             drive.go_round(other)
 
     def halt(self, drive: Drive) -> Steps:
-        """Broken down where it stands, until it is repaired, or cleared off the lanes and repaired. Never in a bay.
+        """Stand broken down until the robot is repaired, or cleared off the lanes and repaired. Never in a bay.
 
         Then what it was `doing` goes on.
         """
@@ -658,7 +661,7 @@ class Robot:
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
     def _clear(self, drive: Drive) -> None:
-        """Go off the lanes, to come back at the node ahead, or before the lane on which it has still to stop."""
+        """Take the robot off the lanes: it comes back at the node ahead, or before the lane on which it must stop."""
         again = drive.clear()
         self.parked_at = self.node if again is None else again.edge[0]
         self.traffic.clear(self.body, self.parked_at)
@@ -668,28 +671,28 @@ class Robot:
         self.record("cleared")
 
     def _lanes_change(self) -> None:
-        """Hold back tasks behind lanes that it blocks, or give them out, where robots go round it."""
+        """Hold back tasks behind lanes that the robot blocks, or release them, where robots go round it."""
         if self.itinerary.routes.goes_round:
             self.reach.openings.look_again()
             self.dispatcher.call()
 
     def operated(self) -> float:
-        """Time for which it has been in operation: driving and handling, waits not counted."""
+        """Return the time in operation so far: driving and handling, without waits."""
         now = self.env.now
         waited = self.body.waited_by(now) - self.waited_before
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
     def stood_aside(self) -> None:
-        """Declare, where lanes are two-way, how it goes on from beside its lane."""
+        """Declare, where lanes are two-way, how the robot goes on from beside its lane."""
         self.itinerary.stand_aside()
 
     def give_way(self) -> None:
-        """Go on to a bay, if it rests, as others wait for it."""
+        """Drive on to a bay, if the robot rests on the lanes, because others wait for it."""
         self.dwelling.end()
 
     def notice_wait(self, waiting: bool) -> None:
-        """Note that it begins, or ends, to wait in traffic, where standing may draw less than driving."""
+        """Note that the robot begins, or ends, to wait in traffic, where standing may draw less than driving."""
         if self.battery.varies:
             self._draw(WAITING.name if waiting else self.state)
         elif self.alarms.looks_ahead:

@@ -49,7 +49,7 @@ _KNOWN = 64
 
 
 class Standing(NamedTuple):
-    """A robot at an instant: what its battery holds, and the node of the bay in which it charges or must, if any."""
+    """A robot at an instant of the settling run: its energy, and the bay node at which it charges or must, if any."""
 
     energy: float
     charges_at: str | None = None
@@ -59,7 +59,7 @@ Fleet = tuple[Standing, ...]
 
 
 class SettledError(Exception):
-    """An end of the run: the fleet has been looked at often enough."""
+    """Raised to end the settling run, in which the fleet has been looked at often enough."""
 
 
 class SettlingRun:
@@ -77,7 +77,7 @@ class SettlingRun:
         self.fleets: list[Fleet] = []
 
     def watch(self, env: Clock, robots: Sequence[Robot]) -> None:
-        """Look at the fleet when it is time."""
+        """Record the fleet at the times of the looks."""
         kinds = {kind: [robot for robot in robots if robot.kind == kind] for kind in self._between}
 
         def look(_: object) -> None:
@@ -134,7 +134,7 @@ class SettledFleets:
     def once(
         self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """Return what the settling run of a model sees: it is simulated now; subclasses look it up before."""
+        """Return the fleets that a model's settling run sees: it is simulated now; subclasses look it up before."""
         del model, waiting
         return settle()
 
@@ -162,12 +162,15 @@ def has_long_run(model: Model) -> bool:
 
 
 def any_of(fleets: Sequence[Fleet], streams: Streams) -> Fleet:
-    """Draw a fleet of several."""
+    """Draw one of several fleets at random."""
     return fleets[int(streams.stream("start-energy").integers(len(fleets)))]
 
 
 def nodes_at_start(fleet: Fleet, homes: Sequence[str], bays: Mapping[str, Bay], on_lanes: Iterable[int]) -> list[str]:
-    """The bay node in which each robot begins: where it charges, home, or the first with a slot; `on_lanes` first."""
+    """Return the bay node where each robot begins: where it charges, home, or the first with a slot.
+
+    Robots `on_lanes` have their slots first.
+    """
     nodes, free = list(homes), {node: bay.places for node, bay in bays.items()}
     stays = set(on_lanes)
     order = sorted(range(len(homes)), key=lambda robot: (robot not in stays, fleet[robot].charges_at is None, robot))

@@ -63,7 +63,7 @@ class WorkGiver(Protocol):
         """Note that a robot rests where it has unloaded."""
 
     def call(self) -> None:
-        """Something has changed that decisions depend on."""
+        """Ask for a decision: something has changed that decisions depend on."""
 
     def queue_of(self, robot: int) -> tuple[Task, ...]:
         """Return the tasks that a robot is to do after the present one."""

@@ -68,7 +68,7 @@ def tallies(
 
 
 def less(rows: Rows, before: Rows) -> Rows:
-    """Return rows, less what they were before."""
+    """Return rows of tallies minus the tallies of an earlier instant."""
     return [
         {key: value if isinstance(value, str) else value - earlier[key] for key, value in row.items()}
         for row, earlier in zip(rows, before, strict=True)

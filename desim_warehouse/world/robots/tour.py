@@ -99,7 +99,7 @@ class Tour:
         return True
 
     def finish(self) -> Steps:
-        """Go with the load from stop to stop, until all is unloaded."""
+        """Drive with the load from stop to stop, until all is unloaded."""
         robot = self.robot
         while self.stops:
             stop = self.stops[0]
@@ -111,7 +111,7 @@ class Tour:
             yield from self._handle(stop)
 
     def _handle(self, stop: Stop) -> Steps:
-        """Load or unload where it stands, or when it is served in a station."""
+        """Load or unload where the robot stands, or when it is served in a station."""
         if stop.station is not None:
             yield from self._be_served(stop.station)
             return
@@ -149,7 +149,7 @@ class Tour:
         service.leave()
 
     def _go_on_after(self, stop: Stop) -> None:
-        """Go on to the next stop after one that is done."""
+        """Set out for the next stop after one that is done."""
         robot = self.robot
         if stop.act == "unload":
             self.dispatcher.delivered(robot, stop)
@@ -169,17 +169,17 @@ class Tour:
     # Routes
 
     def _declare(self) -> bool:
-        """Set its route from stop to stop, or not, if the change would not be safe."""
+        """Set the robot's route from stop to stop; False: the change would not be safe."""
         robot = self.robot
         return robot.itinerary.take(robot.node, self.stops, self._bay_after_it())
 
     def _bay_after_it(self) -> str | None:
-        """Return the bay to which it goes from a last stop in the lane, if nothing else comes."""
+        """Return the bay to which the robot goes from a last stop in the lane, if it gets no other task."""
         bay = self.robot.bay
         return None if bay is None else bay.node
 
     def _turns_back(self) -> bool:
-        """Recalled on the way to the first stop: whether it may go to the bay where it has a slot instead."""
+        """Whether the robot, recalled on its way to the first stop, may go to the bay where it has a slot instead."""
         robot = self.robot
         if not robot.itinerary.is_declared or robot.job is None:  # turned off, it has declared its way home already
             return True
@@ -189,7 +189,7 @@ class Tour:
     # Stations
 
     def _dock(self, station: Station) -> None:
-        """Go from the node that it stands on into the station beside it, where it has a slot."""
+        """Drive from the node under the robot into the station beside it, where it has a slot."""
         robot = self.robot
         self.slots.remove(station)
         robot.dock(station)
@@ -197,7 +197,7 @@ class Tour:
         robot.record("docked")
 
     def leaves(self, station: Station) -> None:
-        """Leave a station, and free its slot there unless it comes back on this tour."""
+        """Leave a station, and free the robot's slot there unless it comes back on this tour."""
         comes_back = station not in self.slots and any(stop.station is station for stop in self.stops)
         if comes_back:
             self.slots.append(station)

@@ -51,7 +51,10 @@ if TYPE_CHECKING:
 
 
 class Acyclic:
-    """Whether a state is safe, where no robot can make way for another (a `Test` of the guard)."""
+    """The safety test (banker's algorithm) where no robot can make way for another: states without a cycle are safe.
+
+    It is a `Test` of the guard.
+    """
 
     __slots__ = ("declared",)
 
@@ -65,7 +68,7 @@ class Acyclic:
         """Note that a robot is off the lanes, which is always safe."""
 
     def first(self) -> Body | None:
-        """Robots to re-examine although nothing in their way moved (none here)."""
+        """Return None: no robot has to be looked at again although nothing in its way moved."""
         return None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
@@ -102,7 +105,7 @@ class Acyclic:
         return None
 
     after_change = after_step
-    """The same of a robot that has taken another route."""
+    """Find the cycle that a robot closes as it takes another route."""
 
 
 def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
@@ -131,7 +134,7 @@ DESPERATE = 5
 
 
 class Avoidance:
-    """Decides on steps and changes of route.
+    """The guard, which decides on steps and changes of route of robots on two-way lanes (deadlock avoidance).
 
     `patience` is how long a claim of a robot that is out may wait.
 
@@ -281,7 +284,7 @@ class Avoidance:
         return None
 
     def _waits_for_time(self, robot: Body) -> bool:
-        """Whether a robot waits for an opening or a repair, or for one that does: holding others back is no help."""
+        """Whether a robot waits for an opening or a repair, directly or not: holding others back is no help."""
         seen: set[Body] = set()
         to_follow = [robot]
         while to_follow:

@@ -30,7 +30,7 @@ class Delay(NamedTuple):
 
     @property
     def in_lift(self) -> bool:
-        """Whether it is no collision, but time at a lift."""
+        """Whether the wait is time at a lift, and no collision."""
         return False
 
 
@@ -41,7 +41,7 @@ class LiftTime(Delay):
 
     @property
     def in_lift(self) -> bool:
-        """It is."""
+        """Return True: the wait is time at a lift."""
         return True
 
 
@@ -163,19 +163,19 @@ class Body:
     # Where it is
 
     def position(self, now: float) -> float:
-        """Return where it is on its lane."""
+        """Return the position of the robot on its lane."""
         if now >= self.until:
             return self.target
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
     def passes(self, position: float) -> float:
-        """Return the time at which it passes `position` on its lane, no farther than its target, or a past time."""
+        """Return when the robot passes `position` on its lane, no farther than its target, or a past time."""
         if position <= self.pos:
             return self.since if position == self.pos else -inf
         return self.until - (self.target - position) / self.pace
 
     def distance(self, now: float) -> float:
-        """Length driven so far."""
+        """Return the length driven so far."""
         before = max(self.out_at - now, 0.0) * self.out_pace
         if self.stretch is not None and self.lane is not None:
             # It may stand at the stop line still, or be on its way there.
@@ -183,7 +183,7 @@ class Body:
         return self.driven + self.position(now) - before
 
     def place(self, now: float) -> str:
-        """Say where it is, in words."""
+        """Return where the robot is, in words."""
         if self.lane is None:
             return f"{'off the lanes' if self.cleared else 'in the bay'} at {self.at.name}"
         if self.held is not None and self.position(now) >= self.lane.length:
@@ -193,20 +193,20 @@ class Body:
     # Onto lanes and nodes, and off them
 
     def begin_on_node(self, node: Intersection) -> None:
-        """Stand there at the start of a run."""
+        """Stand on a node at the start of a run."""
         self.at = node
 
     def begin_on_lane(self, lane: Lane, ahead: Body | None, position: float) -> None:
-        """Stand there at the start of a run, as the last of the queue."""
+        """Stand on a lane at the start of a run, as the last of its queue."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = position
         self.driven = -position
         self.take_pace_of(lane, 0.0)
 
     def take_pace_of(self, lane: Lane, time: float) -> None:
-        """Take its own speed, the limit of a lane that it enters at a time, or the pace of the ring that it turns with.
+        """Set the robot's pace on a lane that it enters: the smallest of its speed, the limit, and its ring's pace.
 
-        The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
+        A ring turns as it started, whatever limits hold meanwhile.
         """
         train = self.train_pace
         if train < inf:
@@ -221,7 +221,7 @@ class Body:
             self.train_pace, self.braking = inf, 0.0
 
     def pace_on(self, lane: Lane, time: float) -> float:
-        """Return the pace that it will have on a lane that it enters at a time."""
+        """Return the pace that the robot will have on a lane that it enters at a time."""
         pace = min(self.speed, lane.limit_at(time) if lane.slow else lane.limit, self.train_pace)
         return pace if self.look_ahead is None else min(pace, self.look_ahead.limit_on(lane))
 
@@ -231,19 +231,19 @@ class Body:
             self.braking = self.look_ahead.distance(self.pace)
 
     def hold(self, node: Intersection, room: Lane | None) -> None:
-        """Hold an intersection that it is granted, with room on the lane beyond."""
+        """Take an intersection that the robot is granted, with room on the lane beyond."""
         self.held = node
         self.granted = room
         self.claim = None
 
     def give_up_room(self) -> None:
-        """Stay where it is; the room that it was granted is for others."""
+        """Give back the room on the next lane that the robot was granted: it stays where it is."""
         if self.granted is not None:
             self.granted.entering = None
             self.granted = None
 
     def off_lane(self, out: float) -> None:
-        """Leave its lane's queue, where the gap closes, and pass the lane's end at the time `out`."""
+        """Leave the lane's queue, where the gap closes, and pass the lane's end at the time `out`."""
         lane, front, behind = self.lane, self.ahead, self.behind
         self.driven += lane.length
         self.out_at = out
@@ -279,7 +279,7 @@ class Body:
         self.moves += 1
 
     def leave_queue(self) -> None:
-        """Leave its lane's queue where it stands, beside the lane; it counts as on the lane still."""
+        """Leave the queue of the lane to stand beside it; the robot counts as on the lane still."""
         if self.ahead is not None:
             self.ahead.behind = self.behind
         if self.behind is not None:
@@ -287,7 +287,7 @@ class Body:
         self.ahead = self.behind = None
 
     def queue_between(self, ahead: Body | None, behind: Body | None) -> None:
-        """Stand in its lane's queue again, between two others."""
+        """Stand in the queue of the lane again, between two other robots."""
         self.ahead, self.behind = ahead, behind
         if ahead is not None:
             ahead.behind = self
@@ -295,7 +295,7 @@ class Body:
             behind.ahead = self
 
     def be_on_lane_again(self, now: float) -> None:
-        """Stand on its lane where it left that, and want to go no farther yet."""
+        """Stand on the lane where the robot left it, and want to go no farther yet."""
         self.goal = self.target = self.pos
         self.since = self.until = now
 
@@ -314,7 +314,7 @@ class Body:
     # Along a lane
 
     def head_for(self, goal: float) -> None:
-        """Set where it wants to go on its lane."""
+        """Set the goal of the robot on its lane: its stop or the stop line."""
         self.goal = goal
 
     def drive_on(self, target: float, until: float) -> None:
@@ -323,11 +323,11 @@ class Body:
         self.until = until
 
     def arrive(self) -> None:
-        """Be where it was sure to get to."""
+        """Be at the target that the robot was sure to reach."""
         self.pos = self.target
 
     def turn_on_node(self, time: float, now: float) -> None:
-        """Face its next lane after a time, once it stands; with nothing to turn it need not stop."""
+        """Turn to face the next lane within a time, standing; without a turn the robot need not stop."""
         self.ready_at = (self.brake_to_stand(now) if time else now) + time
 
     def turn_with_ring(self, pace: float) -> None:
@@ -350,28 +350,28 @@ class Body:
         self.task = task
 
     def recall_from(self, time: float) -> None:
-        """Be wanted elsewhere from a time on; inf: it is not."""
+        """Have the robot stop at the next node from a time on; inf: not at all."""
         self.recall_at = time
 
     def turn_off(self) -> None:
-        """Leave its route for good, at the node that it comes to next."""
+        """Leave the route for good, at the node that the robot comes to next."""
         self.recall_at = -inf
 
     @property
     def is_turned_off(self) -> bool:
-        """Whether it has left its route for good, and its driver knows another."""
+        """Whether the robot has left its route for good, and its driver knows another."""
         return self.recall_at == -inf
 
     def break_down_at(self, time: float) -> None:
-        """Break down at its next decision from a time on."""
+        """Have the robot break down at its next decision from a time on."""
         self.halts_at = time
 
     def break_down(self) -> None:
-        """Stand until it is repaired."""
+        """Begin to stand broken down, until the robot is repaired."""
         self.broken = True
 
     def be_cleared(self, node: Intersection) -> None:
-        """Leave its lane's queue and the node that it held; it is beside a node from now on."""
+        """Leave the lane's queue and the node that the robot held; it is beside a node from now on."""
         lane = self.lane
         if lane is not None:
             self.driven -= lane.length - self.pos
@@ -381,11 +381,11 @@ class Body:
         self.cleared = True
 
     def come_back(self) -> None:
-        """Stand on a node again."""
+        """Stand on a node again, after a repair off the lanes."""
         self.cleared = False
 
     def be_repaired(self) -> None:
-        """Work again."""
+        """End the breakdown: the robot works again."""
         self.broken = False
 
     def allow_detours(self, number: int) -> None:
@@ -393,7 +393,7 @@ class Body:
         self.detours = number
 
     def count_detour(self) -> None:
-        """Count a detour that it takes."""
+        """Count a detour that the robot takes."""
         self.detours -= 1
 
     # Gathering speed and braking
@@ -406,12 +406,12 @@ class Body:
 
     @property
     def run_up(self) -> float:
-        """The length over which it gathers its speed from a stand."""
+        """Return the length over which the robot gathers its speed from a stand."""
         assert self.stretch is not None
         return self.pace * self.pace * self.stretch.motion.gathers / 2
 
     def keep_braking_distance(self, env: Environment) -> None:
-        """Look its braking distance ahead, so that it can always stop before it may have to."""
+        """Make the robot look its braking distance ahead, so that it can always stop before it may have to."""
         assert self.stretch is not None
         self.look_ahead = LookAhead(env, self, self.stretch.motion.brakes)
 
@@ -430,7 +430,7 @@ class Body:
         return max(now, self.until, self.stands_at), self.stretch
 
     def commit_stretch(self, stretch: Stretch) -> None:
-        """Leave its lane by a stretch that was worked out before."""
+        """Leave the lane by a stretch that was worked out before."""
         self.stretch = stretch
         if self.train_pace == inf:  # else the ring starts at `until`
             self.line_at = self.until
@@ -454,19 +454,19 @@ class Body:
         return True
 
     def put_off(self, time: float, pace: float) -> float:
-        """Start late, and return the part of that time that gathering speed takes anyway."""
+        """Start later by a time, and return the part of it that gathering speed takes anyway."""
         if self.stretch is None:
             return 0.0
         part, self.stretch = self.stretch.later(time, pace)
         return part
 
     def start_at_pace(self, length: float) -> None:
-        """Gather its pace from a stand while it waits to drive a length."""
+        """Gather the robot's pace from a stand while it waits to drive a length."""
         if self.stretch is not None:
             _, self.stretch = self.stretch.at_speed(self.pace).further(length, self.pace)
 
     def brake_to_stand(self, now: float) -> float:
-        """Stop where it is, or is sure to get to, and return when it has braked."""
+        """Stop where the robot is, or is sure to get to, and return when it has braked."""
         if self.stretch is None:
             return now
         braking, self.stretch = self.stretch.stopped
@@ -474,18 +474,18 @@ class Body:
 
     @property
     def is_on_lanes(self) -> bool:
-        """Whether it is on a lane or stands on a node."""
+        """Whether the robot is on a lane or stands on a node."""
         return self.lane is not None or self.held is not None
 
     @property
     def is_at_lift(self) -> bool:
-        """Whether it comes to a lift next, or is in its cabin: it goes on from there, whatever it is wanted for."""
+        """Whether the robot comes to a lift next, or is in its cabin: it goes on from there, even if recalled."""
         at = self.lane.end if self.lane is not None else self.held
         return at is not None and at.is_lift
 
     @property
     def time_left(self) -> float:
-        """The time that it drives at its pace to the end of its lane."""
+        """Return the time that the robot needs at its pace to the end of its lane."""
         lane = self.lane
         return 0.0 if lane is None else (lane.length - self.position(lane.rules.env.now)) / self.pace
 
@@ -493,12 +493,12 @@ class Body:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether it waits in traffic now."""
+        """Whether the robot waits in traffic now."""
         return self.claim is not None or self.waiting_behind is not None
 
     @property
     def blocker(self) -> Body | None:
-        """The robot that it waits for, or None if it is not blocked or only waits for time to pass."""
+        """The robot that this one waits for; None if it is not blocked, or only waits for time to pass."""
         if self.waiting_behind is not None:
             return self.ahead
         claim = self.claim
@@ -513,12 +513,15 @@ class Body:
         return lane.last
 
     def waited_by(self, now: float) -> float:
-        """Time waited in traffic so far, the present episode included."""
+        """Return the time waited in traffic so far, the present episode included."""
         waited = self.waited if self.delay is None else self.waited - self.delay_after(now)
         return waited + (now - self.waiting_since) if self.is_waiting else waited
 
     def waited_for(self, wait: str, now: float) -> float:
-        """Time waited so far for closures of one kind, or at lifts, with the present episode: a part of `waited_by`."""
+        """Return the time waited for closures of one kind, or at lifts, the present episode included.
+
+        It is a part of `waited_by`.
+        """
         waited = self.waited_apart.get(wait, 0.0)
         claim = self.claim
         if claim is not None and claim.because is not None and claim.because.wait == wait:
@@ -534,7 +537,7 @@ class Body:
         self.encounters += closure.is_person
 
     def uses_lift(self, lane: Lane, begin: float, end: float) -> None:
-        """It waits for a cabin at the end of a lane, or rides along one, from `begin` to `end`."""
+        """Note a wait for a cabin at the end of a lane, or a ride along one, from `begin` to `end`."""
         if end > begin:
             self.delay_is_known(LiftTime(lane, None, begin, end))
             self._log_lift(lane, end, end - begin)
@@ -542,7 +545,7 @@ class Body:
             self.waited_apart[IN_LIFT] = self.waited_apart.get(IN_LIFT, 0.0) + end - begin
 
     def _leave_out_of_lift(self, delay: Delay, now: float) -> None:
-        """The run ends before it is through a lift: what is left of that time does not count."""
+        """Take the rest of a delay at a lift off the counts, as the run ends before the robot is through."""
         left = self.delay_after(now)
         self.waited -= left
         self.waited_apart[IN_LIFT] -= left
@@ -559,24 +562,24 @@ class Body:
         return 0.0 if delay is None or delay.end <= now else delay.end - max(delay.begin, now)
 
     def moves_by(self, now: float) -> int:
-        """Lanes entered so far."""
+        """Return the number of lanes entered so far."""
         return self.moves - (self.entered_at > now)
 
     def rear_ends_by(self, now: float) -> int:
-        """Episodes behind other robots that have ended."""
+        """Return the number of episodes behind other robots that have ended."""
         return self.rear_ends - (self.delay is not None and self.delay.end > now and not self.delay.in_lift)
 
     def wait_for(self, claim: Claim, now: float) -> None:
-        """Wait for an intersection and room beyond it, until it holds them."""
+        """Begin to wait for an intersection and room beyond it, until the claim is granted."""
         self.claim = claim
         self.waiting_since = now
 
     def resume(self) -> None:
-        """Wait no longer for room beside a lane, or on it."""
+        """End the wait for room beside a lane, or on it."""
         self.claim = None
 
     def waits_anew(self, now: float) -> None:
-        """Wait on, for something else: `waiting_since` is the start of the present episode."""
+        """Begin a new episode of waiting, for something else."""
         self.waiting_since = now
 
     def count_wait_at_node(self, duration: float) -> None:
@@ -590,7 +593,7 @@ class Body:
         self.rear_ends -= not begun
 
     def delay_is_known(self, delay: Delay) -> None:
-        """Note that it will wait behind a slower robot."""
+        """Note a wait behind a slower robot that is to come."""
         self.delay = delay
         self.driver.notice_delay(delay.begin, delay.end)
 
@@ -602,7 +605,7 @@ class Body:
         self.driver.notice_wait(waiting=True)
 
     def ride(self, since: float, until: float) -> None:
-        """It stands in the cabin of a lift, which carries it."""
+        """Stand in the cabin of a lift, which carries the robot, for a time."""
         self.since = since
         self.until = until
 

@@ -36,13 +36,13 @@ class Closure(Protocol):
     is_person: bool
 
     def closed_until(self, now: float) -> float:
-        """Return when it opens: not after `now` if it is open, inf if it never opens again."""
+        """Return when the closure opens: not after `now` if it is open, inf if it never opens again."""
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """Return when it opens for a robot: as `closed_until`, or earlier for one that has waited long."""
+        """Return when the closure opens for a robot: as `closed_until`, or earlier for one that has waited long."""
 
     def expected_until(self, time: float, now: float) -> float:
-        """Return when it is expected at `now` to be open for a robot that comes at `time`, or an earlier time."""
+        """Return when the closure is expected to be open for a robot that comes at `time`; an earlier time if it is."""
 
 
 class ClosedHours:
@@ -55,16 +55,16 @@ class ClosedHours:
         self.hours = hours
 
     def closed_until(self, now: float) -> float:
-        """Return when it opens."""
+        """Return when the closure opens."""
         begin, end = self.hours.following(now)
         return end if begin <= now + EPS < end else now
 
     def opens_for(self, robot: Passer, now: float) -> float:  # noqa: ARG002 - it is open to all or to none
-        """Return when it opens."""
+        """Return when the closure opens."""
         return self.closed_until(now)
 
     def expected_until(self, time: float, now: float) -> float:  # noqa: ARG002 - it is known
-        """Return when it opens for one that comes at `time`."""
+        """Return when the closure opens for a robot that comes at `time`."""
         return self.closed_until(time)
 
 
@@ -75,7 +75,7 @@ class Slowness(NamedTuple):
     hours: Hours = ALWAYS
 
     def limit(self, now: float) -> float:
-        """Return the limit now, inf if there is none."""
+        """Return the speed limit now, inf if there is none."""
         return self.speed if self.hours.is_open(now) else math.inf
 
 
@@ -106,7 +106,7 @@ class Restrictions:
         return restrictions
 
     def close(self, edges: Iterable[Edge], closure: Closure) -> None:
-        """Keep robots out of edges."""
+        """Add a closure that keeps robots out of edges."""
         for edge in edges:
             self.closures.setdefault(edge, []).append(closure)
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Departure(Enum):
-    """How a robot came off the intersection that it stood on."""
+    """The ways in which a robot leaves the intersection that it stood on."""
 
     UNDER_WAY = "it is on a lane now"
     THERE = "the route ends here"
@@ -151,7 +151,7 @@ class Drive:
 
     @property
     def may_be_cleared(self) -> bool:
-        """Whether a broken robot may be off its lane: once where it must drive it again.
+        """Whether a broken robot may be taken off its lane: once where it must drive it again.
 
         Else one that broke down sooner than it came there would never do so. Never out of the cabin of a lift, which
         may be between floors: it is repaired there.
@@ -161,12 +161,12 @@ class Drive:
 
     @property
     def _drives_its_lane_again(self) -> bool:
-        """Whether it does so once it is repaired: it has still to stop there, or there is a lift at its end."""
+        """Whether a cleared robot drives its lane again after its repair: to a stop, or to a lift at its end."""
         lane = self.robot.lane
         return lane is not None and ((self.stop is not None and self.onward is None) or lane.end.is_lift)
 
     def clear(self) -> Lane | None:
-        """A broken robot is off its lane now. Returned is the lane if it has to drive it again."""
+        """Take a broken robot off its lane, and return the lane if the robot has to drive it again."""
         if not self._drives_its_lane_again:
             return None
         lane: Lane = self.robot.lane
@@ -174,7 +174,7 @@ class Drive:
         return lane
 
     def _under_way(self) -> Event:
-        """Return an event that is due when the robot is there, or at an intersection where it cannot just go on."""
+        """Return an event that is due when the robot has arrived, or is held up at an intersection."""
         event = self.held_up = happened(self.env)
         if self.robot.until > self.env._now:
             self.due(self.robot.until)
@@ -251,7 +251,7 @@ class Drive:
         return begin + late, out + late, clear + late, stretch
 
     def _take_detour(self) -> bool:
-        """Take another route from the intersection at which a robot is held up, or not."""
+        """Take another route from the intersection at which the robot is held up, if there is one."""
         other = self.robot.driver.take_detour(self.route, self.index, self.stop)
         if other is None:
             return False
@@ -260,7 +260,7 @@ class Drive:
 
     @property
     def may_go_round(self) -> bool:
-        """Whether it may go another way from the node that it comes to next, or stands on."""
+        """Whether the robot may go another way from the node that it comes to next, or stands on."""
         robot = self.robot
         if not self.rest or robot.granted is not None or robot.recall_at <= self.env._now or robot.is_at_lift:
             return False
@@ -268,7 +268,7 @@ class Drive:
         return claim is None or robot.held is None or claim.node is robot.held
 
     def go_round(self, other: Sequence[Lane]) -> None:
-        """Take another way from the node that it comes to next. A claim that waits there is for that from now on."""
+        """Take another way from the node that the robot comes to next. A claim that waits there is changed to it."""
         self.route, self.index = other, 0
         claim = self.robot.claim
         if claim is None:
@@ -317,7 +317,7 @@ class Drive:
         return True
 
     def _goes_on_from_node(self, onward: Lane | None, now: float) -> bool:
-        """Whether it may go on from a node that it already holds, at the end of its lane."""
+        """Whether the robot may go on from a node that it already holds, at the end of its lane."""
         robot, lane = self.robot, self.robot.lane
         if onward is None or lane.node_time or self._more_time(lane, onward):
             return False  # it stops there
@@ -329,14 +329,14 @@ class Drive:
     # and SimPy's queue is used directly: its methods and properties would be a third of a free crossing.
 
     def due(self, time: float) -> None:
-        """Have it come up at a time."""
+        """Have the drive come up at a time, as an event."""
         env = self.env
         self.callbacks = ROLL
         heappush(env._queue, (time, NORMAL, next(env._eid), self))
 
     # In one piece for speed: each part that is a call of its own costs about 1 % of a run.
     def roll(self) -> None:
-        """Drive on if it can, now that the robot is where it was sure to get to.
+        """Drive on if possible, now that the robot is where it was sure to get to.
 
         Along its lane as far as the robot ahead allows, up to its own stop or the stop line. From there it goes over
         the intersection if both the node and its stand beyond are free.
@@ -524,9 +524,10 @@ class Drive:
             robot.turn_on_node(robot.lane.turn_to(onward), self.env._now)
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
-        """Drive over a lane too short to stand on, holding its end before it sets off, also while it halts.
+        """Drive over a lane too short to stand on, holding its end before the robot sets off, also while it halts.
 
-        And over those beyond it that are as short, as long as they are free: a grid of cells costs one event a cell.
+        The robot goes on over lanes beyond it that are as short, as long as they are free: so a grid of cells costs one
+        event a cell.
         """
         robot = self.robot
         if not onward.inside:

@@ -67,7 +67,7 @@ class Clock(Environment):
         heappush(self._queue, (-inf, NORMAL, next(self._eid), event))
 
     def tick(self, time: float, callback: Callable[[], object]) -> None:
-        """Call back at a time, as a clock does that goes on for ever: by itself it keeps no run going."""
+        """Call back at a time, as an endless clock does: by itself it keeps no run going."""
 
         def due(_: Event) -> None:
             self.ticks -= 1

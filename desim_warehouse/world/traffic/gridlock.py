@@ -1,4 +1,4 @@
-"""Never stalled: full rings of waiting robots are found when they close, and turned.
+"""Deadlock resolution: full rings of waiting robots are found when they close, and turned; work never stalls.
 
 A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection it
 claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work can only stop
@@ -64,7 +64,7 @@ class Gridlock:
         self._resting[robot] = None
 
     def goes_on(self, robot: Body) -> None:
-        """Note that it no longer does."""
+        """Note that a robot no longer rests where it stands."""
         self._resting.pop(robot, None)
 
     def is_waited_for(self, robot: Body) -> bool:
@@ -74,7 +74,7 @@ class Gridlock:
         return any(other.blocker is robot for other in self._bodies)
 
     def check(self, robot: Body) -> None:
-        """Follow who waits for whom from a robot that has just become blocked, and turn the ring if there is one.
+        """Follow the chain of waiting robots from one that has just become blocked, and turn the ring if there is one.
 
         A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
         closes on itself, or ends at a robot that rests: that one gives way.
@@ -101,11 +101,10 @@ class Gridlock:
             self._turn(ring)
 
     def _is_open(self, ring: list[Body]) -> bool:
-        """Whether all in the ring can go: no intersection is still closing behind a robot, and no robot turns on one.
+        """Whether all robots of a ring can go; if not, the ring is looked at again later.
 
-        Nor does one wait for the cabin of a lift, which is called for it.
-
-        If not, it is looked at again.
+        No intersection may still be closing behind a robot, no robot may be turning on one, and none may wait for the
+        cabin of a lift, which is called for it.
         """
         now: float = self.env._now
         calls: list[tuple[LiftCrossing, Claim]] = []
@@ -180,7 +179,7 @@ class Gridlock:
     def _keep_together(ring: list[Body], now: float) -> None:
         """Turn a ring as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
 
-        And all of it starts at one time, when the last has braked and gathered speed.
+        All robots start at one time, when the last of them has braked and gathered speed.
         """
         claims = [robot.claim for robot in ring if robot.claim is not None]
         drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]

@@ -117,7 +117,9 @@ def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection
 
 
 class HomePlan:
-    """Whether a state is safe, where robots can make way for others on one-way lanes (a `Test` of the guard).
+    """The safety test (banker's algorithm) where robots can make way on one-way lanes: a plan brings all home.
+
+    It is a `Test` of the guard.
 
     `moves`: of every robot that is out, the last of them home. A robot under way stands where it is going to.
     """
@@ -173,7 +175,7 @@ class HomePlan:
     # Put first
 
     def _put_first(self, robot: Body, route: DeclaredRoute) -> bool:
-        """Whether the plan holds with the step, just taken, before it."""
+        """Whether the plan still holds with the step, just taken, put before it."""
         moves, target = self.moves[robot], route.at
         done = 0
         while moves[done][1] < target:
@@ -310,7 +312,7 @@ class HomePlan:
     # Ranks
 
     def _set(self, robot: Body, moves: list[Move]) -> None:
-        """Other moves for a robot."""
+        """Replace the moves of a robot in the plan."""
         self._drop(robot)
         self.moves[robot] = moves
         for rank, _ in moves:
@@ -342,6 +344,6 @@ class HomePlan:
 
 
 def _held(route: DeclaredRoute) -> tuple[Step, ...]:
-    """Return what a robot stands on: its stand, and the mark of the direction it keeps others from in a zone."""
+    """Return the stand that a robot occupies, and the mark of the direction that it keeps others from in a zone."""
     assert route.stands is not None
     return (route.stands,) if route.direction is None else (route.stands, route.direction.opposite)

@@ -64,7 +64,7 @@ class Claim(Event):
 
     @property
     def shut_by(self) -> Closure | None:
-        """The closure that keeps the robot out of a lane now, so that only time keeps it waiting."""
+        """Return the closure that keeps the robot out of a lane now, so that only time keeps it waiting."""
         if self.lane is not None and self.lane.closures and (closure := self.lane.shut_by(self.robot)) is not None:
             return closure
         return None if self.over is None else self.over.shut_by(self.robot)
@@ -129,13 +129,13 @@ class Intersection:
 
     @property
     def passages(self) -> int:
-        """Robots that left it along a lane."""
+        """Return the number of robots that left the intersection along a lane."""
         return sum(lane.passages for lane in self.outs)
 
     # Whether it is open
 
     def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:
-        """Whether a robot that comes `via` a lane (None: from a bay) may use it now."""
+        """Whether a robot that comes `via` a lane (None: from a bay) may use the intersection now."""
         holder = self.holder
         if holder is not None:
             return holder is robot
@@ -145,7 +145,7 @@ class Intersection:
         return self.opens_at(robot, via) <= now + EPS
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:
-        """Return when the robot that passed last is far enough beyond it for one that comes `via` a lane."""
+        """Return when the robot that passed last is far enough away for a robot that comes `via` a lane."""
         left_on = self.left_on
         if left_on is None:
             return -math.inf
@@ -161,7 +161,7 @@ class Intersection:
     # Claims
 
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
-        """Claim it and room on the lane beyond, in one step, and wait until both are granted."""
+        """Claim the intersection and room on the lane beyond, in one step, and wait until both are granted."""
         if self.take(robot, lane, via, over):
             return
         now: float = self.rules.env._now
@@ -183,14 +183,14 @@ class Intersection:
         self.count_claim(claim, claim.other, self.rules.env._now)
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
-        """Give it to the robot, and with it room on `lane`."""
+        """Give the intersection to a robot, and with it room on the lane that the robot goes on to."""
         self.holder = robot
         robot.hold(self, lane)
         if lane is not None:
             lane.entering = robot
 
     def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:
-        """Grant it at once, with room on the lane beyond, if both can be had. Else nothing changes."""
+        """Grant the intersection at once, with room on the lane beyond, if both are free. Else nothing changes."""
         guard = self.rules.guard
         if (
             self.claims  # earlier claims are served first
@@ -204,7 +204,7 @@ class Intersection:
         return True
 
     def award(self, claim: Claim, lane: Lane | None) -> None:
-        """Grant a waiting claim, with room on `lane`, and wake its robot."""
+        """Grant the intersection to a robot whose claim waited for it, with room on `lane`, and resume its process."""
         self.claims.remove(claim)
         if claim.lane is not None:
             claim.lane.wanted -= 1
@@ -214,7 +214,7 @@ class Intersection:
         claim.succeed()
 
     def serve(self, now: float) -> None:
-        """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
+        """Grant the first of the waiting claims that can be granted now; else look again when the node opens."""
         guard = self.rules.guard
         for claim in self.claims:  # a claim without room is passed over: the node is for claims with room
             if claim.has_room:
@@ -250,7 +250,7 @@ class Intersection:
             self.freed(self.rules.env._now)
 
     def wait_for_opening(self, claim: Claim, now: float) -> None:
-        """If a claim waits for a lane that is closed, look at it again when that opens."""
+        """Schedule another look at a claim that waits for a closed lane, for when the lane opens."""
         closure = claim.shut_by
         if closure is not claim.because:
             self.now_waits_for(claim, closure, now)
@@ -274,7 +274,7 @@ class Intersection:
     # Leaving it
 
     def passed(self, robot: Body, onward: Lane, time: float) -> None:
-        """Note that a robot's centre leaves it for a lane at `time`. The last to do so counts."""
+        """Note that a robot's centre leaves the intersection for a lane at `time`. The last robot to do so counts."""
         if self.holder is robot:  # in a rotation it may be the next robot's already
             self.holder = None
         if time >= self.left_at:
@@ -284,7 +284,7 @@ class Intersection:
             self.left_pace = robot.pace
 
     def freed(self, now: float) -> None:
-        """Serve its claims, as it is free. Robots that now wait for room only may have closed a ring.
+        """Serve the claims of the intersection, as it is free. Robots that now wait for room may have closed a ring.
 
         With a robot becoming blocked, and a node opening again, this is one of the three moments at which rings close.
         """
@@ -294,9 +294,9 @@ class Intersection:
                 self.rules.gridlock.check(claim.robot)
 
     def now_waits_for(self, claim: Claim, closure: Closure | None, now: float) -> None:
-        """Note that something else is in the way now: a closure (None: robots); the wait so far is an episode.
+        """Begin a new episode of waiting for another cause: a closure (None: robots); the wait so far is counted.
 
-        Not where one person goes and another stays: it still waits for people.
+        Where one person goes and another stays there is no new episode: the claim still waits for people.
         """
         before = claim.because
         if before is not None and closure is not None and before.wait == closure.wait:
@@ -331,7 +331,7 @@ class Intersection:
 
 
 def _pace_by(robot: Body, via: Lane) -> float:
-    """Return how fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
+    """Return the pace at which a robot comes by a lane: no slower than it drives there, if it is on it already."""
     pace = min(robot.speed, via.limit)
     return max(pace, robot.pace) if robot.lane is via else pace
 
@@ -346,15 +346,15 @@ class FreeIntersection(Intersection):
     __slots__ = ()
 
     def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002
-        """Whether it is open: always."""
+        """Return True: the intersection is always open."""
         return True
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002
-        """Return when it opens: it never closes."""
+        """Return -inf: the intersection never closes."""
         return -math.inf
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
-        """Let the robot stand on it, with others, with room on `lane`."""
+        """Let a robot stand on the intersection, with others, with room on `lane`."""
         robot.hold(self, lane)
         if lane is not None:
             lane.entering = robot

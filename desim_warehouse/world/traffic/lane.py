@@ -114,7 +114,7 @@ class Lane:
         self.blocked = 0.0
 
     def limit_at(self, time: float) -> float:  # noqa: ARG002 - see RestrictedLane
-        """Return the speed limit for a robot that enters it at a time."""
+        """Return the speed limit for a robot that enters the lane at a time."""
         return self.limit
 
     def turn_to(self, onward: Lane) -> float:
@@ -135,11 +135,11 @@ class Lane:
         return last is None or last.target >= 2 * self.headway - EPS  # one D for each of the two
 
     def shut_by(self, robot: Body) -> Closure | None:  # noqa: ARG002 - see RestrictedLane
-        """Return what keeps a robot out now, if the lane is closed."""
+        """Return the closure that keeps a robot out of the lane now, if it is closed."""
         return None
 
     def _is_clear_for(self, robot: Body) -> bool:
-        """Whether no robot comes towards it on a two-way lane. One that turns back at its end meets only itself."""
+        """Whether no robot comes towards another on a two-way lane. A robot that turns back meets only itself."""
         assert self.twin is not None
         other = self.twin.last
         return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
@@ -150,7 +150,7 @@ class Lane:
         return self if self.twin is None or self.edge < self.twin.edge else self.twin
 
     def clear_stop(self, stop: float) -> float:
-        """Return where a robot stops that wants to stop at `stop`: D clear of the nodes.
+        """Return where a robot stops that wants to stop at `stop`, no nearer than D to the nodes.
 
         Nearer it would keep others off the node while it loads, and a ring could not turn past it.
         """
@@ -161,7 +161,7 @@ class Lane:
         return max(min(stop, self.length) if self.short else min(stop, self.stop_line), self.headway)
 
     def made_room(self, behind: Body | None, now: float) -> None:
-        """Let waiting robots use more room before the robot `behind`, or (None) at the lane's start."""
+        """Let waiting robots move up: those from `behind` on, or (None) the robots at the lane's start."""
         if behind is None:
             if self.wanted:
                 self.start.serve(now)
@@ -171,7 +171,7 @@ class Lane:
     # The queue
 
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
-        """Let a robot enter as the last: it leaves the node at the start at `clear`, for `stop` or the stop line.
+        """Let a robot enter the lane as the last: it leaves the node at `clear`, for `stop` or the stop line.
 
         Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it is D behind all the
         way, and one event still takes it there.
@@ -219,12 +219,12 @@ class Lane:
         self.passages += 1
 
     def place(self, robot: Body, position: float) -> None:
-        """Put a robot here at the start of a run, as the last."""
+        """Put a robot onto the lane at the start of a run, as the last."""
         robot.begin_on_lane(self, self.last, position)
         self.last = robot
 
     def commit(self, robot: Body, target: float, now: float) -> None:
-        """Let a robot drive on to `target`, and all set off who gain by it."""
+        """Let a robot drive on to `target`, and let all robots set off that gain room by it."""
         self.set_off(robot, target, now)
         self.made_room(robot.behind, now)
 
@@ -250,7 +250,7 @@ class Lane:
                 self.start.serve(now)
 
     def set_off(self, robot: Body, target: float, now: float) -> None:
-        """Drive to `target` from `now` on, or later behind a slower robot, so that it comes no closer on the way."""
+        """Have a robot drive to `target` from `now` on, or later, so that it comes no closer to a slower robot."""
         rules, since = self.rules, now
         mixed = rules.mixed
         if mixed and robot.stretch is not None:
@@ -282,8 +282,7 @@ class Lane:
     def _drive_on(self, robot: Body, target: float, now: float) -> bool:
         """Let a robot under way drive on to `target` without a stop, unless it came too close to a slower one.
 
-        Nor if it still gathers speed: what that takes is spent where it was sure to get to.
-
+        It does not drive on if it still gathers speed, because the time for that is spent where it was sure to get to.
         Its drive comes up where it was sure to get to before, and again at the new target.
         """
         until = robot.until + (target - robot.target) / robot.pace
@@ -322,7 +321,7 @@ class Lane:
         return free
 
     def _clear_at(self, ahead: Body | None, place: float, pace: float) -> float:
-        """Return when the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
+        """Return when the robot ahead, or the last that left, is D beyond a position, at `pace` or faster."""
         if ahead is not None:
             return ahead.passes(place + self.headway)
         beyond = place - (self.length - self.headway)
@@ -401,7 +400,7 @@ class RestrictedLane(Lane):
         return late
 
     def shut_by(self, robot: Body) -> Closure | None:
-        """Return what keeps a robot out now. A robot in a lane of the same closure is not kept out."""
+        """Return the closure that keeps a robot out now. A robot in a lane of this closure is not kept out."""
         now: float = self.rules.env._now
         for closure in self.closures:
             if closure.opens_for(robot, now) > now and not self._is_reached_within(closure, robot.lane):
@@ -415,5 +414,5 @@ class RestrictedLane(Lane):
         return lane.end is self.start or any(out.end is self.start and closure in out.closures for out in lane.end.outs)
 
     def has_room(self, robot: Body) -> bool:
-        """Whether it is open to a robot, which can come to a stand D beyond its start."""
+        """Whether the lane is open to a robot, which can come to a stand D beyond its start."""
         return not (self.closures and self.shut_by(robot)) and super().has_room(robot)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class LiftCrossing(Intersection):
-    """The cabin stands, or is sure to be, at the `floor` of a robot. From `free_at` on it may be called or go to rest.
+    """The intersection that a lift is: its cabin stands, or will, at the `floor` of a robot, free from `free_at` on.
 
     Floors are ranks in the nodes of its `shaft`. It is free once the robot that left is D beyond it and the doors have
     closed. A ring turns as one, so before it does the cabin comes to its robot that waits for the lift. It stands open
@@ -50,19 +50,19 @@ class LiftCrossing(Intersection):
         self.users: LiftUsers | None = None
 
     def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002 - to all or to none
-        """Whether a robot may have it now."""
+        """Whether a robot may have the cabin now."""
         return self.free_at <= now + EPS if self.holder is None else self.holder is robot
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002 - to all at once
-        """When the doors have closed behind the robot that left."""
+        """Return when the doors have closed behind the robot that left."""
         return self.free_at
 
     def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:  # noqa: ARG002
-        """Never at once: a robot stops before the doors, also one that claims other intersections on its way."""
+        """Return False: a robot stops before the doors, also one that claims other intersections on its way."""
         return False
 
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
-        """Wait for it and room beyond it, then before the doors until the cabin is there."""
+        """Wait for the lift and room beyond it, then before the doors until the cabin is there."""
         inside = self.holder is robot  # it has come without room beyond, in a ring that passes twice
         yield from super().claim(robot, lane, via, over)
         if inside:
@@ -75,7 +75,7 @@ class LiftCrossing(Intersection):
             yield Arrival(self.rules.env, opens)
 
     def is_ready(self, claim: Claim, now: float) -> bool:
-        """Whether the cabin stands open before a robot in a ring; if not, it comes, and is nobody's until it is there.
+        """Whether the cabin stands open before a robot in a ring; if not, it comes, and is nobody's until then.
 
         The ring is looked at again then.
         """
@@ -91,7 +91,7 @@ class LiftCrossing(Intersection):
         return False
 
     def _stands_open(self, robot: Body, node: str, now: float) -> bool:
-        """Whether it has come for a robot, or the robot before it in a ring that turns gets out there."""
+        """Whether the cabin stands open for a robot, or a robot of a ring gets out at the node where it gets in."""
         if self.free_at > now + EPS:
             return self.ready_for is None and self.shaft.nodes[self.floor] == node
         return self.ready_for is robot
@@ -138,7 +138,7 @@ class LiftCrossing(Intersection):
         return closing + abs(shaft.nodes.index(node) - floor) * shaft.ride
 
     def passed(self, robot: Body, onward: Lane, time: float) -> None:
-        """A robot's centre leaves the cabin at a time, and the doors close when it is D beyond."""
+        """Note that a robot's centre leaves the cabin at a time; the doors close when it is D beyond."""
         super().passed(robot, onward, time)
         self.floor = self.shaft.nodes.index(onward.edge[0])
         self.free_at = time + self.rules.headway / robot.pace + self.shaft.doors
@@ -150,13 +150,13 @@ class Ride(Lane):
     __slots__ = ()
 
     def enter_standing(self, robot: Body, since: float) -> None:
-        """A robot stands in the cabin."""
+        """Put a robot into the cabin, standing."""
         robot.onto_short_lane(self, self.last, since)
         self.last = robot
         self.passages += 1
 
     def set_off(self, robot: Body, target: float, now: float) -> None:  # noqa: ARG002 - there is one
-        """The doors close behind a robot once it stands, and open on its floor."""
+        """Close the doors behind a robot once it stands, and open them on its floor."""
         assert isinstance(self.start, LiftCrossing)
         begin = robot.brake_to_stand(now)
         robot.ride(begin, begin + self.start.shaft.carrying(*self.edge))

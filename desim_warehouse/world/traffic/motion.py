@@ -63,7 +63,7 @@ DRIVES_KEPT = 8192
 
 
 class Motion(NamedTuple):
-    """How long a robot takes to gather a unit of speed, and to lose it: 1 / acceleration, 1 / deceleration."""
+    """The acceleration and deceleration of a robot, as times to gather, and to lose, a unit of speed."""
 
     gathers: float
     brakes: float
@@ -107,7 +107,7 @@ class Stretch(NamedTuple):
     @property
     @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
     def stopped(self) -> tuple[float, Stretch]:
-        """Return the time that it loses more if it stops at its end, and the stretch after that."""
+        """Return the further time that the stretch loses if the robot stops at its end, and the stretch after that."""
         lost = time_lost(self.pieces, self.motion, self.speed, stops=True)
         return max(lost - self.lost, 0.0), Stretch(self.motion)
 
@@ -121,7 +121,7 @@ class Stretch(NamedTuple):
         return Stretch(self.motion, lost=limit * self.motion.gathers / 2)
 
     def _without_the_past(self) -> Stretch:
-        """Return it without the pieces that lie farther back than it may ever have to brake from."""
+        """Return the stretch without the pieces that lie too far back to matter for braking."""
         pieces = self.pieces
         if len(pieces) <= 1:
             return self
@@ -174,7 +174,7 @@ def _lost_on(piece: Piece, comes: float, goes: float, motion: Motion) -> float:
 
 
 class NodeDelays:
-    """How long a robot is delayed at the end of each lane that it enters."""
+    """The random delays of a robot at the end of each lane that it enters."""
 
     def __init__(self, spec: DelaySpec, robot: int, streams: Streams) -> None:
         self._share = spec.share
@@ -184,7 +184,7 @@ class NodeDelays:
         self._delay = 0.0
 
     def at(self, move: int) -> float:
-        """Return the delay at the end of the lane that it entered as number `move`, from 1; 0: where it starts.
+        """Return the delay at the end of the lane that the robot entered as number `move`, from 1; 0: at its start.
 
         It is the same however often it is asked for.
         """
@@ -196,7 +196,7 @@ class NodeDelays:
 
 
 class LookAhead:
-    """A look B ahead for one robot: it decides there whether the robot goes on or brakes.
+    """The braking distance that one robot looks ahead: there it decides whether to go on or to brake.
 
     `brakes` is the time in which it loses a unit of speed. `when` is the time of the next decision, inf if none is to
     come, and `pending` the time of the event for it, then or before.

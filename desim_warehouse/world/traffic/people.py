@@ -31,15 +31,15 @@ class Claiming(Protocol):
 
     @property
     def begun(self) -> float:
-        """Since when it waits."""
+        """Return the time since which the claim waits."""
 
 
 class Passer(Protocol):
-    """A robot on its way, as people see it: what it claims, or None."""
+    """A robot on its way, as people see it."""
 
     @property
     def claim(self) -> Claiming | None:
-        """The claim with which it waits."""
+        """The claim with which the robot waits."""
 
 
 class Visit(NamedTuple):
@@ -62,21 +62,21 @@ class Aisle:
         self.busy_since = self.busy_until = -math.inf
 
     def closed_until(self, now: float) -> float:
-        """Return when all who are in it now will have left."""
+        """Return when all people who are in the aisle now will have left."""
         self.source.come(now)
         return self.busy_until
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """Return when all in it have left, or step aside for a robot that waits."""
+        """Return when all people in the aisle have left, or step aside for a robot that waits."""
         until, give_way = self.closed_until(now), self.source.spec.give_way
         if give_way is None or robot.claim is None:
             return until
         return min(until, max(robot.claim.begun, self.busy_since) + give_way.after)
 
     def expected_until(self, time: float, now: float) -> float:
-        """Return the mean time left of a stay, from now, for a robot that sees a person but not since when.
+        """Return when an aisle is expected to be open for a robot that sees a person, but not since when.
 
-        Or sooner, if people step aside for it.
+        That is after the mean time left of a stay, or sooner if people step aside for the robot.
         """
         if self.closed_until(now) <= now:
             return time
@@ -100,7 +100,7 @@ class PeopleSource:
         self._next = math.inf
 
     def start(self, streams: Streams, hours: Hours, hour: float) -> None:
-        """Take the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
+        """Set the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
         # Without an aisle to come to, which `desim check` refuses, nobody does.

@@ -31,7 +31,7 @@ _USUAL = "weight"
 
 
 class PassageMeans(Mapping[Edge, float]):
-    """A mean per passage of every edge so far, always up to date."""
+    """Running means per passage of every edge, always up to date."""
 
     def __init__(self, lanes: Mapping[Edge, Lane], mean: Callable[[Lane], float]) -> None:
         self._lanes = lanes
@@ -48,7 +48,7 @@ class PassageMeans(Mapping[Edge, float]):
 
 
 class Routes:
-    """Asks the routing policy.
+    """The routes of robots by the routing policy, whose answers are checked.
 
     `waits` and `collisions` are means per passage of each edge, its end node included. Robots `break_down`: then lanes
     may be blocked.
@@ -119,7 +119,7 @@ class Routes:
         return lanes
 
     def _roads(self, speed: float | None, after: float) -> Roads:
-        """Return what the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
+        """Return the Highways as the routing policy sees them, for a robot's speed and the time at which it leaves."""
         roads = self.roads
         if not self.passes_closures or (after == 0 and speed in {None, roads.speed}):
             return roads
@@ -171,9 +171,9 @@ class Routes:
     def way_past(
         self, node: str, rest: Sequence[Lane], stop: float | None, speed: float, after: float
     ) -> list[Lane] | None:
-        """Another route than the `rest` of one, if by it a robot is there sooner that comes to `node` after some time.
+        """Return another route, by which a robot that comes to `node` after some time arrives sooner than by `rest`.
 
-        None if it would not wait on the rest for a lane to open.
+        It is None if the robot would not wait on the rest for a lane to open.
         """
         last = rest[-1]
         goal = last.edge[1] if stop is None else last.edge[0]
@@ -208,7 +208,7 @@ class Routes:
         return self._closed_for(edge, begin + after)
 
     def _shut_for(self, begin: float, approach: float, edge: Edge, after: float) -> float:
-        """Return how long an edge is shut for a robot that sets out `begin` from now, `approach` ahead of the node."""
+        """Return how long an edge is closed to a robot that sets out `begin` from now, `approach` ahead of the node."""
         closures = self._closes.get(edge)
         if closures is None:
             return 0.0
@@ -217,7 +217,7 @@ class Routes:
         return max(0.0, *(closure.closed_until(claims) - claims for closure in closures))
 
     def block(self, robot: Body, left: float) -> None:
-        """Expect the lane of a robot that has broken down, or all lanes to its node, to be blocked for so long."""
+        """Record for how long the lane of a broken robot, or all lanes to its node, are expected to be blocked."""
         if robot.held is not None:
             edges = [edge for edge, lane in self.lanes.items() if lane.end is robot.held]
         else:
@@ -233,7 +233,7 @@ class Routes:
         return self.lanes[edge].limit
 
     def _queued(self, edge: Edge) -> int:
-        """Robots that wait on an edge now."""
+        """Return the number of robots that wait on an edge now."""
         count, robot = 0, self.lanes[edge].last
         while robot is not None:
             count += robot.is_waiting

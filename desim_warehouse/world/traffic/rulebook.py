@@ -22,14 +22,17 @@ if TYPE_CHECKING:
 
 
 class Rings(Protocol):
-    """Looks for robots that wait for each other in a ring (see `gridlock`)."""
+    """The part that looks for robots that wait for each other in a ring, a deadlock cycle (see `gridlock`)."""
 
     def check(self, robot: Body) -> None:
-        """Follow who waits for whom from a robot that has just become blocked, and turn the ring if it is in one."""
+        """Follow the chain of waiting robots from one that has just become blocked, and turn a ring that it closes."""
 
 
 class StepGuard(Protocol):
-    """Decides on each step where lanes are two-way, by the routes that robots have declared (see `avoidance`)."""
+    """The guard that decides on each step where lanes are two-way (deadlock avoidance; see `avoidance`).
+
+    It goes by the routes that robots have declared.
+    """
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
         """Take the lanes on which a robot in a slot will drive."""
@@ -54,10 +57,10 @@ class StepGuard(Protocol):
 
 
 class Driver(Protocol):
-    """A robot, as its body knows it: it decides, and learns what happens to the body."""
+    """A robot as its body knows it: the driver decides, and learns what happens to the body."""
 
     def left_bay(self) -> None:
-        """Note that it has just left the bay it stood in."""
+        """Note that the robot has just left the bay it stood in."""
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Return another route if held up before `route[index]`, or None to wait. Asked while `detours` are left."""
@@ -66,13 +69,13 @@ class Driver(Protocol):
         """Note that the body stands beside its lane, in a wide aisle, and comes back onto it later."""
 
     def give_way(self) -> None:
-        """End its rest, if it rests where it unloaded: others wait for the place, and it goes on to a bay."""
+        """End the robot's rest where it unloaded: others wait for the place, and it goes on to a bay."""
 
     def notice_wait(self, waiting: bool) -> None:
-        """Note that it begins, or ends, to wait in traffic."""
+        """Note that the robot begins, or ends, to wait in traffic."""
 
     def notice_delay(self, begin: float, end: float) -> None:
-        """Note that it will wait in traffic from `begin` to `end`."""
+        """Note that the robot will wait in traffic from `begin` to `end`."""
 
     def halt(self, drive: Drive) -> Steps:
         """Stand until a due breakdown is repaired, on the lanes or, once cleared, beside them. Never in a bay."""
@@ -85,14 +88,14 @@ class NoDriver:
         """Do nothing."""
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
-        """Return None: it waits."""
+        """Return None: the body waits."""
         return None
 
     def stood_aside(self) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def give_way(self) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def notice_wait(self, waiting: bool) -> None:
         """Do nothing."""

@@ -100,7 +100,7 @@ class Traffic:
             guard.rely_on(self.lanes.values())
 
     def share_lifts(self, users: Mapping[str, LiftUsers]) -> None:
-        """Let others than robots use lifts, by the name of the lift."""
+        """Let people and repairs use lifts beside robots, by the name of the lift."""
         for node in self.nodes.values():
             if isinstance(node, LiftCrossing):
                 node.users = users.get(node.shaft.name)
@@ -187,7 +187,7 @@ def _intersections(
 def _kinds(
     layout: Layout, restrictions: Restrictions, wide: frozenset[Edge], *, yields: bool, looks: bool
 ) -> dict[Edge, Callable[..., Lane]]:
-    """Return what makes a lane, by edge, where it is no ordinary one."""
+    """Return the class or maker of each lane that is no ordinary one, by edge."""
     kinds: dict[Edge, Callable[..., Lane]] = dict.fromkeys(wide, partial(WideLane, yields=yields, looks=looks))
     for edge in restrictions.edges:
         restricted = partial(WideRestrictedLane, yields=yields, looks=looks) if edge in wide else RestrictedLane

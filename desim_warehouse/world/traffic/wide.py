@@ -67,9 +67,10 @@ class Side:
 class WideLane(Lane):
     """A lane in a wide aisle, with what is beside it.
 
-    `yields`: none is let in while a robot waits to come back. `looks`: robots that drive past decide once more before
-    each robot beside the lane, and one that is ready there goes first. Not where robots brake for all that they are not
-    sure of.
+    Attributes:
+        yields: whether no robot is let in while another waits to come back.
+        looks: whether robots that drive past decide once more before each robot beside the lane, so that one that is
+            ready there goes first; not where robots brake for everything that they are not sure of.
     """
 
     holder = None
@@ -146,9 +147,9 @@ class WideLane(Lane):
         super().commit(robot, self._first_of(robot.target, target), now)
 
     def _first_of(self, place: float, target: float) -> float:
-        """Return D before the first place beyond one, and before a target, with a robot beside it; or the target.
+        """Return D before the first position, beyond one and before a target, with a robot beside it; or the target.
 
-        None within 2 D of the lane's start, so that the next robot can come in.
+        Positions within 2 D of the lane's start do not count, so that the next robot can come in.
         """
         if not self.looks:
             return target
@@ -224,7 +225,7 @@ class WideLane(Lane):
     # Back onto it
 
     def _joins(self, robot: Body) -> bool:
-        """Come back now, if there is room."""
+        """Put a robot back onto the lane now, if there is room."""
         twin, guard, last = self.twin, self.rules.guard, self.last
         if self.entering is not None or (twin is not None and (twin.last is not None or twin.entering is not None)):
             return False
@@ -249,9 +250,10 @@ class WideLane(Lane):
         return ahead, behind
 
     def _clear_for(self, robot: Body, ahead: Body | None) -> float:
-        """Return when the one ahead is D beyond a robot beside the lane; inf: it is not sure to get that far.
+        """Return when a robot beside the lane can come back, as no other is nearer than D: neither ahead nor beyond.
 
-        And when the last that came the other way is through.
+        It is inf if the robot ahead is not sure to get that far. The last robot that came the other way must be
+        through, too.
         """
         if ahead is not None and ahead.target < robot.pos + self.headway - EPS:
             return math.inf
@@ -259,7 +261,7 @@ class WideLane(Lane):
         return max(self._clear_at(ahead, robot.pos, robot.pace), through)
 
     def _change_places(self, robot: Body, other: Body) -> bool:
-        """Let the one beside the lane take the place of one that stands in it, at once, if that is safe.
+        """Let a robot beside the lane take the place of one that stands in it, at once, if that is safe.
 
         The guard is asked as if it came onto the lane behind that one, which leaves it only then.
         """
@@ -309,7 +311,7 @@ class WideLane(Lane):
     # As the node of their claims
 
     def freed(self, now: float | None = None) -> None:
-        """Look at those that wait to come back, when all else has happened at this instant, or at a later time."""
+        """Look at robots that wait to come back, at the end of this instant or at a later time."""
         side, env = self.side, self.rules.env
         if not side.claims:
             return
@@ -320,7 +322,7 @@ class WideLane(Lane):
             event.callbacks.append(self._look)
 
     def wait_for_opening(self, claim: RoomClaim, now: float) -> None:
-        """Nothing to do: it is not closed to a robot that is in the aisle already."""
+        """Do nothing: the lane is not closed to a robot that is in the aisle already."""
 
     def count_claim(self, claim: RoomClaim, other: Body | None, end: float) -> None:
         """Count a wait for room, beside the lane or on it, as one behind a robot on the lane."""
@@ -347,4 +349,4 @@ class WideLane(Lane):
 
 
 class WideRestrictedLane(WideLane, RestrictedLane):
-    """A lane in a wide aisle that is closed or slow at times. To come back onto it is not to enter it."""
+    """A lane in a wide aisle that is closed or slow at times. Coming back onto it is not entering it."""

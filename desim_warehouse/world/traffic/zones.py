@@ -40,7 +40,7 @@ class ZoneDirection:
         self.robots: dict[Body, None] = {}
 
     def is_in(self, robot: Body, now: float) -> float | None:
-        """Return when to look whether a robot that holds its stand beyond has left, or None if it has."""
+        """Return when to look again whether a robot that holds its stand beyond the zone has left; None if it has."""
         lane = robot.lane
         if lane is None:
             return None

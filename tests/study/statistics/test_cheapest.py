@@ -178,11 +178,12 @@ def test_without_noise_it_is_the_cheapest_of_all_that_meet(needs, robot, charger
     assert (None if found.design is None else GRID[found.design]) == (min(right, key=cost) if right else None)
 
 
-def test_its_statement_holds_as_often_as_it_says():
-    """400 random surfaces: the design named meets the target, no cheaper one is better by the zone; at least 95 %."""
+@pytest.mark.parametrize("trials", [150, pytest.param(400, marks=pytest.mark.long)])
+def test_its_statement_holds_as_often_as_it_says(trials):
+    """Random surfaces: the design named meets the target, no cheaper one is better by the zone; at least 95 %."""
     rng = np.random.default_rng(1)
     held = 0
-    for trial in range(400):
+    for trial in range(trials):
         need, width, share = rng.uniform(1, 8), rng.uniform(0.3, 2), rng.uniform(0, 0.3)
 
         def mean(design, need=need, width=width, share=share):
@@ -193,7 +194,7 @@ def test_its_statement_holds_as_often_as_it_says():
         cheaper = GRID[: found.design] if found.design is not None else GRID
         meets = found.design is None or truth[found.design] >= 0.9
         held += meets and all(mean(design) < 0.91 for design in cheaper)
-    assert held >= 380 - 3 * np.sqrt(400 * 0.05 * 0.95)
+    assert held >= 0.95 * trials - 3 * np.sqrt(trials * 0.05 * 0.95)
 
 
 def test_where_runs_do_not_tell_of_a_fleet_it_is_judged_with_all_chargers_and_one_robot_less_is_told():

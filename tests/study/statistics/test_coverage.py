@@ -122,7 +122,7 @@ def false_meets(trials, chance, target, cap=320):
     return wrong
 
 
-@pytest.mark.parametrize(("chance", "bound"), [(0.1, 0.08), (0.05, 0.04)])
+@pytest.mark.parametrize(("chance", "bound"), [(0.1, 0.08), pytest.param(0.05, 0.04, marks=pytest.mark.long)])
 def test_a_rare_event_meets_a_target_it_misses_in_at_most_5_per_cent_of_searches(chance, bound):
     # 100 searches with a chance of 5 %: more than 10 errors in 1.1 % of cases
     assert false_meets(100, chance, f"rotations <= {bound}") <= 10
@@ -190,6 +190,7 @@ def test_kn_picks_a_design_within_the_indifference_zone_in_95_per_cent_of_trials
     assert np.mean(runs) < 500
 
 
+@pytest.mark.long  # every day the trials above, in which no other design is as good
 def test_kn_picks_one_of_several_good_designs():
     rng = np.random.default_rng(106)
     means = np.array([5.0, 4.8, 4.5, 3.0, 2.0])

@@ -106,7 +106,7 @@ def test_arguments_out_of_range_are_refused(changes, delta):
         follow(gains_steps([1.0] * changes, delta), days([1, 1]))
 
 
-@pytest.mark.parametrize("trials", [120, pytest.param(400, marks=pytest.mark.long)])
+@pytest.mark.parametrize("trials", [60, pytest.param(400, marks=pytest.mark.long)])
 def test_all_intervals_hold_at_once_as_often_as_they_say(trials):
     rng = np.random.default_rng(3)
     held = 0
