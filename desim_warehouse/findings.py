@@ -31,7 +31,9 @@ CODES: dict[str, Code] = {
         "error", "robots start in each other's way home where lanes are two-way, and none of them can make way"
     ),
     "ZONE": Code("error", "a zone that names what is not there, or under which robots could wait for ever"),
-    "LIFT": Code("error", "a lift in whose cabin robots would wait or work, drive through it, or never have it"),
+    "LIFT": Code(
+        "error", "a lift through which robots drive, in whose cabin they would wait or work, or which they never have"
+    ),
     "CLOSURE": Code(
         "error", "a closure, slow zone or aisle of people that names what is not there, or no robot can wait before"
     ),

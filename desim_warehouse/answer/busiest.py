@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import spoken
+from desim_warehouse.model.facts.lifts import called
 from desim_warehouse.model.facts.workers import NEAR, busiest, ranked, scarce
 from desim_warehouse.outcome.loads import loads
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from desim_warehouse.model.facts.workers import Load
     from desim_warehouse.outcome.history import History
@@ -46,8 +47,8 @@ def was(measured: Iterable[Load]) -> str:
     first, *near = most
     if first.group.kind == "lanes":
         return f"The lanes held most up: robots waited in traffic {_percent(first.mean)} of the time."
-    line = f"the {first.group.name} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
-    line += "".join(f", and the {load.group.name}, {_spent(load)}" for load in near)
+    line = f"{_the(first)} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
+    line += "".join(f", and {_the(load)}, {_spent(load)}" for load in near)
     return capital(f"{line}." if scarce(measured) else f"nothing was scarce: {line}.")
 
 
@@ -56,7 +57,7 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
 
     They are empty where nobody works.
 
-    Of several groups that are busiest each share stands behind its name.
+    Of several groups that are busiest each share stands behind its name. Lifts with one share are named together.
 
     Args:
         foreseen: the loads of all groups.
@@ -67,16 +68,40 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
     most = busiest(listed)
     if not most:
         return ""
-    who = spoken([load.group.name for load in most])
-    named = [f"{load.group.name} " if len(most) > 1 and load.group.kind != "lanes" else "" for load in most]
-    times = [time, *[""] * (len(most) - 1)]
-    shares = ", ".join(name + _share(load, base) for name, load, base in zip(named, most, times, strict=True))
+    alike = _alike(most)
+    who = spoken([_named(together) for together in alike])
+    shares = []
+    for rank, together in enumerate(alike):
+        name = f"{_named(together)} " if len(alike) > 1 and together[0].group.kind != "lanes" else ""
+        shares.append(f"{name}{_share(together[0], '' if rank else time, len(together))}")
     idle = "" if scarce(listed) else "nothing is scarce, and "
     is_one = len(most) == 1 and most[0].group.is_lift
-    line = f"{where} {idle}the {who} {'is' if is_one else 'are'} busiest: {shares}"
-    others = [load for load in listed if load not in most and load.need >= _SHOWN]
-    rest = spoken([f"{load.group.name} {whole_percent(load.mean)}" for load in others]) if others else ""
-    return (f"{line}; {rest}" if rest else line).strip()
+    the = "" if most[0].group.is_lift else "the "
+    line = f"{where} {idle}{the}{who} {'is' if is_one else 'are'} busiest: {', '.join(shares)}"
+    others = _alike(load for load in listed if load not in most and load.need >= _SHOWN)
+    rest = [
+        f"{_named(together)} {whole_percent(together[0].mean)}{' each' * (len(together) > 1)}" for together in others
+    ]
+    return (f"{line}; {spoken(rest)}" if rest else line).strip()
+
+
+def _alike(listed: Iterable[Load]) -> list[list[Load]]:
+    """Put lifts with one share, as written, together; all other loads stand alone."""
+    together: dict[tuple[str, ...], list[Load]] = {}
+    for load in listed:
+        lift = (whole_percent(load.mean), whole_percent(load.need)) if load.group.is_lift else (load.group.name,)
+        together.setdefault(lift, []).append(load)
+    return list(together.values())
+
+
+def _named(together: Sequence[Load]) -> str:
+    """Name a load, or lifts together."""
+    return called([load.group.zone for load in together]) if together[0].group.is_lift else together[0].group.name
+
+
+def _the(load: Load) -> str:
+    """Name a load in a sentence; the name of a lift has no article."""
+    return load.group.name if load.group.is_lift else f"the {load.group.name}"
 
 
 def whole_percent(share: float) -> str:
@@ -94,11 +119,13 @@ def _spent(load: Load) -> str:
     return f"{line}, beside {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
-def _share(load: Load, time: str) -> str:
+def _share(load: Load, time: str, number: int) -> str:
+    """Say which share of the time a group is busy, or each of a `number` of lifts."""
     if load.group.kind == "lanes":
         return f"robots wait in traffic {whole_percent(load.mean)} {time}".strip()
     share = whole_percent(load.mean)
-    line = f"{share} of what {_they(load)} can do is asked for" if load.mean > 1 else f"{share} {time}".strip()
+    they, each = (_they(load), "") if number == 1 else ("each", " each")
+    line = f"{share} of what {they} can do is asked for" if load.mean > 1 else f"{share} {time}".strip() + each
     if _peaks(load):
         line += f", in the busiest hour {whole_percent(load.peak or 0.0)}"
     return f"{line}, beside {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line

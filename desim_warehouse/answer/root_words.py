@@ -45,7 +45,7 @@ def _apart(origin: Root, model: Model) -> str:
     """Name a root that is no robot: a closed lane, a person, or a lift by its name."""
     what, place = APART[origin.cause].doing.removeprefix("waiting "), _with_names(origin.at, model)
     if origin.cause == IN_LIFT:
-        return f"{what.replace('a lift', f'the lift {_lift_at(origin.at, model)}')} ({place})"
+        return f"{what.replace('a lift', f'lift {_lift_at(origin.at, model)}')} ({place})"
     return what.replace("a lane", place) if "a lane" in what else f"{what} on {place}"
 
 

@@ -29,7 +29,7 @@ _OTHERS = ("file", "like", "schema", "force")
     default="60x40",
     show_default=True,
     metavar="WxH",
-    help="The floor, width x height: metres, or as 200x130ft.",
+    help="The floor, or each of them, width x height: metres, or as 200x130ft.",
 )
 @click.option(
     "--orders",
@@ -38,6 +38,8 @@ _OTHERS = ("file", "like", "schema", "force")
     metavar="RATE",
     help="Orders that come, as 200/h, or 1600/d: all of a day, in its hours.",
 )
+@click.option("--floors", type=int, metavar="N", help="Floors of this size, one above the other.  [default: 1]")
+@click.option("--lifts", type=int, metavar="N", help=f"Lifts between floors.  [default: {_WORKED_OUT}]")
 @click.option("--aisles", type=int, metavar="N", help="Aisles side by side.  [default: as many as fit]")
 @click.option("--stations", type=int, metavar="N", help="Packing stations.  [default: as many as the orders need]")
 @click.option("--robots", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
@@ -115,6 +117,7 @@ def _words(wishes: dict[str, Any]) -> Draft:
     day, even = WorkingDay(open_from_to, read_peak(peak, open_from_to) if peak else None), WorkingDay(open_from_to)
     read = {
         "size": read_size(words["size"]),
+        "floors": 1 if words["floors"] is None else words["floors"],
         "orders": read_orders(words["orders"], day=day),
         "day": day,
         "packers": None if words["packers"] is None else read_packers(words["packers"]),
@@ -135,6 +138,9 @@ def _asked(defaults: dict[str, Any]) -> tuple[str, dict[str, Any]]:
     words["peak"] = _text("Peak, such as 11:30-13x1.6", "none")
     words["packers"] = _text("Packers, or auto", "not said")
     words["inbound"] = _text("Loads put away", "none")
+    words["floors"] = _number("floors", "one")
+    if words["floors"] not in {None, 1}:
+        words["lifts"] = _number("lifts", _WORKED_OUT)
     for name, what in (("aisles", "as many as fit"), ("stations", "as many as needed"), ("robots", _WORKED_OUT)):
         words[name] = _number(name, what)
     words["chargers"] = _number("chargers", _WORKED_OUT)

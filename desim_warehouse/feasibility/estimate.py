@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PickerLoad, PileOn, StationLoad
 from desim_warehouse.findings import amount
+from desim_warehouse.model.facts.lifts import called
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +33,8 @@ CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
 BUSIEST = 0.99
 """Of the time that a place may be busy: beyond, queues grow so long that no number of robots is said to do."""
 
+_DIGITS = 9
+"""To which limits of lifts are compared."""
 MORE = 1.1
 """What twice the robots do more than those at the knee."""
 LONGEST, STEPS = 2.0, 25
@@ -120,7 +123,7 @@ class QuickEstimate:
             if item.serve_capacity
         ]
         most = self.cycle.time  # alone a robot finds the cabin where it left it, which may be sooner
-        places += [Place(f"the lift {item.name}", min(item.share * item.time, most), 1) for item in self.lifts]
+        places += [Place(called([item.name]), min(item.share * item.time, most), 1) for item in self.lifts]
         if self.pickers is not None:
             places.append(Place(PICKERS, min(self.pickers.time, most), self.pickers.count))
         if self.charging and self.power is not None and self.power.chargers:
@@ -143,7 +146,13 @@ class QuickEstimate:
     def places_limit(self) -> dict[str, float]:
         """Limits that hold for any number of robots, in words, with the tasks per time unit that each lets through."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
-        limits |= {f"the lift {item.name}": self.on_duty * item.capacity / item.share for item in self.lifts}
+        lifts: dict[float, list[LiftLoad]] = {}
+        for item in self.lifts:
+            lifts.setdefault(round(item.capacity / item.share, _DIGITS), []).append(item)
+        limits |= {
+            called([item.name for item in alike]): self.on_duty * alike[0].capacity / alike[0].share
+            for alike in lifts.values()
+        }
         if self.pickers is not None and self.pickers.share:
             limits[PICKERS] = self.pickers.most_tasks(self.on_duty)
         if math.isfinite(charged := self._charged(1)):

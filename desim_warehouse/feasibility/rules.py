@@ -16,6 +16,7 @@ from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
 from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
+from desim_warehouse.model.facts.lifts import called
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.feasibility.parts import LiftLoad
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
@@ -68,7 +70,7 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
         yield from at_once.warnings(model, estimate)
     yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, estimate)
-    yield from clashes.warnings(model)
+    yield from clashes.warnings(model, layout)
     yield from clashes.crowds(model, estimate)
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
@@ -257,24 +259,31 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
-    """Find lifts with a demand for more rides than they can do."""
-    keys = {lift.name: lift.model_name for lift in model.floor.lifts}
+    """Find lifts with a demand for more rides than they can do; the cabins of a lift together."""
+    keys, hour = {lift.name: lift.model_name for lift in model.floor.lifts}, model.units.hour
+    short: dict[str, list[LiftLoad]] = {}
     for lift in estimate.lifts:
-        rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
-        if rides > most:
-            yield Finding(
-                "DEMAND_ABOVE_LIFT",
-                f"layout.lifts.{keys[lift.name]}",
-                f"it can do {amount(most)} rides an hour, {amount(rides)} are asked for: its queue grows without bound",
-                "another lift beside it, a shorter ride or quicker doors",
-            )
+        if rate * lift.share > lift.capacity:
+            short.setdefault(keys[lift.name], []).append(lift)
+    for name, cabins in short.items():
+        most = amount(hour * math.fsum(cabin.capacity for cabin in cabins))
+        rides = amount(hour * rate * math.fsum(cabin.share for cabin in cabins))
+        who, queue = "it", "its queue grows"
+        if len(cabins) > 1:
+            who, queue = f"its {len(cabins)} cabins", "their queues grow"
+        yield Finding(
+            "DEMAND_ABOVE_LIFT",
+            f"layout.lifts.{name}",
+            f"{who} can do {most} rides an hour, {rides} are asked for: {queue} without bound",
+            "one cabin more (cabins), a shorter ride or quicker doors",
+        )
 
 
 def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
     """Find lifts that no robot takes, as another goes to the same floors and the routing policy sees no queues."""
     if model.policies.routing.name == "congestion-aware" or model.policies.routing.own:
         return
-    used = {lift.name: lift for lift in estimate.lifts}
+    used, unused = {lift.name: lift for lift in estimate.lifts}, dict[str, list[str]]()
     for lift in layout.lifts:
         floors = {layout.floors[node] for node in lift.nodes}
         beside = [
@@ -283,14 +292,17 @@ def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iter
             if other.name in used and len(floors & {layout.floors[node] for node in other.nodes}) > 1
         ]
         if lift.name not in used and beside:
-            most = beside[0].capacity * model.units.hour
-            yield Finding(
-                "LIFT_UNUSED",
-                "policies.routing",
-                f"{model.policies.routing.name} knows no queues: all robots take lift {beside[0].name}, which can do "
-                f"{amount(most)} rides an hour, and none takes lift {lift.name} to the same floors",
-                f"congestion-aware takes both, which can do about {amount(2 * most)}; or fastest with spread: 2",
-            )
+            unused.setdefault(beside[0].name, []).append(lift.name)
+    for name, names in unused.items():
+        most, lifts = used[name].capacity * model.units.hour, 1 + len(names)
+        yield Finding(
+            "LIFT_UNUSED",
+            "policies.routing",
+            f"{model.policies.routing.name} knows no queues: all robots take lift {name}, which can do "
+            f"{amount(most)} rides an hour, and none takes {called(names)} to the same floors",
+            f"congestion-aware takes {'both' if lifts == 2 else f'all {lifts}'}, which can do about "  # noqa: PLR2004
+            f"{amount(lifts * most)}; or fastest with spread: {lifts}",
+        )
 
 
 def _one_load(model: Model) -> Iterator[Finding]:

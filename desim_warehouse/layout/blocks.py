@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -49,6 +49,12 @@ class Blocks(Part):
 
     columns: Count = Field(description="blocks side by side")
     rows: Count = Field(description="blocks one below the other")
+    floors: Annotated[Count, Usual(1, 20)] = Field(
+        1,
+        title="floors of blocks",
+        validate_default=True,
+        description="floors with such blocks, one above the other and drawn side by side; `layout.lifts` join them",
+    )
     block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
     block_depth: Count = Field(description="goods in a block's depth")
     goods_size: Annotated[Length, Usual("10 cm", "10 m")] = Field(description="side of a good's square")
@@ -77,23 +83,28 @@ class Blocks(Part):
     @property
     def places(self) -> int:
         """How many goods there is room for."""
-        return self.columns * self.rows * self.block_width * self.block_depth
+        return self.floors * self.columns * self.rows * self.block_width * self.block_depth
 
-    @field_validator("rows")
+    @field_validator("floors")
     @classmethod
-    def _names(cls, rows: int, info: ValidationInfo) -> int:
-        if "columns" in info.data:
-            at_most("nodes", (info.data["columns"] + 1) * (rows + 1))
-            names = enumerate(block_nodes(info.data["columns"], rows))
-            known(info).nodes = {name: (c, r) for r, row in names for c, name in enumerate(row)}
-        return rows
+    def _names(cls, floors: int, info: ValidationInfo) -> int:
+        if {"columns", "rows"} <= info.data.keys():
+            columns, rows = info.data["columns"], info.data["rows"]
+            at_most("nodes", floors * (columns + 1) * (rows + 1))
+            known(info).nodes = {
+                name: (floor * (columns + 2) + c, r)
+                for floor in range(floors)
+                for r, row in enumerate(block_nodes(columns, rows, floor))
+                for c, name in enumerate(row)
+            }
+        return floors
 
     @field_validator("block_depth")
     @classmethod
     def _places(cls, depth: int, info: ValidationInfo) -> int:
         data = info.data
-        if {"columns", "rows", "block_width"} <= data.keys():
-            places = data["columns"] * data["rows"] * data["block_width"] * depth
+        if {"columns", "rows", "floors", "block_width"} <= data.keys():
+            places = data["floors"] * data["columns"] * data["rows"] * data["block_width"] * depth
             at_most("places", places)
             known(info).places = places
         return depth
@@ -142,8 +153,10 @@ def _columns(wide: int) -> list[str]:
 
 
 def highways(blocks: Blocks) -> nx.DiGraph:
-    """Return the Highways between the blocks; at every node the row's successor comes before the column's."""
-    names = block_nodes(blocks.columns, blocks.rows)
+    """Return the Highways between the blocks; at every node the row's successor comes before the column's.
+
+    Floors are drawn from west to east, with room for two blocks between them.
+    """
     cross = blocks.cross_aisle_width or blocks.aisle_width
     dx = blocks.block_width * blocks.goods_size + blocks.aisle_width
     dy = blocks.block_depth * blocks.goods_size + cross
@@ -151,13 +164,15 @@ def highways(blocks: Blocks) -> nx.DiGraph:
     import networkx as nx
 
     graph = nx.DiGraph()
-    for r, row in enumerate(names):
-        for c, name in enumerate(row):
-            graph.add_node(name, x=blocks.aisle_width / 2 + c * dx, y=cross / 2 + r * dy)
-    for row, along in zip(names, rows, strict=True):
-        _chain(graph, row[::-1] if along == "west" else row, dx, two_way=along == "two-way")
-    for column, down in zip(zip(*names, strict=True), columns, strict=True):
-        _chain(graph, column[::-1] if down == "north" else column, dy, two_way=down == "two-way")
+    for floor in range(blocks.floors):
+        names, west = block_nodes(blocks.columns, blocks.rows, floor), floor * (blocks.columns + 3)
+        for r, row in enumerate(names):
+            for c, name in enumerate(row):
+                graph.add_node(name, x=blocks.aisle_width / 2 + (west + c) * dx, y=cross / 2 + r * dy)
+        for row, along in zip(names, rows, strict=True):
+            _chain(graph, row[::-1] if along == "west" else row, dx, two_way=along == "two-way")
+        for column, down in zip(zip(*names, strict=True), columns, strict=True):
+            _chain(graph, column[::-1] if down == "north" else column, dy, two_way=down == "two-way")
     return graph
 
 
@@ -168,15 +183,15 @@ def _chain(graph: nx.DiGraph, names: tuple[str, ...], length: float, *, two_way:
 
 
 def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:
-    """Return all goods, numbered block by block (down a block column, then the next), in a block row by row.
+    """Return all goods, numbered floor by floor, block by block (down a column of blocks first), in a block row by row.
 
     A good on the left of its block is picked from the aisle on that side, one on the right from the aisle on the
     right, at the height of its own centre. A block one good wide is picked from its left.
     """
-    names = block_nodes(blocks.columns, blocks.rows)
     cross = blocks.cross_aisle_width or blocks.aisle_width
     places: list[StoragePlace] = []
-    for column in range(blocks.columns):
+    for floor, column in product(range(blocks.floors), range(blocks.columns)):
+        names = block_nodes(blocks.columns, blocks.rows, floor)
         for row in range(blocks.rows):
             aisles = []
             for side in range(blocks.block_width):

@@ -14,7 +14,7 @@ from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.aisles import width_of
 from desim_warehouse.layout.layout import BayPlaces, Edge, Layout, StationPlaces, StoragePlace
 from desim_warehouse.layout.naming import named_by
-from desim_warehouse.layout.shafts import add_lifts
+from desim_warehouse.layout.shafts import add_lifts, stand_cabins
 from desim_warehouse.layout.spec import BaySpec, LayoutSpec, NodeStorage, PlacesSpec, Storage
 from desim_warehouse.layout.zones import Members, edges_along, edges_of
 
@@ -44,6 +44,7 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
         _draw(graph, spec)
         storage = tuple(_place(graph, number, item) for number, item in enumerate(spec.storage))
         size = 0.0
+    stand_cabins(graph, spec.lifts)
     bays = {bay.node: bay for name, item in spec.bays.items() for bay in _bays(name, item, places_of(graph, item))}
     stations = {
         node: StationPlaces(name, node, station.places, station.servers)
@@ -62,7 +63,20 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
     widths = _widths(graph, spec)
-    return Layout(graph, storage, bays, stations, size, _names(spec, storage), lifts, widths)
+    layout = Layout(graph, storage, bays, stations, size, _names(spec, storage), lifts, widths, spec.floors)
+    _one_name_each(layout)
+    return layout
+
+
+def _one_name_each(layout: Layout) -> None:
+    """Refuse two names of one floor."""
+    names: dict[int, str] = {}
+    for name, nodes in layout.floor_nodes.items():
+        for node in nodes:
+            if names.setdefault(layout.floors[node], name) != name:
+                other = names[layout.floors[node]]
+                text = f"node {node} is on floor {other!r}, from where robots drive there; give the floor one name"
+                raise LayoutError([f"layout.floors.{name}: {text}"])
 
 
 def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:

@@ -119,6 +119,7 @@ class Layout:
     edge without length which `takes` its time, with the mean time until the cabin comes. The order of a node's
     successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
     `widths`: those of aisles by edge, inf where they are said to be wide; where there is none, the aisle is narrow.
+    `floor_nodes`: nodes on floors that have a name, by that.
     """
 
     graph: nx.DiGraph
@@ -129,6 +130,7 @@ class Layout:
     place_names: Mapping[str, int] = field(default_factory=dict)
     lifts: tuple[Lift, ...] = ()
     widths: Mapping[Edge, float] = field(default_factory=dict)
+    floor_nodes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @cached_property
     def called(self) -> dict[int, str]:
@@ -247,6 +249,20 @@ class Layout:
         ):
             rank.update({part: len(rank) + more for more, part in enumerate(sorted(together.nodes[number]["members"]))})
         return {node: rank[part] for node, part in part_of.items()}
+
+    @cached_property
+    def floor_names(self) -> dict[int, str]:
+        """The names of floors by their numbers, from the lowest up; a floor without a name has its number."""
+        names = {self.floors[node]: name for name, nodes in self.floor_nodes.items() for node in nodes}
+        return {number: names.get(number, str(number)) for number in sorted({*self.floors.values()})}
+
+    @cached_property
+    def floor_titles(self) -> dict[int, str]:
+        """The titles of floors in drawings: their names, and `floor 1` where that is a number only."""
+        return {
+            number: f"floor {name}" if name.lstrip("-").isdecimal() else name
+            for number, name in self.floor_names.items()
+        }
 
     @cached_property
     def cabins_beside(self) -> dict[str, list[str]]:

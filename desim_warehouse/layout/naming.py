@@ -16,22 +16,29 @@ FIELDS = ("aisle", "bay", "level", "number", "aisle_letter", "level_letter")
 _FORM = re.compile(r"(0?\d)?d?")
 
 
-def block_nodes(columns: int, rows: int) -> tuple[tuple[str, ...], ...]:
+def block_nodes(columns: int, rows: int, floor: int = 0) -> tuple[tuple[str, ...], ...]:
     """Name the nodes around blocks, row by row from the top, each row from the left.
 
-    Up to 26 nodes are A, B, C, ...; in a larger layout the node in row 0 and column 3 is `r0c3`.
+    Up to 26 nodes are A, B, C, ...; in a larger layout the node in row 0 and column 3 is `r0c3`. Above the ground floor
+    the number of the floor follows: `A1`, or `r0c3f1`.
 
     Args:
         columns: blocks side by side; there is one more column of nodes.
         rows: blocks one below the other; there is one more row of nodes.
+        floor: number of the floor; 0 is the ground floor.
 
     Returns:
         One tuple of names for each row of nodes.
     """
     across, down = columns + 1, rows + 1
     if across * down <= len(ascii_uppercase):
-        return tuple(tuple(ascii_uppercase[row * across : (row + 1) * across]) for row in range(down))
-    return tuple(tuple(f"r{row}c{column}" for column in range(across)) for row in range(down))
+        above = str(floor) if floor else ""
+        return tuple(
+            tuple(f"{letter}{above}" for letter in ascii_uppercase[row * across : (row + 1) * across])
+            for row in range(down)
+        )
+    above = f"f{floor}" if floor else ""
+    return tuple(tuple(f"r{row}c{column}{above}" for column in range(across)) for row in range(down))
 
 
 def wrong_part(pattern: str) -> str:

@@ -17,7 +17,23 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.spec import LiftSpec
 
 DIRECTIONS = 24
-"""Directions from a node in front of the doors in which another cabin may be drawn."""
+"""Directions from a node in front of the doors in which a cabin may be drawn."""
+
+
+def stand_cabins(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> None:
+    """Add the nodes of lifts that are said by the nodes in front of their doors, each with a lane in and a lane out.
+
+    Raises:
+        LayoutError: where a node has such a name.
+    """
+    for name, spec in specs.items():
+        for front, node in zip(spec.fronts, spec.stops(name), strict=False):
+            assert spec.lane is not None
+            _is_new(graph, f"layout.lifts.{name}.at", node)
+            place = _roomiest(graph, front, [spec.lane * turn for turn in _turns(0)])
+            graph.add_node(node, x=place.real, y=place.imag)
+            for edge in ((front, node), (node, front)):
+                graph.add_edge(*edge, length=spec.lane, speed=math.inf, two_way=False)
 
 
 def add_lifts(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> tuple[Lift, ...]:
@@ -34,34 +50,50 @@ def add_lifts(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> tuple[Lift, .
 
 def _cabins(graph: nx.DiGraph, name: str, spec: LiftSpec) -> Iterator[Lift]:
     people = spec.people and spec.people.model_copy(update={"per_hour": spec.people.per_hour / spec.cabins})
-    yield Lift(name, spec.nodes, spec.ride, spec.doors, spec.rests, people, spec.outages, name)
-    for number in range(2, spec.cabins + 1):
-        nodes = tuple(_beside(graph, name, node, f"{node} {number}") for node in spec.nodes)
-        rests = None if spec.rests is None else nodes[spec.nodes.index(spec.rests)]
-        yield Lift(f"{name} {number}", nodes, spec.ride, spec.doors, rests, people, spec.outages, name)
+    stops = spec.stops(name)
+    rank = None if spec.rests is None else (spec.fronts or spec.nodes).index(spec.rests)
+    for number in range(1, spec.cabins + 1):
+        nodes = stops if number == 1 else tuple(_beside(graph, name, node, f"{node} {number}") for node in stops)
+        title, rests = name if number == 1 else f"{name} {number}", None if rank is None else nodes[rank]
+        yield Lift(title, nodes, spec.ride, spec.doors, rests, people, spec.outages, name)
 
 
 def _beside(graph: nx.DiGraph, lift: str, node: str, another: str) -> str:
     """Add the node of another cabin, with the lanes of a node, turned about its neighbour to where most room is."""
-    if another in graph:
-        raise LayoutError([f"layout.lifts.{lift}.cabins: node {another!r} is there already; rename it"])
-    points = {name: complex(data["x"], data["y"]) for name, data in graph.nodes(data=True)}
+    _is_new(graph, f"layout.lifts.{lift}.cabins", another)
     lanes = [*graph.in_edges(node, data=True), *graph.out_edges(node, data=True)]
     front = next((end for a, b, _ in lanes for end in (a, b) if end != node), node)
-    spots = [
-        points[front] + (points[node] - points[front]) * cmath.rect(1, 2 * math.pi * part / DIRECTIONS)
-        for part in range(1, DIRECTIONS)
-    ]
-    others = [spot for name, spot in points.items() if name != front] + [
-        points[front]
-        + (points[name] - points[front]) / abs(points[name] - points[front]) * abs(points[node] - points[front])
-        for name in (*graph.successors(front), *graph.predecessors(front))
-    ]
-    place = max(spots, key=lambda spot: round(min(abs(spot - other) for other in others), 6))
+    arm = _point(graph, node) - _point(graph, front)
+    place = _roomiest(graph, front, [arm * turn for turn in _turns(1)])
     graph.add_node(another, x=place.real, y=place.imag)
     for a, b, data in lanes:
         graph.add_edge(another if a == node else a, another if b == node else b, **data)
     return another
+
+
+def _is_new(graph: nx.DiGraph, key: str, node: str) -> None:
+    if node in graph:
+        raise LayoutError([f"{key}: node {node!r} is there already; rename it"])
+
+
+def _point(graph: nx.DiGraph, node: str) -> complex:
+    return complex(graph.nodes[node]["x"], graph.nodes[node]["y"])
+
+
+def _turns(first: int) -> list[complex]:
+    """Turns by parts of a circle, from the `first` part on."""
+    return [cmath.rect(1, 2 * math.pi * part / DIRECTIONS) for part in range(first, DIRECTIONS)]
+
+
+def _roomiest(graph: nx.DiGraph, front: str, arms: list[complex]) -> complex:
+    """Return which end of these arms of one length, from a node, is farthest from other nodes and its own lanes."""
+    origin, reach = _point(graph, front), abs(arms[0])
+    others = [_point(graph, name) for name in graph if name != front]
+    for name in (*graph.successors(front), *graph.predecessors(front)):
+        way = _point(graph, name) - origin
+        others.append(origin + way / abs(way) * reach)
+    spots = [origin + arm for arm in arms]
+    return max(spots, key=lambda spot: round(min(abs(spot - other) for other in others), 6))
 
 
 def _add_rides(graph: nx.DiGraph, lift: Lift) -> None:

@@ -438,8 +438,19 @@ class LiftSpec(Part):
     """
 
     nodes: tuple[NodeName, ...] = Field(
+        (),
         title="stops of a lift",
         description="its node on each floor, from the lowest up; the lane to each begins in front of the doors there",
+    )
+    fronts: tuple[NodeName, ...] = Field(
+        (),
+        alias="at",
+        title="nodes in front of a lift",
+        description="instead of nodes: the node in front of its doors on each floor, from the lowest up; its own node "
+        "is drawn beside each, where most room is, with a lane in and a lane out",
+    )
+    lane: Annotated[Length | None, Usual("1 m", "20 m")] = Field(
+        None, title="lanes of a lift", description="with at: how long these lanes are, 2 D or more"
     )
     ride: Annotated[Duration, Usual("2 s", "2 min")] = Field(
         title="ride of a lift", description="how long its cabin takes from one floor to the next"
@@ -450,7 +461,7 @@ class LiftSpec(Part):
     rests: NodeName | None = Field(
         None,
         title="where a lift rests",
-        description="the node of its own to which the empty cabin goes; default: it stays where it was left",
+        description="the node, of nodes or at, to which the empty cabin goes; default: it stays where it was left",
     )
     cabins: Annotated[Count, Usual(1, 8)] = Field(
         1,
@@ -463,16 +474,26 @@ class LiftSpec(Part):
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:
-        if len(self.nodes) < 2:  # noqa: PLR2004 - from one floor to another
-            raise wrong(
-                f"too few floors (got {got(list(self.nodes))}), expected a node on each of two or more", "nodes"
-            )
-        double = next((node for rank, node in enumerate(self.nodes) if node in self.nodes[:rank]), None)
+        key, stops = ("at", self.fronts) if self.fronts else ("nodes", self.nodes)
+        if self.fronts and self.nodes:
+            raise wrong(f"both this and nodes (got {got(list(self.fronts))}), expected one of the two", "at")
+        if len(stops) < 2:  # noqa: PLR2004 - from one floor to another
+            raise wrong(f"too few floors (got {got(list(stops))}), expected a node on each of two or more", key)
+        double = next((node for rank, node in enumerate(stops) if node in stops[:rank]), None)
         if double is not None:
-            raise wrong(f"a node twice (got {got(double)}), expected another on each floor", "nodes")
-        if self.rests is not None and self.rests not in self.nodes:
-            raise wrong(f"no stop of the lift (got {got(self.rests)}), expected {spoken(self.nodes, 'or')}", "rests")
+            raise wrong(f"a node twice (got {got(double)}), expected another on each floor", key)
+        if self.rests is not None and self.rests not in stops:
+            raise wrong(f"no stop of the lift (got {got(self.rests)}), expected {spoken(stops, 'or')}", "rests")
+        if bool(self.fronts) != (self.lane is not None):
+            text = "without at, which it belongs to, expected nodes alone, or at and lane"
+            if self.fronts:
+                text = "not said, expected the length of the lanes into and out of the cabin, 2 D or more"
+            raise wrong(text, "lane")
         return self
+
+    def stops(self, name: str) -> tuple[str, ...]:
+        """The nodes of the cabin of a lift with this name, from the lowest floor up."""
+        return self.nodes or tuple(f"{name} at {front}" for front in self.fronts)
 
 
 _WIDTH = "'wide', 'narrow', or a width"
@@ -548,6 +569,12 @@ class LayoutSpec(Part):
     stations: Annotated[Named[StationSpec], By("at")] = Field(FrozenMap(), description="stations beside nodes by name")
     lifts: Annotated[Named[LiftSpec], By("of")] = Field(
         FrozenMap(), title="lifts", description="lifts between floors by name"
+    )
+    floors: Named[Annotated[tuple[NodeName, ...], Field(min_length=1)]] = Field(
+        FrozenMap(),
+        title="names of floors",
+        description="beside lifts: a node of each floor by the name of the floor, or of each of its parts, where only "
+        "lifts join these; default: numbers from 0, the lowest",
     )
     aisles: Annotated[
         Annotated[Literal["wide", "narrow"], form("word")]
@@ -647,6 +674,24 @@ class LayoutSpec(Part):
         if nodes:
             known(info).zones[str(info.field_name)] = {name: tuple(zone.nodes(nodes)) for name, zone in zones.items()}
         return zones
+
+    @field_validator("lifts")
+    @classmethod
+    def _drawn_beside(cls, lifts: Mapping[str, LiftSpec], info: ValidationInfo) -> Mapping[str, LiftSpec]:
+        """Let other sections name the nodes and lanes that lifts add."""
+        nodes = known(info).nodes
+        for name, lift in lifts.items() if nodes else ():
+            for node, front in zip(lift.stops(name), lift.fronts, strict=False):
+                known(info).nodes = {**(known(info).nodes or {}), node: None}
+                known(info).edges.update(dict.fromkeys(((front, node), (node, front)), lift.lane))
+        return lifts
+
+    @field_validator("floors")
+    @classmethod
+    def _beside_lifts(cls, floors: Mapping[str, Any], info: ValidationInfo) -> Mapping[str, Any]:
+        if floors and not info.data.get("lifts", True):
+            raise wrong(f"one floor alone (got {got(list(floors))}), expected layout.lifts, which lead to others")
+        return floors
 
     @field_validator("storage")
     @classmethod

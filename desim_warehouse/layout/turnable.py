@@ -142,8 +142,11 @@ def turnable(layout: Layout) -> Turnable:
 
 
 def turnable_blocks(blocks: Blocks) -> Turnable:
-    """Return the units of blocks that can be turned: every row and every column of aisles, as a whole."""
-    graph = highways(blocks)
+    """Return the units of blocks that can be turned: every row and every column of aisles, as a whole.
+
+    Floors are alike, so they are turned as the ground floor is.
+    """
+    graph = highways(blocks.model_copy(update={"floors": 1}))
     names = block_nodes(blocks.columns, blocks.rows)
     lines = [tuple(pairwise(line)) for line in (*names, *zip(*names, strict=True))]
     units = tuple(

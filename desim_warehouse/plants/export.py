@@ -132,7 +132,9 @@ class _Drawing:
         for name, data in self.layout.graph.nodes(data=True):
             self.plant.points[name] = Waypoint(name, data["x"] * self.metre, data["y"] * self.metre, name in parking)
         if self.layout.lifts:
-            self.plant.level_of = {name: str(floor) for name, floor in self.layout.floors.items()}
+            names = self.layout.floor_names
+            self.plant.level_of = {node: names[floor] for node, floor in self.layout.floors.items()}
+            self.plant.levels = tuple(dict.fromkeys(names.values()))
 
     def lanes(self) -> None:
         """Add every lane as a link, or as several links with a point wherever robots load."""
@@ -218,12 +220,8 @@ class _Drawing:
         several = [point for point, count in self.loads.items() if count > 1]
         note("changed", "place", several, "several storage places, one when it is read again")
         popular = [str(place.number) for place in layout.storage if place.popularity != 1]
-        note(
-            "left out",
-            "lift",
-            [lift.name for lift in layout.lifts],
-            "the times of its cabin and doors, and who uses it",
-        )
+        names = [lift.name for lift in layout.lifts]
+        note("left out", "lift", names, "only where it leads: times of rides and doors, people and outages are lost")
         note("left out", "popularity", popular, "of storage places: how often they are asked for")
         names = list(dict.fromkeys(station.zone for station in layout.stations.values()))
         note("left out", "station", names, "only where it is: places, servers, workers, hours and times are lost")

@@ -239,6 +239,7 @@ class _Drawn:
         lif_keys.note_edges(plant, kept)
         lif_keys.note_nodes(plant, on_nodes, [station for station, _ in self.stations])
         plant.level_of = {name: node.layout.level for name, node in nodes.items()}
+        plant.levels = _in_order(dict.fromkeys(plant.level_of.values()))
         draw_apart(plant)
 
     def add_links(self, nodes: dict[str, _Node], edges: list[_Edge], kind: str | None) -> list[tuple[Link, Item]]:
@@ -294,7 +295,7 @@ class _Drawn:
                 nodes = sorted(stops, key=lambda name: order.index(level_of[name]))
                 name = next((called[link.name] for link in rides if {link.source, link.target} <= stops), "")
                 self.plant.lifts[unique(name or f"lift {nodes[0]} - {nodes[-1]}", self.plant.lifts)] = tuple(nodes)
-        why = "to another level, so it is a lift for one robot at a time, in both directions"
+        why = "to another level: a lift for one robot at a time, in both directions"
         self.plant.note_parts("changed", "transition", rides, why)
 
     def add_locations(self, on_nodes: dict[str, Item]) -> None:
@@ -343,11 +344,11 @@ class _Drawn:
         return nodes, edges
 
 
-def _in_order(levels: Iterable[str]) -> list[str]:
+def _in_order(levels: Iterable[str]) -> tuple[str, ...]:
     """Sort levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
-    listed = list(levels)
+    listed = tuple(levels)
     try:
-        return sorted(listed, key=float)
+        return tuple(sorted(listed, key=float))
     except ValueError:
         return listed
 

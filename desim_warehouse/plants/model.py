@@ -221,6 +221,7 @@ class _Maker:
         layout["stations"] = self.stations()
         if self.plant.lifts:
             layout["lifts"] = self.lifts()
+            layout["floors"] = self.floors()
         self.starts(fleet, layout["bays"])
         battery = self.battery(layout["bays"])
         charging = {}
@@ -317,6 +318,23 @@ class _Maker:
             name: {"nodes": list(stops), "ride": _round(RIDE), "doors": _round(DOORS)}
             for name, stops in self.plant.lifts.items()
         }
+
+    def floors(self) -> Content:
+        """By the name of each level a node on it, or on each of its parts, where only lifts join these."""
+        import networkx as nx
+
+        lanes = nx.Graph((lane.source, lane.target) for lane in self.lanes)
+        lanes.add_nodes_from(self.plant.points)
+        part_of = {node: rank for rank, part in enumerate(nx.connected_components(lanes)) for node in part}
+        floors: Content = {}
+        for level in filter(None, self.plant.levels):
+            firsts: dict[int, str] = {}
+            for node in self.plant.points:
+                if self.plant.level_of.get(node) == level:
+                    firsts.setdefault(part_of[node], node)
+            if firsts:
+                floors[level] = list(firsts.values())
+        return floors
 
     # Everything else
 

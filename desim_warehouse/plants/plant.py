@@ -146,7 +146,9 @@ class Plant:
     lifts: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Lifts by name, with a point on each level, from the lowest up."""
     level_of: dict[str, str] = field(default_factory=dict)
-    """The level of each point, where the plant has several."""
+    """The name of the level of each point, where the plant has several."""
+    levels: tuple[str, ...] = ()
+    """The names of levels, from the lowest up."""
     transports: list[Transport] = field(default_factory=list)
     """The work, where the file or one beside it lists it."""
     numbered: dict[int, str] = field(default_factory=dict)

@@ -130,6 +130,7 @@ class _Map:
             kind = self.level(name, lanes, several=len(levels) > 1)
             self.plant.source = self.plant.source or f"{self.path.name} (Open-RMF {kind}, {read})"
         self.plant.areas = list(self.groups.values())
+        self.plant.levels = tuple(sorted(levels, key=self.elevation))
         self.lifts()
         draw_apart(self.plant)
         self.plant.note("left out", "door", _names(self.data.get("doors")), _DOOR)
@@ -179,7 +180,7 @@ class _Map:
                 self.plant.lifts[lift] = tuple(stops[level] for level in order)
         lifts = dict.fromkeys([*_names(self.data.get("lifts")), *self.cabins])
         others = [name for name in lifts if name not in self.plant.lifts]
-        self.plant.note("left out", "lift", others, "lanes lead to its cabin on fewer than two of the levels read")
+        self.plant.note("left out", "lift", others, "no lanes lead to the cabin on two of the levels that are read")
 
     def elevation(self, level: str) -> float:
         """Return the height of a level; levels without one are in the order of the map."""

@@ -29,7 +29,7 @@ def lif(plant: Plant) -> str:
     nodes, edges, stations = _nodes(plant), [*_edges(plant), *_rides(plant)], _stations(plant)
     name, level_of = plant.name or "layout", plant.level_of
     layouts = []
-    for level in dict.fromkeys(sorted(level_of.values(), key=int)) or [""]:
+    for level in plant.levels or ("",):
         title = f"{name} {level}" if level else name
         layouts.append(
             {

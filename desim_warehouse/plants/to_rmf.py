@@ -29,7 +29,7 @@ Item = dict[str, list[Any]]
 
 def rmf(plant: Plant) -> str:
     """Text of a building map; losses are noted in the plant."""
-    levels = sorted({*plant.level_of.values()}, key=int) or [_ONLY]
+    levels = plant.levels or (_ONLY,)
     cabins = {point: lift for lift, stops in plant.lifts.items() for point in stops}
     groups = _groups(plant)
     lines = ["coordinate_system: cartesian_meters", "levels:"]

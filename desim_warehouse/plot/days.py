@@ -168,7 +168,8 @@ def residuals(
         widths = np.where(ranks.out, 5.0, 2.5).tolist()
         axes.add_collection(LineCollection(list(lines.values()), colors=colours, linewidths=widths, zorder=2))
         plan.arrows(axes, list(lines.values()), palette.FAINT)
-        names = plan.draw_nodes(axes, floor, set(), named=len(floor.graph) <= plan.NAMED)
+        names = plan.names_of_floors(floor)
+        names += plan.draw_nodes(axes, floor, set(), named=len(floor.graph) <= plan.NAMED)
         off = ranks.real.mean(axis=0) - ranks.simulated.mean(axis=(0, 1))
         edges = list(lines)
         worst = [_name(lines[edges[rank]], f"{'>'.join(edges[rank])} {off[rank]:+.3g}") for rank in _worst(ranks)]

@@ -137,6 +137,7 @@ def _drawn(
         draw_goods(axes, floor, step, fetched_of(model))
         draw_edges(axes, floor, step, palette.FAINT)
         slots, names = _zones(axes, floor, model)
+        names = [*names_of_floors(floor), *names]
         names += draw_nodes(axes, floor, set(destinations(model, floor)), named)
         names += [_name_of_lift(floor, lift) for lift in floor.lifts]
         frame(axes, floor, step, model, _corners(slots))
@@ -224,6 +225,21 @@ def _draw_lifts(axes: Axes, floor: Layout, step: float, colour: str) -> None:
 def _name_of_lift(floor: Layout, lift: Lift) -> Name:
     (x0, y0), (x1, y1) = (_at(floor, node) for node in lift.nodes[:2])
     return Name(f"lift {lift.name}", box_around((x0 + x1) / 2, (y0 + y1) / 2, 0.0), (1, 0), "x-small", palette.FAINT)
+
+
+def names_of_floors(floor: Layout) -> list[Name]:
+    """Return the names of floors that lifts join, to be written above them; none where there is one floor."""
+    corners = defaultdict[int, list[tuple[float, float]]](list)
+    cabins = {node for lift in floor.lifts for node in lift.nodes}
+    for node in floor.graph if floor.lifts else ():
+        if node not in cabins:
+            corners[floor.floors[node]].append(_at(floor, node))
+    names = []
+    for number, points in sorted(corners.items()):
+        xs, ys = zip(*points, strict=True)
+        around = min(xs), min(ys), max(xs), max(ys)
+        names.append(Name(floor.floor_titles[number], around, (0, -1), "medium", palette.INK))
+    return names
 
 
 def arrows(

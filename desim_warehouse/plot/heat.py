@@ -65,8 +65,7 @@ def congestion(
         _edges(axes, run, on_edge, step, shades)
         dot = _nodes(axes, run, at_node, shades)
         plan.frame(axes, floor, step, run.model)
-        if len(floor.graph) <= plan.NAMED:
-            _names(axes, run, dot)
+        _names(axes, run, dot)
         _bar(axes, what, shades)
         return axes
 
@@ -135,17 +134,18 @@ def _nodes(axes: Axes, run: RunData, values: dict[str, float], shades: _Shades) 
 
 
 def _names(axes: Axes, run: RunData, dot: float) -> None:
-    """Write the names of nodes beside circles of a radius in points, the first letters of long ones."""
-    short = {name: name if len(name) <= _SHORT else f"{name[: _SHORT - 1]}…" for name in run.layout.graph}
-    if len(set(short.values())) < len(short):
-        return
+    """Write the names of floors, and of nodes beside circles of a radius in points, the first letters of long ones."""
+    floor = run.layout
+    short = {name: name if len(name) <= _SHORT else f"{name[: _SHORT - 1]}…" for name in floor.graph}
     radius = dot * length_of_a_point(axes)
-    node_of = run.layout.graph.nodes
-    names = [
-        Name(words, box_around(node_of[name]["x"], node_of[name]["y"], radius), (1, 1), "x-small", palette.INK)
-        for name, words in short.items()
-    ]
-    write_names(axes, names, plan.sheet(run.layout, plan.step_of(run.layout), dot=radius))
+    node_of, names = floor.graph.nodes, plan.names_of_floors(floor)
+    if len(floor.graph) <= plan.NAMED and len(set(short.values())) == len(short):
+        names += [
+            Name(words, box_around(node_of[name]["x"], node_of[name]["y"], radius), (1, 1), "x-small", palette.INK)
+            for name, words in short.items()
+        ]
+    if names:
+        write_names(axes, names, plan.sheet(floor, plan.step_of(floor), dot=radius))
 
 
 @dataclass(frozen=True)

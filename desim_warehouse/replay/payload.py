@@ -213,11 +213,15 @@ def _header(
 
 
 def _lifts(layout: Layout, number: dict[str, int]) -> dict[str, Any]:
-    """Lifts with their nodes, and the floor of each node; nothing without lifts."""
+    """Lifts with their nodes, the floor of each node, and what each floor is called; nothing without lifts."""
     if not layout.lifts:
         return {}
     floors = [layout.floors[node] for node in number]
-    return {"lifts": [[lift.name, [number[node] for node in lift.nodes]] for lift in layout.lifts], "floors": floors}
+    return {
+        "lifts": [[lift.name, [number[node] for node in lift.nodes]] for lift in layout.lifts],
+        "floors": floors,
+        "floor_titles": list(layout.floor_titles.values()),
+    }
 
 
 def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, Any]:

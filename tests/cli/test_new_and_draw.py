@@ -49,6 +49,40 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     assert model.tasks.goods.due_within == 900
 
 
+def test_a_draft_of_two_floors_has_shelves_on_both_and_works(tmp_path):
+    file = str(tmp_path / "mezz.yaml")
+    said = call("new", file, *shlex.split("--size 30x20 --floors 2 --lifts 1 --orders 90/h"))
+    assert said.stdout.startswith("2 floors of 30 x 20 m, 5 aisles on each, 1 lift, 1 packing station, 6 robots, ")
+    model = dw.load(file)
+    floor = model.floor
+    assert floor.floor_titles == {0: "ground floor", 1: "floor 1"}
+    # blocks on both floors, all work but the fetching on the ground floor
+    assert [floor.floors[place.edge[0]] for place in floor.storage] == [0] * 88 + [1] * 88
+    assert {floor.floors[node] for node in (*floor.bays, *floor.stations)} == {0}
+    assert not check(model).findings
+    run = dw.simulate(model.replace({"run": {"length": 7200}, "fleet.start_energy": 1}))
+    assert run.kpis["on_time"] > 0.9
+    assert run.kpis["share_in_lift"] > 0.05
+    assert "drawn side by side: A1 is above A\n" in (tmp_path / "mezz.yaml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "cabins"),
+    [
+        ("--floors 2 --orders 20/h", {"goods": 1}),  # as many as the orders need
+        ("--floors 2 --lifts 2 --robots 5", {"goods1": 1, "goods2": 1}),
+        ("--floors 3 --size 20x12 --aisles 2 --lifts 3 --robots 4 --orders 30/h", {"goods": 3}),  # one end is left
+    ],
+)
+def test_lifts_of_a_draft_stand_apart_while_there_are_ends_of_aisles(tmp_path, words, cabins):
+    file = str(tmp_path / "w.yaml")
+    assert call("new", file, *shlex.split(words), "--chargers", "2").exit_code == 0
+    model = dw.load(file)
+    assert {name: lift.cabins for name, lift in model.layout.lifts.items()} == cabins
+    assert (model.policies.routing.name == "congestion-aware") == (sum(cabins.values()) > 1)
+    assert not check(model).errors
+
+
 SOME = settings(max_examples=max(settings.default.max_examples // 10, 2))
 """What check tries of a night takes a second."""
 
@@ -91,6 +125,18 @@ def test_what_is_not_given_suffices_by_hand(orders):
         ("--size 20x5", "--size 20x5: too small, expected at least 7.2 m each way"),
         ("--robots 0", "--robots 0: out of range, expected 1 to 1000"),
         ("--stations 9 --aisles 8", "--stations 9: out of range, expected 1 to 8"),
+        ("--lifts 1", "--lifts 1: one floor has no lift, expected --floors 2 or more beside it"),
+        ("--floors 0", "--floors 0: out of range, expected 1 to 20"),
+        ("--floors 2 --lifts 0", "--lifts 0: out of range, expected 1 to 8"),
+        ("--floors 2 --lifts 9", "--lifts 9: out of range, expected 1 to 8"),
+        (
+            "--floors 4 --orders 3000/h",
+            "--orders 3000/h: takes 62 lifts, expected fewer orders, or --lifts, at most 8",
+        ),
+        (
+            "--floors 2 --size 20x12 --aisles 2 --orders 30/h --inbound 10/h",
+            "--aisles 2: no end of an aisle is left for lifts, expected more aisles",
+        ),
         ("--packers 1000000000 --stations 2", "--packers 1000000000: out of range, expected 1 to 20000"),
         ("--orders 200000/h", "--orders 200000/h: too many, expected at most 100000/h"),
         ("--inbound 4000/min", "--inbound 4000/min: too many, expected at most 100000/h"),
@@ -139,7 +185,7 @@ def test_bare_in_a_terminal_it_asks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert call("new").exit_code == 2
     monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
-    said = call("new", input="mine.yaml\n30x20\n60/h\n10\n\n\n\n\n4\n1\nmany\n5\n\n")
+    said = call("new", input="mine.yaml\n30x20\n60/h\n10\n\n\n\n\n\n4\n1\nmany\n5\n\n")
     assert said.exit_code == 0, said.output
     assert "many: not a number" in said.output
     model = dw.load("mine.yaml")
@@ -150,7 +196,7 @@ def test_bare_in_a_terminal_it_asks(tmp_path, monkeypatch):
 def test_asked_for_it_takes_a_working_day(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
-    said = call("new", input="day.yaml\n30x20\n60/h\n10\n07-19\n11-12x2\n2\n20/h\n4\n1\n5\n\n")
+    said = call("new", input="day.yaml\n30x20\n60/h\n10\n07-19\n11-12x2\n2\n20/h\n\n4\n1\n5\n\n")
     assert said.exit_code == 0, said.output
     assert "2 packers" in said.output
     assert (

@@ -12,7 +12,7 @@ const plain = (value) => JSON.parse(JSON.stringify(value));
 const header = {
   nodes: [["hall", 0, 0], ["lift0", 10, 0], ["lift1", 10, 30], ["ward", 0, 30]],
   source: [0, 1, 2, 2], target: [1, 2, 3, 1], length: [10, 0, 10, 0], real: 4, two_way: [], places: [],
-  radii: [0.5], aisle: 0, floors: [0, 0, 1, 1], lifts: [["main", [1, 2]]], zones: [], resources: [],
+  radii: [0.5], aisle: 0, floors: [0, 0, 1, 1], floor_titles: ["floor 0", "wards"], lifts: [["main", [1, 2]]], zones: [], resources: [],
 };
 const edges = new Edges(header);
 
@@ -39,7 +39,7 @@ test("each floor has a box round its nodes and what is beside them, from the low
   const zones = [{ node: 3, left: -5, top: 29, right: -2, bottom: 33 }];
   assert.deepEqual(plain(floor({ zones }).levels()), [
     { name: "floor 0", left: -1.25, top: -1.25, right: 11.25, bottom: 1.25 },
-    { name: "floor 1", left: -5, top: 28.75, right: 11.25, bottom: 33 },
+    { name: "wards", left: -5, top: 28.75, right: 11.25, bottom: 33 },
   ]);
 });
 

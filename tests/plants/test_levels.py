@@ -53,6 +53,7 @@ def test_all_levels_to_which_lifts_lead_are_read_and_drawn_side_by_side(tmp_path
         "12 s from level to level, and 4 s for the doors to open or close",
     )
     assert "lifts:  # assumed: 12 s from level to level" in made.text()
+    assert made.model.floor.floor_titles == {0: "L1", 1: "L2", 2: "L3"}
 
 
 def test_the_hotel_serves_rooms_on_all_levels(tmp_path):
@@ -69,7 +70,7 @@ def test_one_level_may_be_asked_for(tmp_path):
     assert (len(plant.points), plant.lifts, plant.level_of) == (8, {}, {})
     left = {remark.kind: (remark.names, remark.why) for remark in plant.remarks if remark.what == "left out"}
     assert left["level"] == (("L1", "L3"), "level L2 is read; --layout reads another")
-    assert left["lift"] == (("Lift1", "Lift2"), "lanes lead to its cabin on fewer than two of the levels read")
+    assert left["lift"] == (("Lift1", "Lift2"), "no lanes lead to the cabin on two of the levels that are read")
 
 
 def test_a_level_to_which_no_lift_leads_is_left_out(tmp_path):
@@ -177,7 +178,9 @@ def test_a_lift_has_the_name_of_its_edge(tmp_path):
 @pytest.mark.parametrize(("form", "name"), [("lif", "floors.lif.json"), ("rmf", "floors.building.yaml")])
 def test_lifts_come_back(tmp_path, form, name):
     of_clinic = dw.read_layout(write(tmp_path, clinic()))
-    for model in (dw.load(TWO), dw.load(building(2, "fastest")), dw.read_layout(write(tmp_path, hotel())), of_clinic):
+    named = dw.load(TWO, {"layout.floors": {"basement": ["hall"], "wards": ["far"]}})
+    of_hotel = dw.read_layout(write(tmp_path, hotel()))
+    for model in (dw.load(TWO), named, dw.load(building(2, "fastest")), of_hotel, of_clinic):
         out = dw.write_layout(model, tmp_path / name, form)
         (lost,) = [one for one in out if one.kind == "lift"]
         assert (lost.names, lost.what) == (tuple(model.layout.lifts), "left out")
@@ -189,6 +192,7 @@ def test_lifts_come_back(tmp_path, form, name):
         assert dict(again.layout.nodes) == dict(model.layout.nodes)
         assert set(again.floor.floors.values()) == set(model.floor.floors.values())
         assert again.floor.floors == model.floor.floors
+        assert again.floor.floor_names == model.floor.floor_names
         assert len(again.layout.storage) == len(model.layout.storage)
 
 

@@ -14,6 +14,7 @@ from desim_warehouse.questions import plan_words
 from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.study.fleet import Designs, loads_at
 from desim_warehouse.study.fleet.given import growth_of
+from desim_warehouse.study.fleet.sizes import strategy_label
 from tests.docs import pages
 from tests.study import plans
 from tests.world.test_hours import SQUARE
@@ -51,6 +52,11 @@ def drafted(folder):
 @pytest.fixture(scope="module")
 def found(drafted, folder):
     return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..5", search=dw.Search(out=folder / "out"))
+
+
+def test_a_strategy_that_is_a_number_is_called_by_its_key_too():
+    values = {"policies.routing": "congestion-aware", "layout.lifts.main.cabins": 2}
+    assert strategy_label(values) == "congestion-aware, cabins of main 2"
 
 
 def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):

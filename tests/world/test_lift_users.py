@@ -139,6 +139,50 @@ def test_check_knows_what_people_and_repairs_leave_to_robots():
     assert rides.startswith("people have lift lift0 for 22.2 % of the time on average, and robots wait for them; esti")
 
 
+def test_cabins_that_are_alike_are_spoken_of_in_one_line():
+    """Three share 60 rides of people an hour; each takes 40 s, as in the test before."""
+    lift = {"cabins": 3, "people": {"per_hour": 60, "transfer": 3}, "outages": {"every": "3 h", "repair": "1 h"}}
+    model = dw.load(building(1, "fastest"), {f"layout.lifts.lift0.{key}": value for key, value in lift.items()})
+    fails, rides = left_out(model, model.floor)
+    names = "lifts lift0, lift0 2 and lift0 3"
+    assert fails.startswith(f"{names} fail every 10,800 s and take 3,600 s to repair: 75 % of the time of each is left")
+    assert rides.startswith(f"people have each of {names} for 22.2 % of the time on average, and robots wait for them")
+    unused, short = (
+        [str(one) for one in dw.check(model.replace({"policies.routing": routing})).findings if one.code == code]
+        for routing, code in (("fastest", "LIFT_UNUSED"), ("congestion-aware", "DEMAND_ABOVE_LIFT"))
+    )
+    # 70 rides an hour for one of them, and 300 are asked for
+    (text,) = unused
+    assert "which can do 70 rides an hour, and none takes lifts " in text
+    assert "congestion-aware takes all 3, which can do about 210; or fastest with spread: 3" in text
+    (text,) = short
+    assert "layout.lifts.lift0: its 3 cabins can do 210 rides an hour, 300 are asked for: their queues grow" in text
+
+
+@pytest.mark.parametrize(
+    ("night", "members", "code", "text"),
+    [
+        ("05:00-06:00", None, "NEVER_IN_RUN", "nobody rides in this run: calendar 'riding' does not open in it"),
+        ("00:10-00:20", ["lift0"], "CHANGES_NOTHING", "they ride only while traffic.closures.shut keeps robots out"),
+        ("00:10-00:50", ["lift0"], None, ""),  # after 00:30 robots wait for them
+        ("00:10-00:20", ["home"], None, ""),
+    ],
+)
+def test_people_who_ride_when_no_robot_could_are_said(night, members, code, text):
+    changes = {
+        "calendars": {"riding": {"open": [night]}, "shut": {"open": ["00:00-00:30"]}},
+        "layout.lifts.main.people": {"per_hour": 10, "transfer": 3, "hours": "riding"},
+        "run": {"length": 3600},
+        "tasks": {"goods": {"poisson": 20}, "unload_at": ["wards"], "load_time": 5, "unload_time": 7},
+    }
+    if members:
+        changes["traffic.closures"] = {"shut": {"members": members, "hours": "shut"}}
+    findings = dw.check(dw.load(TWO, changes)).findings
+    heard = [one for one in findings if one.place == "layout.lifts.main.people.hours"]
+    assert [one.code for one in heard] == ([code] if code else [])
+    assert all(text in str(one) for one in heard)
+
+
 def test_a_lift_that_people_never_leave_to_robots_is_refused():
     with pytest.raises(dw.WarehouseError, match="people would have it for 111 % of the time"):
         dw.simulate(dw.load(TWO, {"layout.lifts.main.people": {"per_hour": 100, "transfer": 3}}))

@@ -243,7 +243,7 @@ def test_of_two_lifts_side_by_side_congestion_aware_takes_both():
     assert both.kpis["throughput_per_hour"] > 80
     assert both.kpis["share_waiting"] < 0.06
     assert same.kpis["share_waiting"] > 0.35
-    assert "the lift lift0 was the busiest, with" in str(one).lower()
+    assert "lift lift0 was the busiest, with" in str(one).lower()
 
 
 def test_robots_take_all_cabins_of_a_lift_where_routes_see_the_queue():
@@ -269,7 +269,7 @@ def test_check_says_what_a_lift_can_do_and_that_another_stands_unused():
     assert f"layout.lifts.{taken}: it can do 120 rides an hour, 300 are asked for: its queue grows" in high
     assert f"all robots take lift {taken}, which can do 120 rides an hour, and none takes lift {other}" in unused
     assert "congestion-aware takes both, which can do about 240" in unused
-    assert f"The lift {taken} is busiest: 250 % of what it can do is asked for" in str(report)
+    assert f"Lift {taken} is busiest: 250 % of what it can do is asked for" in str(report)
     assert not [one for one in dw.check(building(2, "congestion-aware")).findings if one.code == "LIFT_UNUSED"]
 
 

@@ -45,7 +45,7 @@ BESIDE = 0.1
 EPS = 1e-9
 
 
-def warnings(model: Model) -> Iterator[Finding]:
+def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
     """Warnings on times that contradict each other."""
     for name, calendar in model.calendars.items():
         if isinstance(calendar, Shifts):
@@ -53,6 +53,7 @@ def warnings(model: Model) -> Iterator[Finding]:
         elif isinstance(calendar, Stretches) and _overlap(calendar.between):
             yield _overlapping(f"calendars.{name}.between")
     yield from _never(model)
+    yield from _riders(model, layout)
     yield from _orders(model)
     if math.isfinite(model.run.end):
         yield from _breaks(model)
@@ -281,6 +282,28 @@ def _profiles(model: Model) -> Iterator[Finding]:
             if rates.by_clock:
                 text += ": it takes those from then on"
             yield Finding("PROFILE_CLOCK", f"tasks.{place}", text)
+
+
+def _riders(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Find people who would ride in lifts when no robot could: never in the run, or only while the lift is closed."""
+    end = model.run.end
+    for name, lift in model.layout.lifts.items():
+        if lift.people is None or lift.people.hours is None:
+            continue
+        calendar, key = lift.people.hours, f"layout.lifts.{name}.people.hours"
+        if never_in_run(model, calendar):
+            text = f"nobody rides in this run: calendar '{calendar}' does not open in it"
+            yield Finding("NEVER_IN_RUN", key, text, _other_times(model, calendar))
+            continue
+        for place, closure in model.traffic.closures.items() if math.isfinite(end) else ():
+            shut, closed = model.hours(closure.hours), {n for edge in edges_of(layout, closure.members) for n in edge}
+            robots_ride = len(set(lift.stops(name)) - closed) > 1
+            if not robots_ride and all(
+                shut.open_time(last) - shut.open_time(first) >= last - first - EPS
+                for first, last in model.hours(calendar).between(0.0, end)
+            ):
+                text = f"they ride only while traffic.closures.{place} keeps robots out, so robots do not wait for them"
+                yield Finding("CHANGES_NOTHING", key, text, "other hours, or no people")
 
 
 def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:

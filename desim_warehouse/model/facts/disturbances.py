@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
-from desim_warehouse.model.facts.lifts import with_people
+from desim_warehouse.model.facts.lifts import called, with_people
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.disturbances import availability
 
@@ -57,18 +57,24 @@ def _failures(model: Model) -> Iterator[str]:
 
 
 def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
-    """Describe which lifts fail and which people use, and how much of their time that takes."""
+    """Describe which lifts fail and which people use, and how much time that takes; lifts alike in one line."""
+    failing: dict[OutageSpec, list[str]] = {}
+    shared: dict[str, list[str]] = {}
     for lift in layout.lifts:
-        if (spec := lift.outages) is not None:
-            unit, left = model.units.time, amount(100 * availability(spec))
-            yield (
-                f"lift {lift.name} fails every {amount(mean_of(spec.every))} {unit} and takes "
-                f"{amount(mean_of(spec.repair))} {unit} to repair: {left} % of its time is left, "
-                "and robots wait for that"
-            )
+        if lift.outages is not None:
+            failing.setdefault(lift.outages, []).append(lift.name)
         if lift.people is not None:
-            share = 100 * with_people(model, lift)
-            yield f"people have lift {lift.name} for {share:.3g} % of the time on average, and robots wait for them"
+            shared.setdefault(f"{100 * with_people(model, lift):.3g}", []).append(lift.name)
+    for spec, names in failing.items():
+        unit, left, several = model.units.time, amount(100 * availability(spec)), len(names) > 1
+        yield (
+            f"{called(names)} fail{'' if several else 's'} every {amount(mean_of(spec.every))} {unit} and "
+            f"take{'' if several else 's'} {amount(mean_of(spec.repair))} {unit} to repair: {left} % of "
+            f"{'the time of each' if several else 'its time'} is left, and robots wait for the repairs"
+        )
+    for share, names in shared.items():
+        each = "each of " if len(names) > 1 else ""
+        yield f"people have {each}{called(names)} for {share} % of the time on average, and robots wait for them"
 
 
 def breakdowns(model: Model) -> dict[str, BreakdownSpec]:

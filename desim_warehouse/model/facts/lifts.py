@@ -7,11 +7,12 @@ from itertools import permutations
 from statistics import fmean
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.disturbances import availability
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from desim_warehouse.layout.layout import Edge, Lift
     from desim_warehouse.model.schema import Model
@@ -40,6 +41,11 @@ def with_people(model: Model, lift: Lift) -> float:
     riding = fmean(lift.carrying(*way) for way in permutations(lift.nodes, 2))
     rate = people.per_hour / model.units.hour * model.hours(people.hours).share(0.0, model.run.end)
     return rate * (call + riding + lift.doors + 2 * mean_of(people.transfer))
+
+
+def called(names: Sequence[str]) -> str:
+    """Write the names of lifts: `lift main`, or `lifts main and main 2`."""
+    return f"lift{'s' * (len(names) > 1)} {spoken(names)}"
 
 
 def left_for_robots(model: Model, lift: Lift) -> float:

@@ -12,6 +12,7 @@ from desim_warehouse.feasibility.estimate import APART
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.model.facts.charging import said
+from desim_warehouse.model.facts.lifts import called
 from desim_warehouse.run.quick import left_out
 from desim_warehouse.values.distributions import Distribution
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import LiftLoad, PileOn
+    from desim_warehouse.feasibility.parts import PileOn
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
@@ -76,7 +77,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
         *([] if estimate.pile_on is None else [_pods(estimate.pile_on, units)]),
         _robots(estimate, time, hour),
         _stations(estimate, hour),
-        *(_lift(lift, estimate, hour) for lift in estimate.lifts),
+        *_lifts(estimate, hour),
         *([] if estimate.power is None else _energy(estimate.power, time)),
         f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}",
     ]
@@ -161,10 +162,16 @@ def _stations(estimate: QuickEstimate, hour: float) -> str:
     return f"{text} in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else text
 
 
-def _lift(lift: LiftLoad, estimate: QuickEstimate, hour: float) -> str:
-    """Return the line on what a lift can do, and on the demand for it."""
-    text = f"lift {lift.name}: it can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
-    return text if estimate.rate is None else f"{text}; {amount(estimate.rate * lift.share * hour)} are asked for"
+def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
+    """Yield a line on what each lift can do, and on the demand for it; one for lifts that are alike."""
+    lines: dict[str, list[str]] = {}
+    for lift in estimate.lifts:
+        line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
+        if estimate.rate is not None:
+            line += f"; {amount(estimate.rate * lift.share * hour)} are asked for"
+        lines.setdefault(line, []).append(lift.name)
+    for line, names in lines.items():
+        yield f"{called(names)}: {'it' if len(names) == 1 else 'each'} {line}"
 
 
 def _energy(power: Power, time: str) -> list[str]:

@@ -186,7 +186,8 @@ def _limit(estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _limits(name: str) -> str:
-    return f"{name} {'are' if name in {CHARGERS, PICKERS} else 'is'} the limit"
+    are = name in {CHARGERS, PICKERS} or name.startswith("lifts ")
+    return f"{name} {'are' if are else 'is'} the limit"
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:

@@ -9,7 +9,7 @@ Object.assign(Floor.prototype, {
   // The floors, from the lowest: its name, and a box round its nodes and what is beside them.
   levels() {
     if (this.storeys) return this.storeys;
-    const { floors, nodes } = this.header, boxes = new Map(), by = this.header.aisle / 2 || this.radius * 2.5;
+    const { floors, nodes, floor_titles: titles } = this.header, boxes = new Map(), by = this.header.aisle / 2 || this.radius * 2.5;
     const grow = (floor, left, top, right, bottom) => {
       const box = boxes.get(floor) ?? { left: Infinity, top: Infinity, right: -Infinity, bottom: -Infinity };
       boxes.set(floor, { left: Math.min(box.left, left), top: Math.min(box.top, top), right: Math.max(box.right, right),
@@ -18,7 +18,7 @@ Object.assign(Floor.prototype, {
     nodes.forEach(([, x, y], node) => grow(floors[node], x - by, y - by, x + by, y + by));
     for (const { node, left, top, right, bottom } of this.zones) grow(floors[node], left, top, right, bottom);
     const order = [...boxes.keys()].sort((a, b) => a - b);
-    return (this.storeys = order.map((floor) => ({ name: `floor ${floor}`, ...boxes.get(floor) })));
+    return (this.storeys = order.map((floor) => ({ name: titles[floor], ...boxes.get(floor) })));
   },
 
   grounds(ctx, view, colours) {

@@ -31,7 +31,7 @@ from desim_warehouse.study.fleet.given import counts_of, demands_of, goals_of, p
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.loads import TRIP, loads_at
 from desim_warehouse.study.fleet.most import Most, most_steps
-from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
+from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy, strategy_label
 from desim_warehouse.study.procedures import judge_of, measured, scouted
 from desim_warehouse.study.rare import COST
 from desim_warehouse.study.results import outcome_of
@@ -173,7 +173,7 @@ class Planner:
             self.target,
             self.zone,
             self.search.confidence,
-            ", ".join(str(level_of(self.model, key)) for key in factors),
+            strategy_label({key: level_of(self.model, key) for key in factors}),
             demands,
             tried,
             better,
@@ -490,7 +490,8 @@ class Planner:
         points_by_label: dict[str, list[Point]] = {}
         for point in study.points:
             if any(point.overrides.get(key) != own[key] for key in factors):
-                points_by_label.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
+                label = strategy_label({key: point.labels[key] for key in factors})
+                points_by_label.setdefault(label, []).append(point)
         return points_by_label
 
 

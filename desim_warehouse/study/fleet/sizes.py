@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.keys import about
 from desim_warehouse.model.facts.workers import Load
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
@@ -124,6 +125,15 @@ class Sized:
         """Whether the runs leave open if all designs are too small; where larger does no worse, the largest decides."""
         telling = self.below[-1:] if self.ordered else self.below
         return self.best is None and any(design.is_open for design in telling)
+
+
+def strategy_label(values: Mapping[str, Any]) -> str:
+    """Name a strategy by its values, those that are no names with their keys: `nearest, cabins of main 2`."""
+    labels = []
+    for key, value in values.items():
+        factor = None if isinstance(value, str) else about(key)
+        labels.append(str(value) if factor is None else f"{factor.label} {value}")
+    return ", ".join(labels)
 
 
 @dataclass(frozen=True)

@@ -226,8 +226,9 @@ def test_goods_of_a_list_are_known_and_there_until_they_are_loaded():
 
 
 def test_the_page_knows_lifts_and_the_floor_of_each_node():
-    run = dw.simulate(dw.load(TWO, {"layout.lifts.main.cabins": 2}))
+    run = dw.simulate(dw.load(TWO, {"layout.lifts.main.cabins": 2, "layout.floors": {"wards": ["ward"]}}))
     header, columns = read(run, 0, run.T)
+    assert header["floor_titles"] == ["floor 0", "wards"]
     node = {name: number for number, (name, _, _) in enumerate(header["nodes"])}
     assert header["lifts"] == [
         ["main", [node["lift0"], node["lift1"]]],
