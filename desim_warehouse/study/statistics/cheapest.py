@@ -1,4 +1,4 @@
-"""The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
+"""The cheapest of designs with some counts, such as robots, chargers and people, that meets a target.
 
 A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
 and the designs that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
@@ -302,7 +302,7 @@ class _Proof:
 
         If that design fails, all with this first count fail. It is judged as soon as looks at the candidate lean to a
         failure that is not clear, or if the candidate stays undecided in the end, as designs between the two would,
-        too. Of three counts the last one, packers, is tried next, and one more packer mostly decides.
+        too. Of more than two counts people are tried next, and one more of them mostly decides.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -312,11 +312,12 @@ class _Proof:
                 number = most
         if (yield from self._meets(number)) or number == most:
             return
-        is_told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
-        if not is_told and not (three and judge.leans(number)):
+        fleet, people = self.designs[number][:2], self.designs[number][2:]
+        is_told = self._told(number)
+        if not is_told and not (people and judge.leans(number)):
             yield from self._meets(most)
-        elif is_told and three:  # with all packers, as one more changes so little
-            as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
+        elif is_told and people:  # with all of them, as one more changes so little
+            as_many = [n for n in self.order if self.designs[n][:2] == fleet]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
