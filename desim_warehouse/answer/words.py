@@ -13,6 +13,7 @@ from desim_warehouse.answer.numbers import PERCENT, Scale, duration, number, plu
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.keys import about
+from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.model.schema import Units
 from desim_warehouse.outcome.indicators import look_up, split
 from desim_warehouse.outcome.targets import Target
@@ -197,22 +198,11 @@ def setting(key: str, value: Any) -> str:
     return f"{factor.label}{':' * isinstance(value, str)} {text}"
 
 
-def fleet(robots: int, chargers: int, packers: int = 0, *, nodes: int = 1) -> str:
-    """Robots, and chargers and packers if there are some, as one says it: `6 robots and 2 chargers`.
-
-    `packers`: at each of `nodes` of a station.
-    """
-    counts = {"fleet.size": robots, "chargers": chargers, "packers": packers * nodes}
-    text = design_spoken({key: count for key, count in counts.items() if count})
-    return text if packers == 0 or nodes == 1 else f"{text} ({packers} at each of {nodes})"
-
-
 def _counted(key: str, value: Any) -> str:
-    """Return the noun that a factor counts, in the singular; empty if not robots, chargers or packers."""
+    """Return the noun that a factor counts, in the singular; empty where it counts nothing that a design has."""
     if not str(value).isdecimal():
         return ""
-    charger = key == "chargers" or key.endswith(".total_chargers")
-    return "robot" if key == "fleet.size" else "charger" if charger else "packer" if key == "packers" else ""
+    return COUNTED.get("chargers" if key.endswith(".total_chargers") else key, "")
 
 
 def in_unit(value: float, unit: str) -> str:

@@ -24,7 +24,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.errors import ModelError, reason, spoken
 from desim_warehouse.study.statistics.limits import MOST_RUNS, MOST_YEARS, PLAN_RUNS
 
 if TYPE_CHECKING:
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
 ALL_YEAR = 8760.0
 """Hours."""
-NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says what holds it up."
-NOT_DECIDED = "No fleet within --robots and --chargers is shown to be enough, nor the largest not to be."
 
 
 @click.command("plan")
@@ -76,6 +74,11 @@ NOT_DECIDED = "No fleet within --robots and --chargers is shown to be enough, no
     help="Who could work at each node of a station, such as packing=1..4.  [default: as in the model]",
 )
 @click.option(
+    "--pickers",
+    metavar="VALUES",
+    help="People who could walk to robots, such as 3..9; auto: by estimate.  [default: as in the model]",
+)
+@click.option(
     "--price-robot",
     type=click.FloatRange(0),
     help="A robot per year, instead of the model's prices.robot: with prices the cheapest are sought, not the fewest.",
@@ -106,6 +109,7 @@ def command(  # as long as its options are many
     robots: str | None,
     chargers: str | None,
     packers: str | None,
+    pickers: str | None,
     price_robot: float | None,
     price_charger: float | None,
     zone: str | None,
@@ -114,7 +118,7 @@ def command(  # as long as its options are many
     assignments: tuple[str, ...],
     search: Search,
 ) -> None:
-    """Find how many robots, chargers and packers MODEL needs, today and later, with which strategy, and what limits it.
+    """Find how many robots, chargers and people MODEL needs, today and later, with which strategy, and what limits it.
 
     `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. With `--uncertain` each
     input is then varied within its range: up to where the fleet of the plan is enough, by runs on both sides. Exit
@@ -139,6 +143,7 @@ def command(  # as long as its options are many
         "robots": counts_of(robots, "--robots"),
         "chargers": counts_of(chargers, "--chargers"),
         "packers": packers,
+        "pickers": pickers,
         "zone": zone,
         **({"strategies": read_vary(vary)} if vary else {}),
     }
@@ -156,9 +161,26 @@ def command(  # as long as its options are many
     else:
         give(plan.answer, search.out, warnings, as_json=as_json)
     if not plan.feasible:
-        open_ = NOT_DECIDED if plan.undecided else NOT_ENOUGH
-        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else open_, err=True)
+        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else _none(plan), err=True)
         sys.exit(NONE_MEETS)
+
+
+def _none(plan: Plan | OptionsPlan) -> str:
+    """Say between which counts no fleet was shown to be enough, and which scarce people had only one."""
+    from desim_warehouse.model.facts.workers import scarce
+    from desim_warehouse.study.fleet import ComparedOptions
+    from desim_warehouse.study.fleet.people import SIZED
+
+    plans = list(plan.plans.values()) if isinstance(plan, ComparedOptions) else [plan]
+    counted = [kind.name for kind in plans[0].designs.people]
+    options = spoken(["--robots", "--chargers", *(f"--{name}" for name in counted)])
+    if plan.undecided:
+        return f"No fleet within {options} is shown to be enough, nor the largest not to be."
+    loads = (load for sizes in plans for sized in sizes.demands if sized.best is None for load in scarce(sized.loads))
+    names = dict.fromkeys(load.group.name for load in loads)
+    others = [name for name in names if name in SIZED and name not in counted]
+    also = "".join(f"; {name} are scarce, and --{name} counts them, too" for name in others)
+    return f"No fleet within {options} is enough{also}; desim why says what holds it up."
 
 
 def _priced(model: Model, **prices: float | None) -> Model:

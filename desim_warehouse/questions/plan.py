@@ -1,4 +1,4 @@
-"""How many robots, chargers and packers it takes: `plan_fleet`, whose answer is put into words by `plan_words`."""
+"""How many robots, chargers and people it takes: `plan_fleet`, whose answer is put into words by `plan_words`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Source, as_model
+from desim_warehouse.model.facts.people import PACKERS, PEOPLE, PICKERS
 from desim_warehouse.model.guesses import guesses as marked
 from desim_warehouse.questions import judged, plan_words
 from desim_warehouse.study.fleet import FleetSizes, size_fleet
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Plan(Answered, FleetSizes):
-    """How many robots, chargers and packers meet a target, for each demand: what `plan` found.
+    """How many robots, chargers and people meet a target, for each demand: what `plan` found.
 
     Attributes:
         answer: in words; printing the plan prints it.
@@ -48,7 +49,12 @@ class Plan(Answered, FleetSizes):
     @property
     def packers(self) -> int | None:
         """Packers at each node of the station that is sized; 0: none is."""
-        return None if self.today.best is None else self.today.best.packers
+        return self._people(PACKERS)
+
+    @property
+    def pickers(self) -> int | None:
+        """Pickers who walk to robots; 0: they are not sized."""
+        return self._people(PICKERS)
 
     @property
     def cost(self) -> float | None:
@@ -65,8 +71,8 @@ class Plan(Answered, FleetSizes):
     def table(self) -> pd.DataFrame:
         """A row for each fleet that shows the answer, those for today's demand first.
 
-        Columns: growth (demand in times today's), robots, chargers, packers, the indicator of the target with `_low`
-        and `_high` (of the verdict, in the model's units), verdict, annual_cost, runs.
+        Columns: growth (demand in times today's), robots, chargers, packers, pickers, the indicator of the target
+        with `_low` and `_high` (of the verdict, in the model's units), verdict, annual_cost, runs.
         """
         import pandas as pd
 
@@ -78,8 +84,28 @@ class Plan(Answered, FleetSizes):
 
     def in_short(self) -> str:
         """Name the fleet for each demand."""
-        later = [f"{_fleet(sized, short=True)} {_when(sized)}" for sized in self.demands[1:]]
-        return "; ".join([_fleet(self.today), *later])
+        later = [f"{self._fleet(sized, short=True)} {_when(sized)}" for sized in self.demands[1:]]
+        return "; ".join([self._fleet(self.today), *later])
+
+    def _fleet(self, sized: Sized, *, short: bool = False) -> str:
+        """Name the fleet for a demand: `9 robots + 1 charger`, in short `9 + 1`."""
+        best = sized.best
+        if best is None:
+            return "not decided" if sized.undecided or sized.open else "no fleet is enough"
+        nouns = ("robot", "charger", *(kind.noun for kind in self.designs.people))
+        counts = [(count, noun) for count, noun in zip(best.counts, nouns, strict=True) if count]
+        return " + ".join(str(count) if short else number_of(count, noun) for count, noun in counts)
+
+    def _people(self, name: str, shown: Shown | None = None) -> int | None:
+        """Return the number of people of a kind, packers at each node, in the fleet for today's demand, or in another.
+
+        It is 0 where they are not sized, None without a fleet.
+        """
+        shown = shown or self.today.best
+        if shown is None:
+            return None
+        names = [kind.name for kind in self.designs.people]
+        return shown.counts[2 + names.index(name)] if name in names else 0
 
     def _row(self, sized: Sized, shown: Shown) -> dict[str, Any]:
         verdict = shown.vetoed or next((finding.text for finding in shown.wrong if finding.is_lasting), "")
@@ -87,22 +113,12 @@ class Plan(Answered, FleetSizes):
             "growth": sized.growth,
             "robots": shown.robots,
             "chargers": shown.chargers,
-            "packers": shown.packers,
+            **{name: self._people(name, shown) for name in PEOPLE},
             **number_columns(self.target.indicator, shown.verdict.mean, shown.verdict.low, shown.verdict.high),
             "verdict": verdict or WORDS[judged.standing_of(shown.verdict, self.target)],
             "annual_cost": shown.cost,
             "runs": shown.verdict.n,
         }
-
-
-def _fleet(sized: Sized, *, short: bool = False) -> str:
-    """Name the fleet for a demand: `9 robots + 1 charger`, in short `9 + 1`."""
-    best = sized.best
-    if best is None:
-        return "not decided" if sized.undecided or sized.open else "no fleet is enough"
-    names = ("robot", "charger", "packer")
-    counts = [(count, name) for count, name in zip(best.counts, names, strict=False) if count]
-    return " + ".join(str(count) if short else number_of(count, name) for count, name in counts)
 
 
 def _when(sized: Sized) -> str:
@@ -119,15 +135,16 @@ def plan_fleet(
     robots: Sequence[int] | str | None = None,
     chargers: Sequence[int] | str | None = None,
     packers: str | None = None,
+    pickers: Sequence[int] | str | None = None,
     zone: float | str | None = None,
     guesses: Sequence[str] | None = None,
     search: Search = USUAL,
 ) -> Plan:
-    """Find how many robots, chargers and packers meet a target, today and with more demand, and with which strategy.
+    """Find how many robots, chargers and people meet a target, today and with more demand, and with which strategy.
 
     Args:
-        model: the warehouse, or its file. With prices of robots or chargers the cheapest are sought, else fewest
-            robots, then chargers, then packers. Its bays with most chargers are those whose chargers are sized.
+        model: the warehouse, or its file. With prices of what is sized the cheapest are sought, else fewest robots,
+            then chargers, packers and pickers. Its bays with most chargers are those whose chargers are sized.
         target: such as "on_time >= 95 %"; of several, as in ["on_time:express >= 95 %", "on_time:rest >= 98 %"], a
             fleet has to meet all.
         growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
@@ -137,6 +154,8 @@ def plan_fleet(
         chargers: likewise.
         packers: a station and who may work there, at each of its nodes, such as "packing=1..4": its servers, or its
             workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
+        pickers: people who walk to robots, such as "3..9"; "auto": by the quick estimate; None: as many as the model
+            has.
         zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target. At most
             half of what is possible beyond the target: for 99.5 % it is 0.25 %.
         guesses: keys of the model that are guesses, which the page lists (default: those that its file marks with (!)).
@@ -160,6 +179,7 @@ def plan_fleet(
         robots=robots,
         chargers=chargers,
         packers=packers,
+        pickers=pickers,
         zone=zone,
         search=search,
     )

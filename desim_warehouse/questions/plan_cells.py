@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from desim_warehouse.answer import words
 from desim_warehouse.answer.standing import Standing, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.study.fleet import FleetSizes, OneKey, Sized
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
 
-WHAT = ("robot", "charger", "packer")
-"""What is counted."""
 _LISTED = 4
 """Fleets that are named one by one."""
 
@@ -21,7 +20,14 @@ def named(plan: FleetSizes, counts: Counts) -> str:
     """Name a design inside a sentence: `6 robots, 2 chargers and 3 packers`, or of one key `battery threshold 2`."""
     if isinstance(plan.designs, OneKey):
         return words.design_spoken({plan.designs.of: plan.designs.value(counts)})
-    return words.fleet(*counts, nodes=1 if plan.designs.packers is None else plan.designs.packers.nodes)
+    totals = plan.designs.totals(counts)
+    each = {
+        kind.name: f" ({totals[kind.name] // kind.nodes} at each of {kind.nodes})"
+        for kind in plan.designs.people
+        if kind.nodes > 1
+    }
+    parts = [f"{number_of(number, COUNTED[name])}{each.get(name, '')}" for name, number in totals.items() if number]
+    return spoken(parts)
 
 
 def cells(sized: Sized) -> dict[Counts, Standing]:
@@ -40,12 +46,11 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
         return ""
     if isinstance(plan.designs, OneKey):
         return spoken([named(plan, fleet) for fleet in counts], "or")
-    packers = plan.designs.packers
-    nodes = (1, 1, 1 if packers is None else packers.nodes)
     spans = [(min(side), max(side)) for side in zip(*counts, strict=True)]
+    least, most = (plan.designs.totals(ends) for ends in zip(*spans, strict=True))
     parts = [
-        f"{low * each} to {high * each} {what}s" if low < high else number_of(high * each, what)
-        for (low, high), what, each in zip(spans, WHAT, nodes, strict=False)
+        f"{least[name]} to {high} {COUNTED[name]}s" if least[name] < high else number_of(high, COUNTED[name])
+        for name, high in most.items()
         if high
     ]
     if len(counts) == math.prod(high - low + 1 for low, high in spans):

@@ -58,6 +58,7 @@ def plan_options(
     robots: Sequence[int] | str | None = None,
     chargers: Sequence[int] | str | None = None,
     packers: str | None = None,
+    pickers: Sequence[int] | str | None = None,
     zone: float | str | None = None,
     search: Search = USUAL,
 ) -> OptionsPlan:
@@ -70,6 +71,7 @@ def plan_options(
         robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
         chargers: likewise.
         packers: a station and who may work there, such as "packing=1..4"; None: as many as the models have.
+        pickers: people who walk to robots, such as "3..9", or "auto"; None: as many as the models have.
         zone: indifference zone in the unit of the target; default: 0.01 for shares, else 1 % of the target.
         search: for all plans together: each has an equal part of the error, and so have the days.
 
@@ -90,6 +92,7 @@ def plan_options(
         robots=robots,
         chargers=chargers,
         packers=packers,
+        pickers=pickers,
         zone=zone,
         search=search,
     )

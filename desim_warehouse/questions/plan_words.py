@@ -14,6 +14,7 @@ from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Ro
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
+from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.outcome.indicators import AT, find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
@@ -47,7 +48,6 @@ class _Planned:
     def __init__(self, plan: FleetSizes, guesses: Sequence[str] | None) -> None:
         self.guesses = guesses
         self.plan, self.model, self.goal = plan, plan.model, plan.target
-        self.packers = plan.designs.packers
         self.key = plan.designs if isinstance(plan.designs, OneKey) else None
         self.noun = "fleet" if plan.designs.is_fleet else "value"
         self.yearly = plan.today.year is not None
@@ -95,8 +95,8 @@ class _Planned:
     def _question(self) -> str:
         if self.key is not None:
             return f"What is the smallest {words.in_words(self.key.of)} that gives {self._targets()}?"
-        chargers, packers = self.plan.designs.zone is not None, self.packers is not None
-        fleet = spoken(["robots", *["chargers"] * chargers, *["packers"] * packers])
+        designs = self.plan.designs
+        fleet = spoken(["robots", *["chargers"] * (designs.zone is not None), *(kind.name for kind in designs.people)])
         later = f"in {len(self.plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
         grown = "" if self.plan.grown is None else f", today and {later}"
         return f"How many {fleet} does it take for {self._targets()}{grown}?"
@@ -354,12 +354,12 @@ class _Planned:
             return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best)]
         if len(self.demands) > 1:
             return [self._tile(size, size.best) for size in self.demands if size.best is not None and not size.open]
-        tiles = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}")]
-        if best.chargers:
-            tiles.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
-        if self.packers is not None:
-            packers = best.packers * self.packers.nodes
-            tiles.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
+        totals = self.plan.designs.totals(best.counts)
+        tiles = [
+            BigNumber(value=str(number), what=f"{COUNTED[name]}{'s' * (number != 1)}")
+            for name, number in totals.items()
+            if number
+        ]
         tiles += self._reached(sized, best)
         return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="cost a year")])
 
@@ -435,7 +435,7 @@ class _Planned:
     # The figure, and the design that the page shows
 
     def _grid(self) -> PairGrid | None:
-        """Draw the standing of every fleet searched, by robots and chargers; packers as in the answer, or the most."""
+        """Draw the standing of every fleet searched, by robots and chargers; people as in the answer, or the most."""
         searched = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
         if not searched:
             return None
@@ -443,9 +443,9 @@ class _Planned:
         panels = {}
         for sized in self.demands:
             cells = plan_cells.cells(sized)
-            packers = (max(sized.counts) if sized.best is None else sized.best.counts)[2:]
-            panels[f"{self._when(sized)}{self._with_packers(packers)}"] = tuple(
-                tuple(cells.get((first, second, *packers), "untried") for first in robots)
+            drawn = max(sized.counts) if sized.best is None else sized.best.counts
+            panels[f"{self._when(sized)}{self._with_people(drawn)}"] = tuple(
+                tuple(cells.get((first, second, *drawn[2:]), "untried") for first in robots)
                 for second in reversed(chargers)
             )
         down = tuple(str(number) if number else "" for number in reversed(chargers))
@@ -494,21 +494,22 @@ class _Planned:
             return "not decided"
         return f"no {self.noun} is enough" if sized.best is None else self._fleet(sized.best.counts)
 
-    # Packers, hours and years
+    # Counts, hours and years
 
     def _fleet(self, counts: Counts) -> str:
         """The counts of a design: `6 robots, 2 chargers and 3 packers`."""
         return plan_cells.named(self.plan, counts)
 
     def _counted(self, counts: Counts) -> dict[str, Any]:
-        """The counts of a design as JSON has them, packers in all nodes of their station."""
+        """The counts of a design as JSON has them, people in all nodes of their station."""
         if self.key is not None:
             return {self.key.of: self.key.value(counts)}
-        content = dict(zip(("robots", "chargers"), counts, strict=False))
-        return content if self.packers is None else {**content, "packers": counts[2] * self.packers.nodes}
+        return {f"{COUNTED[name]}s": number for name, number in self.plan.designs.totals(counts).items()}
 
-    def _with_packers(self, packers: Counts) -> str:
-        return f", {number_of(packers[0] * self.packers.nodes, 'packer')}" if packers and self.packers else ""
+    def _with_people(self, counts: Counts) -> str:
+        totals = self.plan.designs.totals(counts)
+        people = [number_of(totals[kind.name], kind.noun) for kind in self.plan.designs.people]
+        return f", {spoken(people)}" if people else ""
 
     def _worst(self, sized: Sized) -> str:
         """Name the worst part of the day with the best fleet, unless the target is one: `11:30 to 13:00: 97 %.`."""
@@ -556,13 +557,9 @@ class _Planned:
         """Return the table of the answer year by year."""
         if not self.yearly:
             return []
-        parts = [
-            what
-            for what, most in zip(plan_cells.WHAT, map(max, zip(*self.plan.today.counts, strict=True)), strict=False)
-            if most
-        ]
+        most = self._counted(tuple(map(max, zip(*self.plan.today.counts, strict=True))))
         priced = any(sized.best and sized.best.cost is not None for sized in self.plan.demands)
-        head = ("year", "orders an hour", *(f"{what}s" for what in parts), *["a year"] * priced)
+        head = ("year", "orders an hour", *(name for name, number in most.items() if number), *["a year"] * priced)
         return [Folded(title="Year by year", head=head, rows=tuple(map(self._year, self.plan.demands)), printed=True)]
 
     def _year(self, sized: Sized) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, number, plural
 from desim_warehouse.answer.parts import Folded
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Source
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.plan_sheet import CHANGES, GUESSES, OTHER_GUESSES
@@ -107,7 +107,7 @@ def _beside(changes: Folded, points: TippingPoints) -> Folded:
 def _answer(searched: Thresholds) -> Answer:
     """Return a sentence for each input."""
     model, size = searched.model, searched.model.fleet.size
-    fleet = words.fleet(size, 0)
+    fleet = number_of(size, "robot")
     keys = spoken([words.in_words(threshold.key) for threshold in searched.inputs])
     return Answer(
         kind="tipping",
@@ -158,7 +158,7 @@ def _known(searched: Thresholds, threshold: InputThreshold, unit: str) -> str:
 
 def _enough(searched: Thresholds, threshold: InputThreshold, unit: str) -> str:
     size = searched.model.fleet.size
-    robots = f"{words.fleet(size, 0)} {_is(size)}"
+    robots = f"{number_of(size, 'robot')} {_is(size)}"
     if threshold.at is None or threshold.within is None:
         return f"{robots} {'enough' if all(threshold.enough) else 'too few'} at both ends"
     side = "up to" if threshold.enough[0] else "from"

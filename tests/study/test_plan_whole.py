@@ -15,6 +15,7 @@ from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.questions.plan_options import plan_options
 from desim_warehouse.study.fleet import Designs
 from desim_warehouse.study.fleet.hours import DAYS
+from desim_warehouse.study.fleet.people import people_of
 from desim_warehouse.study.fleet.plan import Planner
 from desim_warehouse.study.statistics.cheapest import NOTHING, Cheapest, ruling_out
 from desim_warehouse.study.statistics.judge import DesignVerdict
@@ -41,9 +42,9 @@ def test_packers_are_sized_beside_robots_and_chargers(small):
     counts = {"robots": "2..4", "chargers": "1..2", "packers": "packing=1..3"}
     found = plan_fleet(model, "on_time >= 80 %", strategies={}, search=dw.Search(first=4, cap=16), **counts)
     best = found.today.best
-    assert best.packers == 2
+    assert found.packers == 2
     assert best.overrides["layout.stations.packing.servers"] == 2
-    assert any(one.packers == 1 and one.robots == best.robots for one in found.today.below)
+    assert any(one.counts[2] == 1 and one.robots == best.robots for one in found.today.below)
     answer = found.answer
     assert answer.question == "How many robots, chargers and packers does it take for at least 80 % on time?"
     assert " and 2 packers are the smallest fleet shown to be enough" in answer.answer[0]
@@ -64,15 +65,16 @@ def test_a_larger_fleet_whose_robots_run_flat_is_not_said_to_do_worse_by_an_amou
 
 @pytest.mark.usefixtures("whole_probes")
 def test_the_estimate_says_which_packers_are_searched(small):
-    designs = Designs(small.replace(SLOW_PACKING), packers=("packing", None))
+    model = small.replace(SLOW_PACKING)
+    designs = Designs(model, people=people_of(model, {"packers": "packing"}))
     assert designs.counts(1.0)[2] == [2, 3, 4]  # work piles up before one
 
 
 def test_people_at_each_node_of_a_station_are_counted_together_and_cost_what_a_run_of_them_costs(small):
     station = {"at": ["C", "D"], "places": 4, "work_time": 20}
     model = small.replace({"layout.stations.packing": station, "prices": {**PRICES, "station_hour": 25}})
-    designs = Designs(model, packers=("packing", [1, 2, 3]))
-    assert (designs.packers.key, designs.packers.nodes) == ("layout.stations.packing.workers", 2)
+    designs = Designs(model, people=people_of(model, {"packers": "packing=1..3"}))
+    assert [(kind.key, kind.nodes) for kind in designs.people] == [("layout.stations.packing.workers", 2)]
     costs = {
         count: dw.simulate(model.replace(designs.overrides((2, 1, count)))).kpis["annual_cost"] for count in (1, 3)
     }

@@ -1,7 +1,4 @@
-"""The cost of a design a year: robots, chargers, spare batteries, wages; a run adds energy and late orders.
-
-Wages are paid to the people whom `workers.staff` names in each station, for its open hours, and to pickers for theirs.
-"""
+"""The cost of a design a year: robots, chargers, spare batteries, wages; a run adds energy and late orders."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
-from desim_warehouse.model.facts.workers import staff
+from desim_warehouse.model.facts.people import PEOPLE, at_work
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,7 +31,7 @@ def year_of(
         model: prices, and the rest of the design.
         kinds: the kind of each robot.
         chargers: all of them.
-        people: how many are paid in some stations, in all nodes of each.
+        people: how many are paid in some stations, in all nodes of each, and under "" of no station.
     """
     prices = model.prices
     if prices is None:
@@ -44,15 +41,8 @@ def year_of(
     if kinds is None:
         kinds = model.fleet.kinds_of_robots()
     robots = math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
-    begin, end, numbers = model.run.warm_up, model.run.end, people or {}
-    if model.pickers is not None:
-        at_work = model.hours(model.pickers.hours).share(begin, end)
-        robots += prices.picker_hour * prices.hours * model.pickers.count * at_work
     things = robots + prices.charger * chargers + prices.battery * sum(spare_batteries(model).values())
-    if not prices.station_hour:
+    wages = {name: getattr(prices, kind.wage) for name, kind in PEOPLE.items()}
+    if not any(wages.values()):
         return things
-    paid = math.fsum(
-        numbers.get(zone, group.number) * model.hours(model.layout.stations[zone].hours).share(begin, end)
-        for zone, group in staff(model).items()
-    )
-    return things + prices.station_hour * prices.hours * paid
+    return things + math.fsum(wages[name] * prices.hours * number for name, number in at_work(model, people).items())

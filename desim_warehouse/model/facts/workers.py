@@ -120,11 +120,6 @@ def groups(model: Model) -> tuple[Group, ...]:
     return tuple(workers)
 
 
-def staff(model: Model) -> dict[str, Group]:
-    """Return for each station the group that is paid there: its people where loads are worked on, else its servers."""
-    return {group.zone: group for group in groups(model) if group.nodes}
-
-
 def peak_factor(model: Model) -> float | None:
     """Return the rate of tasks in the busiest hour as a multiple of the mean; None where rates do not change."""
     rate, peak = arrival_rate(model), peak_rate(model)

@@ -1,82 +1,31 @@
-"""The designs that could be built: robots, chargers and packers, what they change in the model, what they cost."""
+"""The designs that could be built: robots, chargers and people, what they change in the model, what they cost."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors
-from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.costs import year_of
 from desim_warehouse.run.quick import estimate
+from desim_warehouse.study.fleet.people import People
 from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.study import StudyEngine
 
 ROOM = 2.5
 """How far robots are searched by default, as a multiple of what the quick estimate needs."""
-ROOM_TO_PACK = 1.5
-"""The same of packers."""
-
-
-@dataclass(frozen=True)
-class Packers:
-    """The packers at each node of a station: `key` of the model has their number, `values` could be (None: any)."""
-
-    station: str
-    key: str
-    nodes: int
-    most: float
-    values: tuple[int, ...] | None
-
-    @classmethod
-    def of(cls, model: Model, station: str, values: Sequence[int] | None) -> Packers:
-        """The packers of a station of a model: its workers where loads are worked on there, else its servers.
-
-        Raises StudyError where the model has no such station, or it has no room for so many.
-        """
-        spec = model.layout.stations.get(station)
-        if spec is None:
-            stations = ", ".join(model.layout.stations) or "none"
-            raise StudyError(f"--packers {station}: no station of this model, expected one of its stations: {stations}")
-        of_work = spec.work_time is not None
-        most = spec.places if not of_work else spec.buffer or math.inf
-        if values is not None and values[-1] > most:
-            room = "buffer" if of_work else "places"
-            raise StudyError(f"--packers {station}={values[-1]}: more than its {room}, expected at most {most}")
-        return cls(
-            station,
-            f"layout.stations.{station}.{'workers' if of_work else 'servers'}",
-            sum(item.zone == station for item in model.floor.stations.values()),
-            most,
-            None if values is None else tuple(values),
-        )
-
-    def searched(self, quick: QuickEstimate, model: Model) -> list[int]:
-        """The numbers to search: by default from the least without a growing backlog to more than a peak needs."""
-        if self.values is not None:
-            return list(self.values)
-        loads = [load for load in quick.stations if model.floor.stations[load.node].zone == self.station]
-        of_work = self.key.endswith("workers")
-        busy = [
-            (load.work_busy or 0) * load.workers if of_work else (load.serve_busy or 0) * load.servers for load in loads
-        ]
-        needed = math.fsum(busy) / self.nodes
-        peak = 1.0 if not quick.rate or quick.peak is None else quick.peak / quick.rate
-        most = int(min(max(math.ceil(ROOM_TO_PACK * peak * needed) + 1, 2), self.most))
-        return list(range(min(max(math.ceil(needed), 1), most), most + 1))
 
 
 class Designs:
-    """The designs that could be built of a model, by their counts: robots, chargers and, where asked for, packers.
+    """The designs that could be built of a model, by their counts: robots, chargers and, where asked for, people.
 
     Chargers are counted in the bays that have most of them, 0 where there are none. Robots that are bought are of no
-    kind, and so are chargers, where some are for kinds alone. Packers are counted at each node of one station.
+    kind, and so are chargers, where some are for kinds alone. `people` says which of them are counted, and where.
     """
 
     scan = False
@@ -87,10 +36,9 @@ class Designs:
         model: Model,
         robots: Sequence[int] | None = None,
         chargers: Sequence[int] | None = None,
-        packers: tuple[str, Sequence[int] | None] | None = None,
+        people: Sequence[People] = (),
     ) -> None:
-        self.model = model
-        self.packers = None if packers is None else Packers.of(model, *packers)
+        self.model, self.people = model, tuple(people)
         self._now = _chargers(model)
         for_all = [zone for zone in self._now if not model.layout.bays[zone].kinds]
         zones = (for_all or list(self._now)) if model.battery is not None else []
@@ -105,23 +53,27 @@ class Designs:
 
     def overrides(self, design: Counts) -> dict[str, Any]:
         """The changes that make the model into a design."""
-        robots, chargers, *packers = design
-        return {"fleet.size": robots, **self.of_chargers(chargers), **self.of_packers(*packers)}
+        robots, chargers, *people = design
+        return {"fleet.size": robots, **self.of_chargers(chargers), **self.of_people(people)}
 
-    def of_packers(self, packers: int | None = None) -> dict[str, Any]:
-        """The change that gives the station so many packers, none where they are not sized."""
-        return {} if self.packers is None or packers is None else {self.packers.key: packers}
+    def of_people(self, numbers: Sequence[int]) -> dict[str, Any]:
+        """The changes that make people so many, in the order of `people`."""
+        return {kind.key: number for kind, number in zip(self.people, numbers, strict=True)}
+
+    def totals(self, design: Counts) -> dict[str, int]:
+        """The counts of a design by the names of factors, people in all nodes of their station."""
+        robots, chargers, *people = design
+        each = zip(self.people, people, strict=True)
+        return {"fleet.size": robots, "chargers": chargers, **{kind.name: kind.nodes * number for kind, number in each}}
 
     def factors(self, counts: Sequence[Sequence[int]]) -> dict[str, Any]:
-        """The factors of a study of all designs with these counts; packers are the total of the station."""
-        robots, chargers, *packers = counts
+        """The factors of a study of all designs with these counts; people are the total of their station."""
+        robots, chargers, *people = counts
         factors: dict[str, Any] = {"fleet.size": robots}
         if self.zone is not None:
             factors["chargers"] = {"cases": {f"{number}": self.of_chargers(number) for number in chargers}}
-        if self.packers is not None:
-            factors["packers"] = {
-                "cases": {f"{number * self.packers.nodes}": self.of_packers(number) for number in packers[0]}
-            }
+        for kind, numbers in zip(self.people, people, strict=True):
+            factors[kind.name] = {"cases": {f"{number * kind.nodes}": {kind.key: number} for number in numbers}}
         return factors
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
@@ -145,26 +97,26 @@ class Designs:
 
     def cost(self, design: Counts) -> float | None:
         """The cost of a design a year before it runs, or None where nothing that is sized has a price."""
-        prices, who = self.model.prices, self.packers
-        if prices is None or not (prices.of_fleet or (who and prices.station_hour)):
+        prices = self.model.prices
+        if prices is None or not (prices.of_fleet or any(getattr(prices, kind.wage) for kind in self.people)):
             return None
-        robots, chargers, *packers = design
+        robots, chargers, *people = design
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
         kinds, others = [*special, *[""] * (robots - len(special))], sum(self._now.values()) - self.today
-        packing = {} if who is None else {who.station: packers[0] * who.nodes}
-        return year_of(self.model, kinds, others + chargers, packing)
+        paid = {kind.place: number * kind.nodes for kind, number in zip(self.people, people, strict=True)}
+        return year_of(self.model, kinds, others + chargers, paid)
 
     def key(self, design: Counts) -> tuple[float, ...]:
-        """The sort key of a design: cost, then robots, chargers and packers."""
+        """The sort key of a design: cost, then robots, chargers and people."""
         return (self.cost(design) or 0.0, *map(float, design))
 
     def counts(self, growth: float) -> list[list[int]]:
-        """The robots, chargers and packers to search, by default from the quick estimate."""
+        """The robots, chargers and people to search, by default from the quick estimate."""
         model = self.model.replace(more_demand(self.model, growth))
         quick = estimate(model)
-        packers = [] if self.packers is None else [self.packers.searched(quick, model)]
-        if packers:
-            model = model.replace(self.of_packers(packers[0][-1]))
+        people = [kind.searched(quick, model) for kind in self.people]
+        if people:
+            model = model.replace(self.of_people([numbers[-1] for numbers in people]))
             quick = estimate(model)
         needed = quick.robots_busy
         if quick.robots_needed is not None and math.isfinite(quick.robots_needed):
@@ -181,12 +133,12 @@ class Designs:
         if not robots:
             raise StudyError("no such fleet can be simulated; `desim check` says why, --robots which are searched")
         if self.zone is None:
-            return [robots, [0], *packers]
+            return [robots, [0], *people]
         if self._chargers is not None:
-            return [robots, list(self._chargers), *packers]
+            return [robots, list(self._chargers), *people]
         short = 0 if quick.power is None or quick.power.needed is None else quick.power.needed * robots[-1]
         most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
-        return [robots, list(range(1, min(most, robots[-1]) + 1)), *packers]
+        return [robots, list(range(1, min(most, robots[-1]) + 1)), *people]
 
     @property
     def is_fleet(self) -> bool:
@@ -210,7 +162,7 @@ class OneKey(Designs):
             raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
         [self.of] = (factor.key for factor in study.plan.factors)
         self.model, self.study, self.scan = study.plan.base, study, scan
-        self.zone = self.packers = None
+        self.zone, self.people = None, ()
 
     @property
     def is_fleet(self) -> bool:

@@ -63,17 +63,6 @@ def demands_of(growth: float | str | None, years: int | None, named: str) -> lis
     return [round(times**year, 9) for year in range(1, years + 1)]
 
 
-def packers_of(packers: str | None, named: str) -> tuple[str, list[int] | None] | None:
-    """Read a station and its possible numbers of packers, `packing=1..4`; `packing`: by estimate; None: not given.
-
-    Raises as `growth_of`.
-    """
-    if packers is None:
-        return None
-    station, _, values = (part.strip() for part in packers.partition("="))
-    return station, counts_of(values or None, f"{named} {station}")
-
-
 def counts_of(counts: Sequence[int] | str | None, named: str) -> list[int] | None:
     """Read whole numbers from 1 upwards, such as `1..8` or `4,6,8`, or a sequence of them; None: not given.
 

@@ -1,4 +1,4 @@
-"""How many robots, chargers and packers a warehouse needs, today and later, with which strategy, and what limits it.
+"""How many robots, chargers and people a warehouse needs, today and later, with which strategy, and what limits it.
 
 Sizes are found by `scout_steps` and shown by `cheapest_meeting_steps`; nothing else is judged
 here. Designs that cannot keep up, or run down their batteries (see `outcome.verdicts`), do not count as meeting
@@ -20,6 +20,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
+from desim_warehouse.model.facts.people import COUNTED, PACKERS, PICKERS
 from desim_warehouse.model.facts.workers import Load, scarce
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
@@ -27,10 +28,11 @@ from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, OneKey, more_demand
 from desim_warehouse.study.fleet.first_answer import first_answer
-from desim_warehouse.study.fleet.given import counts_of, demands_of, goals_of, packers_of
+from desim_warehouse.study.fleet.given import counts_of, demands_of, goals_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.loads import TRIP, loads_at
 from desim_warehouse.study.fleet.most import Most, most_steps
+from desim_warehouse.study.fleet.people import people_of
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy, strategy_label
 from desim_warehouse.study.procedures import judge_of, measured, scouted
 from desim_warehouse.study.rare import COST
@@ -68,8 +70,6 @@ ENDS = 2
 """The first and the last year, which are planned before the years between."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
-_COUNTED = {"fleet.size": "robot", "chargers": "charger", "packers": "packer"}
-"""Factors of a plan, and what each counts."""
 SAME = 0.2
 """Share of the zone within which days with another strategy count as equal to days with the model's own."""
 
@@ -440,7 +440,7 @@ class Planner:
         counts = [shown.counts for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
-        cases = {_said(design): self.designs.overrides(design) for design in counts}
+        cases = {_said(self.designs.totals(design)): self.designs.overrides(design) for design in counts}
         study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides)
         others = self._others(study, factors)
         if not others:
@@ -518,15 +518,15 @@ def _hourly(model: Model) -> float | None:
     return None if rate is None else rate * model.units.hour
 
 
-def _said(counts: Counts) -> str:
-    """A design in words."""
-    return ", ".join(number_of(n, what) for n, what in zip(counts, _COUNTED.values(), strict=False))
+def _said(totals: Mapping[str, int]) -> str:
+    """A design in words: `6 robots, 2 chargers, 3 packers`."""
+    return ", ".join(number_of(number, COUNTED[name]) for name, number in totals.items())
 
 
 def _named(point: Point) -> str:
     """A design in words for people who wait: `10 robots + 1 charger`."""
     labels = dict(point.labels)
-    fleet = [number_of(int(str(labels.pop(key))), what) for key, what in _COUNTED.items() if key in labels]
+    fleet = [number_of(int(str(labels.pop(key))), what) for key, what in COUNTED.items() if key in labels]
     return " + ".join([*fleet, *map(str, labels.values())])
 
 
@@ -540,10 +540,11 @@ def size_fleet(
     robots: Sequence[int] | str | None = None,
     chargers: Sequence[int] | str | None = None,
     packers: str | None = None,
+    pickers: Sequence[int] | str | None = None,
     zone: float | str | None = None,
     search: Search = USUAL,
 ) -> FleetSizes:
-    """Find how many robots, chargers and packers meet a target for each demand, and with which strategy.
+    """Find how many robots, chargers and people meet a target for each demand, and with which strategy.
 
     The arguments are those of `questions.plan.plan_fleet`.
 
@@ -555,8 +556,9 @@ def size_fleet(
     goal, zone, beside = goals_of(target, zone, model)
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
-    sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
-    designs, budget = Designs(model, *sides), Budget(search.runs or PLAN_RUNS)
+    people = people_of(model, {PACKERS: packers, PICKERS: pickers})
+    designs = Designs(model, counts_of(robots, "robots"), counts_of(chargers, "chargers"), people)
+    budget = Budget(search.runs or PLAN_RUNS)
     with search.together() as together:
         planner = Planner(model, goal, zone, designs, together, budget, beside=beside)
         return planner.plan(times, strategies, yearly=years is not None)

@@ -67,11 +67,6 @@ class Shown:
         """The number of chargers, 0 where they are not sized."""
         return self.counts[1]
 
-    @property
-    def packers(self) -> int:
-        """The number of packers at each node of the station, 0 where they are not sized."""
-        return self.counts[2] if len(self.counts) > 2 else 0  # noqa: PLR2004
-
 
 @dataclass(frozen=True)
 class Sized:

@@ -1,4 +1,4 @@
-"""The cheapest design that meets a target, of designs with some counts, such as robots, chargers and packers.
+"""The cheapest design that meets a target, of designs with some counts, such as robots, chargers and people.
 
 For `desim plan`, and for `desim size`, whose designs have one count.
 
@@ -315,8 +315,8 @@ class _Proof:
           judged instead of the candidate.
         - If the candidate stays undecided when its runs are used up, the largest design is judged after it: designs
           between the two would stay undecided as well.
-        - With three counts, a candidate that failed is followed by the design with its first two counts and the most
-          packers, because one packer more changes little. An undecided one whose looks lean to success is left at that.
+        - With more than two counts, a candidate that failed is followed by the design with its first two counts and
+          most people, because one person more changes little. An undecided one whose looks lean to success is left at that.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -326,11 +326,12 @@ class _Proof:
                 number = most
         if (yield from self._meets(number)) or number == most:
             return
-        is_told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
-        if not is_told and not (three and judge.leans(number)):
+        fleet, people = self.designs[number][:2], self.designs[number][2:]
+        is_told = self._told(number)
+        if not is_told and not (people and judge.leans(number)):
             yield from self._meets(most)
-        elif is_told and three:  # with all packers, as one more changes so little
-            as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
+        elif is_told and people:  # with all of them, as one more changes so little
+            as_many = [n for n in self.order if self.designs[n][:2] == fleet]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
