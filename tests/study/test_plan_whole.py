@@ -235,7 +235,7 @@ def named_of(counts, said, runs):
     """What is named of designs, the last of which meets the target, given their verdicts and values on some days."""
     verdicts = {
         number: DesignVerdict(number, what, 2, 0.98, 0.96, 0.99, 0.99, deterministic=False)
-        for number, what in enumerate(said)
+        for number, what in said.items()
     }
 
     def rows(values):
@@ -246,10 +246,10 @@ def named_of(counts, said, runs):
         ]
 
     best = len(counts) - 1
-    below = ruling_out(counts, set(range(best)), {n for n, what in enumerate(said) if what == "fails"})
+    below = ruling_out(counts, {*said} - {best}, {n for n, what in said.items() if what == "fails"})
     found = Cheapest(best, tuple(below), verdicts, {}, 8)
     planner = SimpleNamespace(designs=SimpleNamespace(key=lambda design: design))
-    study = SimpleNamespace(results=SimpleNamespace(by_point=dict(enumerate(map(rows, runs)))))
+    study = SimpleNamespace(results=SimpleNamespace(by_point={n: rows(values) for n, values in runs.items()}))
     return Planner._as_cheap(planner, study, found, counts, NOTHING)
 
 
@@ -257,14 +257,29 @@ def test_of_designs_with_equal_runs_the_cheapest_is_named():
     """Six chargers for five robots are shown to be enough; five, which gave the same on each day, were left open."""
     counts = [(4, 6), (5, 4), (5, 5), (5, 6)]
     said = ["fails", "undecided", "undecided", "meets"]
-    named = named_of(counts, said, [(0.8, 0.9), (0.97, 0.98), (0.97, 0.99), (0.97, 0.99, 1.0)])
+    named = named_of(
+        counts, dict(enumerate(said)), dict(enumerate([(0.8, 0.9), (0.97, 0.98), (0.97, 0.99), (0.97, 0.99, 1.0)]))
+    )
     assert (named.design, named.below) == (2, (0, 1))
     assert named.verdicts[2].verdict == "meets"
+
+
+def test_a_design_stays_open_where_it_alone_stood_for_a_cheaper_one_that_was_not_judged():
+    """Were (4, 2, 2) named for (4, 3, 2), nothing would say that (4, 1, 2) may be enough; (3, 3, 2) is no larger."""
+    counts = [(3, 3, 2), (4, 1, 2), (4, 2, 2), (4, 3, 2)]
+    verdicts = {0: "fails", 2: "undecided", 3: "meets"}
+    runs = {0: (0.8, 0.9), 2: (0.97, 0.99), 3: (0.97, 0.99)}
+    assert named_of(counts, verdicts, runs).design == 3
+    assert named_of(counts, {**verdicts, 1: "fails"}, {**runs, 1: (0.7, 0.8)}).design == 2
 
 
 def test_a_design_that_the_one_named_ruled_out_is_left_open_by_itself():
     """As (5, 3, 2) is named for (5, 3, 3), it no longer stands for (5, 3, 1), which is open too."""
     counts = [(4, 3, 3), (5, 2, 3), (5, 3, 1), (5, 3, 2), (5, 3, 3)]
     said = ["fails", "undecided", "undecided", "undecided", "meets"]
-    named = named_of(counts, said, [(0.8, 0.9), (0.9, 0.98), (0.9, 0.98), (0.97, 0.99), (0.97, 0.99)])
+    named = named_of(
+        counts,
+        dict(enumerate(said)),
+        dict(enumerate([(0.8, 0.9), (0.9, 0.98), (0.9, 0.98), (0.97, 0.99), (0.97, 0.99)])),
+    )
     assert (named.design, named.below) == (3, (0, 1, 2))

@@ -378,6 +378,7 @@ class Planner:
         """Name the cheapest of the designs whose runs equal, day by day, the runs of the design that was chosen.
 
         Fleets with a charger for each robot and with more run alike; the first may be undecided when the other is not.
+        It stays so where it alone stood for a cheaper design that nobody judged: that one may be enough as well.
         """
         best, runs = result.design, study.results.by_point
         if best is None:
@@ -392,6 +393,10 @@ class Planner:
             return result
         verdicts = {**result.verdicts, cheapest: replace(result.verdicts[best], value=cheapest)}
         cheaper = {n: verdict.verdict for n, verdict in verdicts.items() if dear(n) < dear(cheapest)}
+        standing = [counts[n] for n in earlier.failing.union(cheaper)]
+        cheaper_designs = [design for n, design in enumerate(counts) if dear(n) < dear(cheapest)]
+        if not all(any(within_counts(design, other) for other in standing) for design in cheaper_designs):
+            return result
         failing = {n for n, verdict in cheaper.items() if verdict == "fails"}.union(earlier.failing)
         below = ruling_out(counts, failing.union(cheaper), failing) - earlier.failing
         return replace(result, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)

@@ -316,7 +316,7 @@ class _Proof:
         - If the candidate stays undecided when its runs are used up, the largest design is judged after it: designs
           between the two would stay undecided as well.
         - With more than two counts, a candidate that failed is followed by the design with its first two counts and
-          most people, because one person more changes little. An undecided one whose looks lean to success is left at that.
+          most people, because one person more changes little. An undecided one that leans to success is left at that.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
