@@ -139,7 +139,7 @@ class Levels:
     swap_time: float | None = None
 
     def fault(self) -> str | None:
-        """Describe the first fault of the levels in words; None where there is none."""
+        """Describe the first of these battery levels that is out of range or order; None where all are right."""
         named = {"critical": self.critical, "good": self.good, "sufficient": self.sufficient, "full": self.full}
         for name, level in named.items():
             if not math.isfinite(level):

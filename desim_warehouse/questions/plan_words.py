@@ -32,7 +32,7 @@ _LISTED = 4
 
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
-    """Put the sizes of a fleet into words; `guesses`: keys of the model that are some, None: unknown."""
+    """Put the sizes of a fleet into words; `guesses`: keys of the model whose values are guesses, None: unknown."""
     return _Planned(plan, guesses).answer()
 
 

@@ -176,5 +176,5 @@ class TrafficSpec(Part):
 
     @property
     def free_nodes(self) -> frozenset[str]:
-        """Nodes at which no robot waits."""
+        """The nodes marked `free`, at which no robot ever has to wait for another."""
         return frozenset(name for name, node in self.nodes.items() if node.free)

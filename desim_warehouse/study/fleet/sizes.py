@@ -54,7 +54,7 @@ class Shown:
 
     @property
     def wrong_for_good(self) -> bool:
-        """Whether the time to come is worse than the time simulated."""
+        """Whether a verdict says that longer runs would be worse: work piles up, or batteries fall."""
         return any(verdict.is_lasting for verdict in self.wrong)
 
     @property

@@ -75,7 +75,7 @@ class Slowness(NamedTuple):
     hours: Hours = ALWAYS
 
     def limit(self, now: float) -> float:
-        """Return the speed limit now, inf if there is none."""
+        """Return the speed limit of the edge now, inf if there is none."""
         return self.speed if self.hours.is_open(now) else math.inf
 
 

@@ -298,7 +298,7 @@ class Drive:
             yield from self._to_node()
 
     def goes_on_early(self, now: float) -> bool:
-        """Go on, if the way is free, before it would have to brake for the stop line: over the node or up to it."""
+        """Let the robot drive on before it has to brake for the stop line, if the way is free; return whether it does."""
         robot, lane, onward = self.robot, self.robot.lane, self.onward
         node: Intersection = lane.end
         if robot.halts_at <= robot.until or (onward is None and self.stop is not None):

@@ -370,7 +370,7 @@ class RestrictedLane(Lane):
 
     @property
     def limit(self) -> float:
-        """The speed limit now."""
+        """The speed limit of the lane now."""
         return self.limit_at(self.rules.env._now)
 
     @limit.setter
