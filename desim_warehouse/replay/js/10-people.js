@@ -51,7 +51,7 @@ class People {
     return { does: FREE, robot: waits ? robot[i] : -1, until: NaN };
   }
 
-  // The points from where a picker is at a time to where he goes.
+  // The points from where a picker is at a time to where they go.
   ahead(picker, time) {
     const i = this.act(picker, time);
     if (i < 0) return [this.start[picker]];
@@ -97,7 +97,7 @@ Object.assign(Scene.prototype, {
     return Math.max(0.8 * this.floor.radius * this.view.scale, 1.2 * this.small);
   },
 
-  // Pickers, and a line from each who walks to the robot that waits for him.
+  // Pickers, and a line from each who walks to the robot that waits for them.
   pickers(time, colours) {
     const { ctx, people, tracks, story, header } = this, r = this.size();
     for (let picker = 0; picker < people.count; picker++) {

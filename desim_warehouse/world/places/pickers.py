@@ -1,8 +1,8 @@
 """Pickers: who walks to which robot that waits at a storage place, and when.
 
 Robots that call and pickers who become free at one instant are seen together, at its end. Robots that stand and wait
-come first. A picker walks to the end of the way that he has begun. One who was sent ahead, and is there before his
-robot, may be sent to one that waits elsewhere: so robots behind that one, his own among them, never wait for ever.
+come first. A picker walks to the end of the way that was begun. One who was sent ahead, and is there before the
+robot, may be sent to one that waits elsewhere: so robots behind that one, the picker's own among them, never wait for ever.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Caller(Protocol):
 class Picker:
     """A person at a `spot`, or on the way there until `there_at`, for a `robot` (-1: none).
 
-    `stop`: of that robot. `bound`: it has come, or takes him along; else he may be sent elsewhere.
+    `stop`: of that robot. `bound`: it has come, or takes the picker along, who else may be sent elsewhere.
     """
 
     number: int
@@ -160,7 +160,7 @@ class Pickers:
         self._record("picking", self._with[robot.number], robot.number, stop, self.env.now + time)
 
     def end(self, robot: Caller, rest: Iterable[Stop]) -> None:
-        """Note that it is handled: the picker is free, unless he stays for some of the stops to come."""
+        """Note that it is handled: the picker is free, unless they stay for some of the stops to come."""
         if self.spec.stay == "pick" or not any(self.serve_at(stop) for stop in rest):
             self.forget(robot.number)
 
@@ -262,7 +262,7 @@ class Pickers:
         Arrival(self.env, picker.there_at).callbacks.append(lambda _: self._arrive(picker))
 
     def _arrive(self, picker: Picker) -> None:
-        if picker.there_at > self.env.now:  # he set out again at this very instant
+        if picker.there_at > self.env.now:  # the picker set out again at this very instant
             return
         arrival = self._coming.pop(picker.robot, None)
         if arrival is not None:

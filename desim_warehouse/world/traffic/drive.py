@@ -298,7 +298,7 @@ class Drive:
             yield from self._to_node()
 
     def goes_on_early(self, now: float) -> bool:
-        """Let the robot drive on before it has to brake for the stop line, if the way is free; return whether it does."""
+        """Let the robot go on, if the way is free, before it must brake for the stop line; return whether it does."""
         robot, lane, onward = self.robot, self.robot.lane, self.onward
         node: Intersection = lane.end
         if robot.halts_at <= robot.until or (onward is None and self.stop is not None):
