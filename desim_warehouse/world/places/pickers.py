@@ -2,7 +2,8 @@
 
 Robots that call and pickers who become free at one instant are seen together, at its end. Robots that stand and wait
 come first. A picker walks to the end of the way that was begun. One who was sent ahead, and is there before the
-robot, may be sent to one that waits elsewhere: so robots behind that one, the picker's own among them, never wait for ever.
+robot, may be sent to one that waits elsewhere: so robots behind that one never wait for ever, nor does
+the picker's own.
 """
 
 from __future__ import annotations
