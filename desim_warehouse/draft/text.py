@@ -15,7 +15,7 @@ from desim_warehouse.draft.words import (
     RIDE,
     UNLOAD_TIME,
     Draft,
-    Floor,
+    DraftFloor,
     floor_of,
     sized,
 )
@@ -30,7 +30,7 @@ def _spread(names: tuple[str, ...], count: int) -> list[str]:
     return [names[math.floor((rank + 0.5) * step)] for rank in range(count)]
 
 
-def _passing(floor: Floor) -> str:
+def _passing(floor: DraftFloor) -> str:
     """Return the words that say whether robots may drive past a robot that loads, by the width of the aisles."""
     need = f"{2 * KEPT:g} m"
     return f"to pass they would need {need}" if floor.aisle < 2 * KEPT else f"(!) wide: they pass, in {need}"
@@ -149,7 +149,7 @@ def _floors_of_blocks(words: Draft, rows: tuple[tuple[str, ...], ...]) -> str:
     return f"\n    floors: {words.floors:<18}# alike, and drawn side by side: {above} is above {rows[0][0]}"
 
 
-def _lifts(words: Draft, floor: Floor, fronts: list[str]) -> str:
+def _lifts(words: Draft, floor: DraftFloor, fronts: list[str]) -> str:
     """Write the lifts, and names of floors."""
     if words.lifts is None:
         return ""

@@ -120,7 +120,7 @@ def read_packers(text: str) -> int | None:
 
 
 @dataclass(frozen=True)
-class Floor:
+class DraftFloor:
     """The floor in blocks of storage places."""
 
     aisles: int
@@ -130,7 +130,7 @@ class Floor:
     cross_aisle: float
 
 
-def floor_of(words: Draft) -> Floor:
+def floor_of(words: Draft) -> DraftFloor:
     """Return the floor with the given number of aisles, or as many as fit; they share the width that storage leaves."""
     width, height = words.size
     aisles = words.aisles or max(math.floor((width + 2 * PLACE) / (2 * PLACE + AISLE)), 2)
@@ -152,7 +152,7 @@ def floor_of(words: Draft) -> Floor:
         problems.append(f"--size {width:g}x{height:g}: {nodes}, expected at most {most:,}; sizes are in metres")
     if problems:
         raise ModelError(problems)
-    return Floor(aisles, down, depth, aisle, (height - down * depth * PLACE) / (down + 1))
+    return DraftFloor(aisles, down, depth, aisle, (height - down * depth * PLACE) / (down + 1))
 
 
 def sized(words: Draft) -> str:

@@ -18,7 +18,7 @@ def model(due_at, **changes):
 
 def codes(due_at, **changes):
     given = model(due_at, **changes)
-    return {one.code: one.text + one.cure for one in (*warnings(given), *after_last_departure(given))}
+    return {one.code: one.text + one.cure for one in (*warnings(given, given.floor), *after_last_departure(given))}
 
 
 def test_plain_hours_are_warned_of_where_the_run_starts_by_the_clock():

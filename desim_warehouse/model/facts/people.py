@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Kind:
+class PeopleKind:
     """People of one kind: the noun for one of them, and the key of `prices` that holds the wage of an hour."""
 
     noun: str
@@ -23,7 +23,7 @@ class Kind:
 
 
 PACKERS, PICKERS = "packers", "pickers"
-PEOPLE = {PACKERS: Kind("packer", "station_hour"), PICKERS: Kind("picker", "picker_hour")}
+PEOPLE = {PACKERS: PeopleKind("packer", "station_hour"), PICKERS: PeopleKind("picker", "picker_hour")}
 """All kinds: the people of a station, and those of no station, who walk to robots."""
 COUNTED = {"fleet.size": "robot", "chargers": "charger", **{name: kind.noun for name, kind in PEOPLE.items()}}
 """What a design has a number of, by the name of the factor in a study: the noun for one."""

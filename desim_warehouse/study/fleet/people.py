@@ -66,13 +66,13 @@ class People:
         raise NotImplementedError
 
 
-class Packers(People):
+class SizedPackers(People):
     """The people of a station: its workers where loads are worked on there, else its servers."""
 
     name = PACKERS
 
     @classmethod
-    def of(cls, model: Model, numbers: Any) -> Packers:
+    def of(cls, model: Model, numbers: Any) -> SizedPackers:
         """Read a station and its possible numbers of packers, `packing=1..4`; `packing`: by the quick estimate.
 
         Raises:
@@ -108,13 +108,13 @@ class Packers(People):
         return needed, ROOM * _peak(quick) * needed
 
 
-class Pickers(People):
+class SizedPickers(People):
     """The people who walk to robots at storage places, in all zones."""
 
     name = PICKERS
 
     @classmethod
-    def of(cls, model: Model, numbers: Any) -> Pickers:
+    def of(cls, model: Model, numbers: Any) -> SizedPickers:
         """Read possible numbers of pickers, such as `3..9` or `auto`: by the quick estimate.
 
         Raises:
@@ -144,7 +144,7 @@ class Pickers(People):
         return stops * load.pick, _peak(quick) * stops * each
 
 
-SIZED: Mapping[str, type[Packers | Pickers]] = {kind.name: kind for kind in (Packers, Pickers)}
+SIZED: Mapping[str, type[SizedPackers | SizedPickers]] = {kind.name: kind for kind in (SizedPackers, SizedPickers)}
 """The people that a plan can count, by name."""
 
 
@@ -152,7 +152,7 @@ def people_of(model: Model, wanted: Mapping[str, Sequence[int] | str | None]) ->
     """Read who is counted beside robots and chargers, by name, and how many could be; None: as many as in the model.
 
     Raises:
-        StudyError: what cannot be, see `Packers.of` and `Pickers.of`.
+        StudyError: what cannot be, see `SizedPackers.of` and `SizedPickers.of`.
     """
     return tuple(SIZED[name].of(model, values) for name, values in wanted.items() if values is not None)
 
