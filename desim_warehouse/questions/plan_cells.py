@@ -70,12 +70,19 @@ def but(plan: FleetSizes) -> str:
 def _stands(
     counts: Counts, best: Counts | None, standings: Mapping[Counts, Standing], untold: set[Counts], *, follows: bool
 ) -> Standing:
-    """Return the standing of a fleet; if it `follows`, fleets below a failing one fail, fleets above the best meet."""
+    """Return the standing of a fleet; if it `follows`, fleets below a failing one fail, fleets above the best meet.
+
+    Where batteries fall fewer robots may last with as many chargers.
+    """
     if counts == best or (follows and best is not None and within_counts(best, counts)):
         return "met"
     if counts in standings or not follows:
         return standings.get(counts, "open" if counts in untold else "untried")
-    over = {verdict for other, verdict in standings.items() if within_counts(counts, other)}
+    over = {
+        verdict
+        for other, verdict in standings.items()
+        if within_counts(counts, other) and (verdict != "drained" or other[0] == counts[0])
+    }
     if over & {"not met", "overloaded", "drained", "fails"}:
         return "not met"
     if counts in untold or "open" in over:

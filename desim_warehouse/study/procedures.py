@@ -13,7 +13,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.outcome.verdicts import judge_design
+from desim_warehouse.outcome.verdicts import PILES_UP, judge_design
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.runner import StudyRunner, ran_flat
@@ -238,6 +238,7 @@ def judge_of(
         deterministic=exact,
         within=goal.measure.within,
         veto=lambda number: cannot_last(study, runner, number),
+        drained=lambda number: drains(study, runner, number),
         hopeless=lambda number: cannot_last(study, runner, number, glance=True),
         tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),
         **how,
@@ -258,11 +259,23 @@ def cannot_last(study: StudyEngine, runner: StudyRunner, number: int, *, glance:
 
     `glance`: see `not_lasting`.
     """
-    rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
+    rows = _so_far(runner, number)
     if any(map(ran_flat, rows)):
         return "a robot runs flat"
     model = study.plan.base.replace(study.points[number].overrides)
     return not_lasting([row.indicators for row in rows], model, glance=glance)
+
+
+def drains(study: StudyEngine, runner: StudyRunner, number: int) -> bool:
+    """Whether a design that cannot last fails by its batteries alone: a robot runs flat, or all levels fall."""
+    rows = _so_far(runner, number)
+    model = study.plan.base.replace(study.points[number].overrides)
+    verdicts = judge_design([row.indicators for row in rows], model, 1 / len(looks_of_days()))
+    return any(map(ran_flat, rows)) or not any(verdict.code == PILES_UP for verdict in verdicts)
+
+
+def _so_far(runner: StudyRunner, number: int) -> list[Row]:
+    return [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
 
 
 def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bool = False) -> str | None:

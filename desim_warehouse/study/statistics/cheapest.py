@@ -290,6 +290,8 @@ class _Proof:
             less = [n for n in self.order if self.designs[n][0] < self.designs[number][0]]
             if less and not self._told(number):
                 under = max(less, key=lambda n: self.designs[n])
+                if under in self.judge.verdicts and self.judge.verdicts[under].verdict == "meets":
+                    continue  # dearer than the best, so it is no answer, and rules nothing out
                 if under not in self.failing and not self._covers(under, set(filter(self._told, self.failing))):
                     return under
         return None
@@ -431,11 +433,11 @@ class _Proof:
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
-        """Judge a design: if it meets the target it becomes the best, else it is `failing`, even if undecided."""
+        """Judge a design: it becomes the best if it meets the target and is cheaper; it is `failing` if it does not."""
         meets = (yield from self.judge.verdict(number)) == "meets"
-        if meets:
+        if meets and number in self._before_best():
             self.best = number
-        else:
+        elif not meets:
             self.failing.add(number)
         return meets
 
@@ -452,4 +454,7 @@ class _Proof:
         return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:
-        return _covered(self.designs, number, by)
+        """Whether another design is at least as large in every count; one whose batteries fall, with as many robots."""
+        robots = self.designs[number][0]
+        drained = {n for n in by if self.designs[n][0] != robots and n in self.judge.vetoed and self.judge.drained(n)}
+        return _covered(self.designs, number, by - drained)

@@ -320,6 +320,7 @@ class Judge:
         within: what the indicator can be at all.
         budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
+        drained: whether a vetoed design fails by its batteries, so that fewer robots on as many chargers may last.
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
         tell: called after each look, when `known` may have changed.
         beside: further targets; a design meets them all, or fails.
@@ -340,6 +341,7 @@ class Judge:
     budget: Budget = field(default_factory=lambda: Budget(10**9))
     veto: Callable[[int], str | None] = lambda _: None
     hopeless: Callable[[int], str | None] = lambda _: None
+    drained: Callable[[int], bool] = lambda _: False
     tell: Callable[[Judge], None] = lambda _: None
     beside: Sequence[Beside] = ()
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)

@@ -114,6 +114,35 @@ def test_what_cannot_last_does_not_meet_the_target():
     assert found.vetoed == {numbers[5, 1]: "batteries fall", numbers[5, 2]: "batteries fall"}
 
 
+def test_a_fleet_whose_batteries_fall_rules_out_no_smaller_one_on_as_many_chargers():
+    """One charger lasts for four robots, which are enough, and for no more; a charger is dear."""
+    flat = {n: "batteries fall" for n, (robots, chargers) in enumerate(GRID) if chargers == 1 and robots > 4}
+    found = search(
+        at_least(4, 1),
+        priced(1, 3),
+        noise=0.01,
+        veto=flat.get,
+        hopeless=flat.get,
+        drained=lambda number: number in flat,
+    )
+    assert GRID[found.design] == (4, 1)
+    kept = search(at_least(5, 1), priced(1, 3), noise=0.01, veto=flat.get, hopeless=flat.get, drained=flat.__contains__)
+    assert GRID[kept.design] == (5, 2)
+
+
+def test_a_dearer_fleet_that_meets_the_target_neither_replaces_the_answer_nor_is_judged_for_ever():
+    """(7, 1) is at the target, where no run tells; (6, 4), which might rule out fewer robots, is enough, and dearer."""
+
+    def mean(design):
+        robots, chargers = design
+        return 0.5 if robots < 5 else 0.9 if chargers == 1 else 0.95
+
+    found = search(mean, priced(1, 3), noise=0.02, cap=12)
+    assert GRID[found.design] == (5, 2)
+    assert found.verdicts[GRID.index((7, 1))].verdict == "undecided"
+    assert found.verdicts[GRID.index((6, 4))].verdict == "meets"
+
+
 def test_verdicts_on_given_designs():
     judge = follow(
         verdict_steps([3, 7], Judge(ENOUGH)), lambda number, r: (0.95 if number == 7 else 0.5) + 0.001 * (r % 2)
