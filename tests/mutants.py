@@ -46,7 +46,7 @@ OTHER = {
 }
 DROPPED = (ast.AugAssign, ast.Raise, ast.Continue, ast.Break)
 MEMORY = 4 << 30
-"""Bytes that tests of a mutant may use: some of them never end."""
+"""Bytes that tests of a mutant may use beside what is there already: some of them never end."""
 
 
 class Sites(ast.NodeVisitor):
@@ -168,6 +168,12 @@ def mutate(path, rank):
             one.__code__ = new.get((one.__code__.co_qualname, one.__code__.co_firstlineno), one.__code__)
 
 
+def in_use():
+    """Bytes of addresses that this process has, as Linux says."""
+    statm = Path("/proc/self/statm")
+    return int(statm.read_text().split()[0]) * resource.getpagesize() if statm.exists() else MEMORY
+
+
 def forked(work, seconds):
     """What a function says in a fork that may use so many seconds of processor: None if it does not come to an end."""
     with tempfile.TemporaryFile() as told:
@@ -175,7 +181,7 @@ def forked(work, seconds):
         if child == 0:
             try:
                 resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-                resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+                resource.setrlimit(resource.RLIMIT_AS, (in_use() + MEMORY, in_use() + MEMORY))
                 told.write(json.dumps(work()).encode())
                 told.flush()
             finally:

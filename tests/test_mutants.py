@@ -21,4 +21,4 @@ def test_what_is_changed_is_what_runs_though_it_was_imported_before():
         mutate(MODULE, rank)  # log(0.05) * log(0.9) for their ratio
         return days_for(0.1)
 
-    assert forked(mutant, 5) == 1 < days == days_for(0.1)
+    assert forked(mutant, 60) == 1 < days == days_for(0.1)
