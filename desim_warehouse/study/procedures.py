@@ -13,7 +13,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.outcome.verdicts import PILES_UP, judge_design
+from desim_warehouse.outcome.verdicts import Verdict, judge_design, piles_up
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.runner import StudyRunner, ran_flat
@@ -238,7 +238,7 @@ def judge_of(
         deterministic=exact,
         within=goal.measure.within,
         veto=lambda number: cannot_last(study, runner, number),
-        drained=lambda number: drains(study, runner, number),
+        drains=lambda number: drains(study, runner, number),
         hopeless=lambda number: cannot_last(study, runner, number, glance=True),
         tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),
         **how,
@@ -270,8 +270,7 @@ def drains(study: StudyEngine, runner: StudyRunner, number: int) -> bool:
     """Whether a design that cannot last fails by its batteries alone: a robot runs flat, or all levels fall."""
     rows = _so_far(runner, number)
     model = study.plan.base.replace(study.points[number].overrides)
-    verdicts = judge_design([row.indicators for row in rows], model, 1 / len(looks_of_days()))
-    return any(map(ran_flat, rows)) or not any(verdict.code == PILES_UP for verdict in verdicts)
+    return any(map(ran_flat, rows)) or not piles_up(_verdicts([row.indicators for row in rows], model))
 
 
 def _so_far(runner: StudyRunner, number: int) -> list[Row]:
@@ -283,12 +282,16 @@ def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bo
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """
-    verdicts = judge_design(runs, model, 1 / len(looks_of_days()))
-    why = next((verdict.text for verdict in verdicts if verdict.is_lasting), None)
+    why = next((verdict.text for verdict in _verdicts(runs, model) if verdict.is_lasting), None)
     if not glance or why is None:
         return why
     halved = [{name: value / 2 if name in _DRIFTS else value for name, value in run.items()} for run in runs]
     return why if not_lasting(halved, model) else None
+
+
+def _verdicts(runs: Sequence[Mapping[str, float]], model: Model) -> Sequence[Verdict]:
+    """Judge a design by its runs, at the part of the error that each look (interim analysis) has."""
+    return judge_design(runs, model, 1 / len(looks_of_days()))
 
 
 def more_is_better(name: str) -> bool:

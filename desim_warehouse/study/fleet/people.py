@@ -6,6 +6,7 @@ A kind of people is a row of `model.facts.people` and a class here.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -23,7 +24,7 @@ AUTO = "auto"
 
 
 @dataclass(frozen=True)
-class People:
+class People(ABC):
     """People of one kind whose number is sized: `key` of the model has it, the number at each of some `nodes`.
 
     `place`: their station, empty where they have none. `values`: the numbers that could be (None: by the quick
@@ -61,9 +62,9 @@ class People:
         most = int(min(max(math.ceil(enough), self.least) + 1, self.most))
         return list(range(min(max(math.ceil(needed), self.least), most), most + 1))
 
+    @abstractmethod
     def span(self, quick: QuickEstimate, model: Model) -> tuple[float, float]:
         """Return how many work all the time at the least, and how many are surely enough, in fractions."""
-        raise NotImplementedError
 
 
 class SizedPackers(People):

@@ -45,6 +45,7 @@ from desim_warehouse.study.statistics.cheapest import (
     Counts,
     Earlier,
     cheapest_meeting_steps,
+    covered,
     ruling_out,
     within_counts,
 )
@@ -393,13 +394,13 @@ class Planner:
             return result
         verdicts = {**result.verdicts, cheapest: replace(result.verdicts[best], value=cheapest)}
         cheaper = {n: verdict.verdict for n, verdict in verdicts.items() if dear(n) < dear(cheapest)}
-        standing = [counts[n] for n in earlier.failing.union(cheaper)]
-        cheaper_designs = [design for n, design in enumerate(counts) if dear(n) < dear(cheapest)]
-        if not all(any(within_counts(design, other) for other in standing) for design in cheaper_designs):
+        standing = earlier.failing.union(cheaper)
+        below = [n for n in range(len(counts)) if dear(n) < dear(cheapest)]
+        if not all(covered(counts, n, standing, result.drained) for n in below):
             return result
         failing = {n for n, verdict in cheaper.items() if verdict == "fails"}.union(earlier.failing)
-        below = ruling_out(counts, failing.union(cheaper), failing) - earlier.failing
-        return replace(result, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)
+        needed = ruling_out(counts, failing.union(cheaper), failing, result.drained) - earlier.failing
+        return replace(result, design=cheapest, below=tuple(sorted(needed, key=dear)), verdicts=verdicts)
 
     def _shown(
         self, study: StudyEngine, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None

@@ -76,7 +76,8 @@ class Cheapest:
 
     `design` is None if none was shown to meet it. `verdicts` are on the designs judged, by number, in their order;
     `below` are the designs that rule out all cheaper ones, each of them judged; `close` are the undecided ones among
-    these. `vetoed`: why designs fail whatever the target says. `open`: designs without a result, as the runs allowed
+    these. `vetoed`: why designs fail whatever the target says, `drained`: those of them that fail by their
+    batteries. `open`: designs without a result, as the runs allowed
     ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`: comparisons with
     larger designs: with one more of a count than the answer; with more of the other counts than the first, where such a
     design rules out a smaller fleet; or of the largest, where it fails and does worse than one with half of the first
@@ -92,6 +93,7 @@ class Cheapest:
     open: tuple[int, ...] = ()
     larger: tuple[Larger, ...] = ()
     against: bool = False
+    drained: frozenset[int] = frozenset()
 
     @property
     def close(self) -> tuple[int, ...]:
@@ -119,7 +121,7 @@ def scout_steps(
     if earlier.enough is not None:
         order = order[: order.index(earlier.enough)]
     failed = {*earlier.failing, *earlier.doubted}
-    order = [n for n in order if not _covered(designs, n, failed)]
+    order = [n for n in order if not covered(designs, n, failed)]
     while order:
         rank = _halving([designs[number] for number in order])
         probe = order[rank]
@@ -138,17 +140,23 @@ def within_counts(design: Counts, other: Counts) -> bool:
     return all(map(int.__le__, design, other))
 
 
-def _covered(designs: Sequence[Counts], number: int, by: Collection[int]) -> bool:
-    """Whether another design is at least as large in every count."""
-    return any(within_counts(designs[number], designs[other]) for other in by)
+def covered(designs: Sequence[Counts], number: int, by: Collection[int], drained: Collection[int] = ()) -> bool:
+    """Whether another design is at least as large in every count; one whose batteries fall has as many robots."""
+    design = designs[number]
+    return any(
+        within_counts(design, designs[other]) and (other not in drained or designs[other][0] == design[0])
+        for other in by
+    )
 
 
-def ruling_out(designs: Sequence[Counts], failing: set[int], shown: set[int]) -> set[int]:
+def ruling_out(
+    designs: Sequence[Counts], failing: set[int], shown: set[int], drained: Collection[int] = ()
+) -> set[int]:
     """Return the failing designs that no other failing design rules out.
 
-    A design that was shown to fail is ruled out only by another that was shown to fail.
+    A design that was shown to fail is ruled out only by another that was shown to fail. `drained`: see `covered`.
     """
-    return {n for n in failing if not _covered(designs, n, (shown if n in shown else failing) - {n})}
+    return {n for n in failing if not covered(designs, n, (shown if n in shown else failing) - {n}, drained)}
 
 
 def _halving(designs: Sequence[Counts]) -> int:
@@ -207,6 +215,7 @@ def cheapest_meeting_steps(
         tuple(proof.open),
         proof.larger,
         proof.against,
+        frozenset(judge.drained),
     )
 
 
@@ -429,7 +438,9 @@ class _Proof:
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
-        kept = ruling_out(self.designs, among, set(filter(self._told, among))) - self.earlier.failing
+        kept = (
+            ruling_out(self.designs, among, set(filter(self._told, among)), self.judge.drained) - self.earlier.failing
+        )
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
@@ -454,7 +465,4 @@ class _Proof:
         return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:
-        """Whether another design is at least as large in every count; one whose batteries fall, with as many robots."""
-        robots = self.designs[number][0]
-        drained = {n for n in by if self.designs[n][0] != robots and n in self.judge.vetoed and self.judge.drained(n)}
-        return _covered(self.designs, number, by - drained)
+        return covered(self.designs, number, by, self.judge.drained)

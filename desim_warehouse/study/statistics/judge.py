@@ -305,7 +305,8 @@ class Beside:
 class Judge:
     """Judges designs, one look after the other, at levels such that all verdicts hold at once.
 
-    `verdicts` are by number; `vetoed`: why designs fail whatever the target says.
+    `verdicts` are by number; `vetoed`: why designs fail whatever the target says, `drained`: those
+    that fail by their batteries.
 
     Args:
         target: as "on_time >= 0.95".
@@ -320,7 +321,7 @@ class Judge:
         within: what the indicator can be at all.
         budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
-        drained: whether a vetoed design fails by its batteries, so that fewer robots on as many chargers may last.
+        drains: whether a vetoed design fails by its batteries, so that fewer robots on as many chargers may last.
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
         tell: called after each look, when `known` may have changed.
         beside: further targets; a design meets them all, or fails.
@@ -341,11 +342,12 @@ class Judge:
     budget: Budget = field(default_factory=lambda: Budget(10**9))
     veto: Callable[[int], str | None] = lambda _: None
     hopeless: Callable[[int], str | None] = lambda _: None
-    drained: Callable[[int], bool] = lambda _: False
+    drains: Callable[[int], bool] = lambda _: False
     tell: Callable[[Judge], None] = lambda _: None
     beside: Sequence[Beside] = ()
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
+    drained: set[int] = field(default_factory=set, init=False)
     _cases: dict[int, _Case] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -455,6 +457,7 @@ class Judge:
         """Make a design fail whatever its runs say of the target, if there is a reason `why`."""
         if why is not None:
             self.vetoed[number] = why
+            self.drained |= {number} if self.drains(number) else set()
             self.verdicts[number] = replace(self._judged(number), verdict="fails")
             self._cases[number].looks.clear()
 

@@ -123,10 +123,10 @@ def test_a_fleet_whose_batteries_fall_rules_out_no_smaller_one_on_as_many_charge
         noise=0.01,
         veto=flat.get,
         hopeless=flat.get,
-        drained=lambda number: number in flat,
+        drains=lambda number: number in flat,
     )
     assert GRID[found.design] == (4, 1)
-    kept = search(at_least(5, 1), priced(1, 3), noise=0.01, veto=flat.get, hopeless=flat.get, drained=flat.__contains__)
+    kept = search(at_least(5, 1), priced(1, 3), noise=0.01, veto=flat.get, hopeless=flat.get, drains=flat.__contains__)
     assert GRID[kept.design] == (5, 2)
 
 
