@@ -76,6 +76,12 @@ WENT_WRONG = {
     "zones aisles": (24,),  # a robot beside a lane in a zone of one direction counted as in that zone
     EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
 }
+WENT_WRONG_TWO_WAY = {
+    ("wider", "tree"): (235,),  # called back in their bays, robots drove out one by one, and back
+    ("hours", "ring"): (81,),  # a good in a dead end was driven past, as the way out is slower
+    ("aisles", "bridges"): (227,),  # called back just before the node where a good's lane begins
+}
+"""By features and ground."""
 LONG, CHUNK = 1300, 50
 
 
@@ -85,6 +91,8 @@ def cases():
         yield from chunks(ONE_WAY, features, DAILY, LONG)
         if features in WENT_WRONG:
             yield ONE_WAY, features, WENT_WRONG[features], False
+    for (features, ground), numbers in WENT_WRONG_TWO_WAY.items():
+        yield ground, features, numbers, False
     for rank, features in enumerate(TWO_WAY):
         for number, ground in enumerate(KINDS):
             yield from chunks(ground, features, 1 if (rank + number) % 2 else 0, 254)

@@ -179,3 +179,39 @@ def test_the_reserve_lets_a_robot_go_on_below_zero():
     assert near(105) == run.T
     [level] = [row[6] for row in run.record.rows if row[1] == "parked"]
     assert level == near(-55)
+
+
+# A two-way lane of 20 and a dead end of 4 beyond it, with the good half way: one robot at a time goes there and back.
+DEAD_END = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [24, 0]},
+        "edges": [{"from": "A", "to": "B", "two_way": True}, {"from": "B", "to": "C", "two_way": True}],
+        "storage": [{"edge": ["B", "C"], "offset": 2}],
+        "bays": {"home": {"at": ["A"], "places": 2}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 0.5, "speed": 1}},
+    "tasks": {"goods": [0, 0], "unload_at": ["A"], "load_time": 20, "unload_time": 3},
+    "battery": {"capacity": 100, "threshold": 70, "consumption": 1, "charge_rate": 10},
+}
+
+
+def test_called_back_before_it_is_let_out_onto_a_two_way_lane_a_robot_charges_without_having_driven_there_and_back():
+    """Robot 0 is at the good at 22, has loaded at 42, and is at A by C at 68 and unloaded at 71.
+
+    Robot 1 waits to come out, at 1 a second: it gives its good back at 30, charges for 3 s, and so again from 63 to 66.
+    At 71 it comes out, with 95. At the good, 22 later, it has 73.
+    """
+    run = simulate(load(DEAD_END))
+    assert events(run, "returned") == [(near(30), "returned", 1, 1), (near(63), "returned", 1, 1)]
+    assert [row[:3] for row in run.record.rows if row[1] == "enter" and row[5] == ("A", "B")] == [
+        (0, "enter", 0),
+        (near(71), "enter", 1),
+    ]
+    assert events(run, "delivered") == [(near(71), "delivered", 0, 0), (near(71 + 71), "delivered", 1, 1)]
+
+
+def test_called_back_on_the_way_to_the_node_where_its_good_s_two_way_lane_begins_a_robot_finishes_the_delivery():
+    """Robot 1 has its good at 60 and comes out at 71. It is at the threshold at 90, and at B, where it asks, at 91."""
+    run = simulate(load(DEAD_END, {"tasks.goods": [0, {"good": 0, "release": 60}]}))
+    assert events(run, "returned") == []
+    assert events(run, "delivered") == [(near(71), "delivered", 0, 0), (near(142), "delivered", 1, 1)]

@@ -164,3 +164,27 @@ def test_made_one_way_it_keeps_the_speed_of_its_direction(kept, speed):
     content = there_and_back(speed=0.8, speed_back=0.4)
     _turn(content["layout"], dw.load(content).floor, {kept: "along"}, 2.0)
     assert content["layout"]["edges"] == [{"from": kept[0], "to": kept[1], "speed": speed}]
+
+
+def test_a_good_in_a_dead_end_is_loaded_on_the_way_in_where_robots_drive_slower_on_the_way_out():
+    """Either way it takes 8 s in and 16 s out: at the good at 10 + 4, not at the far end at 18 and 8 s later."""
+    run = dw.simulate(
+        dw.load(
+            {
+                "layout": {
+                    "nodes": {"A": [0, 0], "B": [10, 0], "C": [18, 0]},
+                    "edges": [
+                        {"from": "A", "to": "B", "two_way": True},
+                        {"from": "B", "to": "C"},
+                        {"from": "C", "to": "B", "speed": 0.5},
+                    ],
+                    "storage": [{"edge": ["B", "C"], "offset": 4}],
+                    "bays": {"home": {"at": ["A"]}},
+                },
+                "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+                "tasks": {"goods": [0], "unload_at": ["A"], "load_time": 2, "unload_time": 3},
+            }
+        )
+    )
+    times = {row[1]: row[0] for row in run.record.rows}
+    assert (times["loading"], times["delivered"]) == (near(14), near(10 + 8 + 2 + 16 + 10 + 3))

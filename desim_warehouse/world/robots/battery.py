@@ -178,5 +178,23 @@ class Alarms:
             self.watch()
         elif robot.is_at_good_edge:  # so near that it finishes the task
             robot.body.recall_from(math.inf)
-        elif not robot.itinerary.is_declared:  # else only at a node, and if another route is safe from there
+        elif not robot.itinerary.is_declared:
             self.give_back(robot)
+        elif robot.waits_to_come_out:
+            self._stay()
+        # else only at a node, and if another route is safe from there
+
+    def _stay(self) -> None:
+        """Give the task back beside the lanes: the robot comes onto the node as soon as that is free, and goes to bay.
+
+        Had it to wait for room beyond the node, too, it would drive out over a lane where only one robot can be at a
+        time, and back. Robots with too little energy would then keep those from their goods that have been charged.
+        """
+        robot, claim = self.robot, self.robot.body.claim
+        assert robot.bay is not None
+        assert claim is not None
+        robot.itinerary.go(robot.node, robot.bay.node)
+        self.give_back(robot)
+        robot.body.turn_off()
+        claim.give_up_room()
+        claim.node.freed(self.env.now)

@@ -124,17 +124,25 @@ class Itinerary:
         return routes.route(node, goal, body.speed, body.time_left + after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
-        """Return a storage place's lane, and how far along. A two-way lane is driven from the end sooner to `goal`."""
+        """Return a storage place's lane, and how far along. A two-way lane is driven the way that is sooner at `goal`.
+
+        That is not only the end that is nearer, as lanes may be slower one way than the other.
+        """
         if edge[0] == edge[1]:
             return None
-        lane, times = self.lanes[edge], self.free.time
+        lane, times, speed = self.lanes[edge], self.free.time, self.body.speed
         if lane.twin is None:
             return lane, offset
 
+        def along(way: Lane) -> float:
+            return way.length / min(speed, way.limit)
+
+        least = min(along(lane), along(lane.twin))  # taken off: where both take as long, nothing is added to a sum
+
         def time(way: Place) -> float:
             start, end = way[0].edge
-            approach = times(node, start)
-            return approach + times(end, goal) + self.routes.delay(node, way[0].edge, self.body.speed, approach)
+            approach, more = times(node, start), along(way[0]) - least
+            return approach + more + times(end, goal) + self.routes.delay(node, way[0].edge, speed, approach)
 
         return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
 

@@ -401,6 +401,11 @@ class Robot:
         return self.body.is_on_lanes or self.body.cleared or self.docked is not None
 
     @property
+    def waits_to_come_out(self) -> bool:
+        """Whether the robot waits beside the lanes, in a bay or station, to be let out."""
+        return self.body.claim is not None and not self.body.is_on_lanes
+
+    @property
     def phase(self) -> Phase | None:
         """The part of its round that the robot is in."""
         return STATES[self.state].phase

@@ -179,12 +179,16 @@ class Tour:
         return None if bay is None else bay.node
 
     def _turns_back(self) -> bool:
-        """Whether the robot, recalled on its way to the first stop, may go to the bay where it has a slot instead."""
+        """Whether the robot, recalled on its way to the first stop, goes to the bay where it has a slot instead.
+
+        Where routes are declared that is decided at a node: not if others do not let it, nor where its good's lane
+        begins, which is so near that it finishes the task, as one does that is called back there.
+        """
         robot = self.robot
         if not robot.itinerary.is_declared or robot.job is None:  # turned off, it has declared its way home already
             return True
         assert robot.bay is not None
-        return robot.itinerary.go(robot.node, robot.bay.node)
+        return not robot.is_at_good_edge and robot.itinerary.go(robot.node, robot.bay.node)
 
     # Stations
 
