@@ -41,8 +41,8 @@ class Motion:
     def check_braking(self, first, then):
         """On one edge `then` can stop D behind `first` at any time, if it keeps its braking distance.
 
-        That is shorter while it gathers speed, and before a stand. A ring of robots turns as one, D apart. `then` may go
-        on at the instant at which `first` is cleared, or steps beside the lane.
+        That is shorter while it gathers speed, and before a stand. A ring of robots turns as one, D apart. At the
+        instant at which `first` is cleared, or steps beside the lane, `then` may go on.
         """
         robot = self.robots[then.robot]
         if robot.keeps != "braking" or self.in_ring(then) or self.in_ring(first):
