@@ -281,7 +281,7 @@ class ValuesAndWeights(Part):
     """Some times, and how often each comes in comparison with the others."""
 
     values: tuple[Time, ...] = Field(min_length=1, description="the times")
-    weights: Weights = Field((), description="one for each; default: all alike")
+    weights: Weights = Field((), description="one for each value; default: all equal")
 
 
 class DiscreteTime(Distribution):
