@@ -344,7 +344,7 @@ INDICATORS = {
             "backlog_growth_per_hour",
             "Backlog growth",
             "tasks per hour",
-            "tasks released minus tasks done in the counted time, per hour; only if tasks arrive at random",
+            "tasks released minus tasks done in the counted time, per hour; only where tasks arrive at random",
             "less",
             measures.backlog_growth,
             measures.has_arrivals,
@@ -356,7 +356,7 @@ INDICATORS = {
             "Tardiness, mean",
             "time",
             "mean of `max(time when it was done − due, 0)` over the tasks that `on_time` is a share of; a task that "
-            "is not done counts up to the end of the run; only if tasks have due times",
+            "is not done counts up to the end of the run; only where tasks have due times",
             "less",
             measures.tardiness,
             measures.has_due_times,
@@ -368,7 +368,7 @@ INDICATORS = {
             "Done on time",
             "share of tasks",
             "share of the tasks coming due in the counted time, its end included, that are done (`tasks.done_when`) "
-            "by their due time; only if tasks have due times. Tasks that came due in the warm-up are left out, done "
+            "by their due time; only where tasks have due times. Tasks that came due in the warm-up are left out, done "
             "or not, and so are those due after the end, unless the run ends because all its work is done. Over "
             "several runs it is the mean of their shares, with equal weights: if busy days are late more often, the "
             "share of all tasks of all runs is smaller",
@@ -383,7 +383,7 @@ INDICATORS = {
             "tasks_due",
             "Tasks come due",
             "count",
-            "number of tasks that `on_time` is a share of; only if tasks have due times",
+            "number of tasks that `on_time` is a share of; only where tasks have due times",
             None,
             measures.tasks_due,
             measures.has_due_times,
@@ -395,7 +395,7 @@ INDICATORS = {
             "Lead before departures",
             "time",
             "longest time before its departure (`due_at`) at which a task came that missed it, 0 if none did: all "
-            "that came earlier were in time. Only if tasks of flows with `due_at` come due in the counted time",
+            "that came earlier were in time. Only where tasks of flows with `due_at` come due in the counted time",
             "less",
             measures.departure_lead,
             measures.has_departures,
@@ -405,7 +405,7 @@ INDICATORS = {
             "worked",
             "Loads worked on",
             "count",
-            "load units put down in stations on which work was finished; only if a station has `work_time`",
+            "load units put down in stations on which work was finished; only where a station has `work_time`",
             "more",
             measures.worked,
             measures.has_work,
@@ -418,7 +418,7 @@ INDICATORS = {
             "share of load units",
             "share of the load units for stations with workers, coming due in the counted time, on which work is "
             "finished by their due time; one that comes due before it is put down is also late, if it can go nowhere "
-            "else; only if loads have due times",
+            "else; only where loads have due times",
             "more",
             measures.worked_on_time,
             measures.has_due_work,
@@ -429,7 +429,7 @@ INDICATORS = {
             "loads_due",
             "Loads come due",
             "count",
-            "number of load units that `worked_on_time` is a share of; only if loads have due times",
+            "number of load units that `worked_on_time` is a share of; only where loads have due times",
             None,
             measures.loads_due,
             measures.has_due_work,

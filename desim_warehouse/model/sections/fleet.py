@@ -209,7 +209,7 @@ class RobotSpec(Part):
 
 
 class Kind(Part):
-    """Robots of the fleet that differ in size, speed or load (the first `count`, then those of the next kind)."""
+    """Robots of the fleet that differ in size, speed or load (the first `count`, then the next kind)."""
 
     count: Annotated[Count, limited("robots")] = Field(title="number of robots", description="robots of this kind")
     radius: Annotated[Length | None, Usual("5 cm", "2.5 m")] = Field(None, description="default: fleet.robot.radius")
