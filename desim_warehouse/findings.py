@@ -89,7 +89,7 @@ CODES: dict[str, Code] = {
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "NO_SPARE_SLOT": Code(
         "warning",
-        "there are as many slots as robots, and some have no charger: robots that rest there never change places",
+        "there are as many slots as robots, and some have no charger: while all robots rest, none can change places",
     ),
     "CHARGED_TOO_LOW": Code(
         "warning", "charging ends too low for a task, for which only a fuller battery at the start lasts"

@@ -108,11 +108,10 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find fleets with as many slots as robots, not all at chargers: a robot that rests without charger never gets one.
+    """Find fleets with as many slots as robots, not all at chargers: while all rest, none can change places.
 
-    It keeps its slot until another slot is free, and the slot of a robot that is under way is reserved for it. So no
-    slot is ever free if there are no more slots than robots (`Bays.may_take`). Where all robots can rest at chargers
-    there is no danger.
+    A robot that rests without a charger goes to one while the robot whose slot that is works. Where all robots can rest
+    at chargers there is no danger.
     """
     kinds = Counter(model.fleet.kinds_of_robots())
     homes = Counter(model.fleet.homes(layout.bays))
@@ -133,8 +132,8 @@ def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
         f"layout.bays.{zone}.places",
         (
             f"the bays have {number_of(count, 'slot')} for {number_of(model.fleet.size, 'robot')}, and at most {who} "
-            f"can rest at chargers{own}: one that rests elsewhere cannot change places with them, and waits until it "
-            "runs flat"
+            f"can rest at chargers{own}: while all robots rest, the others cannot change places with them, and may run "
+            "flat"
         ),
         f"one more slot in all, e.g. in the bays {zone}, or chargers for all who rest there",
     )

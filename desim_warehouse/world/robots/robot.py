@@ -250,9 +250,12 @@ class Robot:
         if away:
             bay = self.bay_choice.parking(view, self.bays.away_from(self))
         else:
-            bays = [bay for bay in self.bays.by_node.values() if self.bays.may_take(self, bay)]
+            bays = [bay for bay in self.bays.by_node.values() if self.bays.may_go(self, bay)]
             bay = self.bay_choice.choose(view, bays, must_charge=charging.must_charge)
-        self._take_slot(bay)
+        if self.bays.may_take(self, bay):
+            self._take_slot(bay)
+        else:
+            self.bays.promise(self, bay)
 
     def _take_slot(self, bay: Bay) -> None:
         """Reserve a slot in a bay, unless the declared route ends in another and cannot be changed safely."""
@@ -271,10 +274,14 @@ class Robot:
 
     def go_to_bay(self) -> Steps:
         """Drive home, or to the bay that the policies choose."""
-        assert self.bay is not None
-        if self.is_out or self.bay.node != self.parked_at:
-            yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
+        goal = self.bays.goal_of(self)
+        if self.is_out or goal.node != self.parked_at:
+            yield from self.drive(self.itinerary.leg(self.node, goal.node))
+            assert self.bay is not None
+            if self.bay is not goal:  # another robot has taken the slot that it set out for
+                yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
             self.enter_bay(self.bay.node)
+        assert self.bay is not None
         self.last_bay = self.bay.node
         self.record("parked")
         self.dispatcher.came_home(self)
@@ -603,7 +610,9 @@ class Robot:
             self.docked = None
             self.dispatcher.call()
         else:
-            self.bays.leave(self)
+            goal = self.bays.leave(self)
+            if goal is not None:
+                self.bays.take(self, goal) if goal.free else self.reserve_bay()
             if self.reach.scarce:
                 self.dispatcher.call()
         if self.closings is not None:
