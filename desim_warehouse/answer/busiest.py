@@ -5,20 +5,15 @@ For the answers of `desim run`, `check`, `plan` and `why`, and for the live page
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.lifts import called
-from desim_warehouse.model.facts.workers import NEAR, busiest, ranked, scarce
+from desim_warehouse.model.facts.workers import NEAR, Load, busiest, ranked, scarce
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.loads import loads
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.model.facts.workers import Load
-    from desim_warehouse.outcome.history import History
 
 _WORK = {"robots", "people", "pickers"}
 """Kinds that work; others are in use."""

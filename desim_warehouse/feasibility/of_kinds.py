@@ -8,23 +8,18 @@ Each kind is looked at as if all robots were of it, with its chargers alone (`as
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import networkx as nx
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 

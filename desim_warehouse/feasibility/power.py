@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.parts import MeanTask
 from desim_warehouse.findings import amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import (
     by_kind,
     charge_alike,
@@ -20,13 +23,6 @@ from desim_warehouse.model.facts.charging import (
     refills_overnight,
     shares,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.feasibility.parts import MeanTask
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 _STEPS = 1 << 20
 """Parts of a charger to which what a kind needs is known."""

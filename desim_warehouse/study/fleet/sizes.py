@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.keys import about
@@ -12,15 +12,13 @@ from desim_warehouse.model.facts.workers import Load
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.study.fleet.capped import Capped
+from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.study.fleet.hours import Hour, Lead
 from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.target import Days
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.fleet.designs import Designs
 
 
 @dataclass(frozen=True)

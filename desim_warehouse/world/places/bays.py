@@ -12,14 +12,11 @@ one slot more than robots, which parking bays that grow have.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from simpy import Event
+from simpy import Environment, Event
 
-if TYPE_CHECKING:
-    from simpy import Environment
-
-    from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
+from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 
 
 class Bay:
