@@ -31,9 +31,9 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     errors_by_kind = _errors(model)
     for kind, findings in errors_by_kind.items():
-        yield from (
-            _of(model, kind, finding) for finding in findings if finding.code != TOO_SMALL or _for_all(errors_by_kind)
-        )
+        for finding in findings:
+            if finding.code != TOO_SMALL or _for_all(errors_by_kind):
+                yield _of(model, kind, finding)
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:

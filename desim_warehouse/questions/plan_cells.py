@@ -12,7 +12,7 @@ from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.study.fleet import FleetSizes, OneKey, Sized
 from desim_warehouse.study.statistics.cheapest import Counts, rules_out, within_counts
 
-_LISTED = 4
+LISTED = 4
 """Fleets that are named one by one."""
 
 
@@ -57,7 +57,7 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
     ]
     if len(counts) == math.prod(high - low + 1 for low, high in spans):
         return spoken(parts)
-    if len(counts) <= _LISTED:
+    if len(counts) <= LISTED:
         return spoken([named(plan, fleet) for fleet in counts], "or")
     return f"{len(counts)} other fleets, of {spoken(parts)},"
 

@@ -107,9 +107,8 @@ def charging_rate(model: Model) -> float:
     if not charge_alike(model):
         part = shares(model)
         return math.fsum(part[kind] * charging_rate(alone) for kind, alone in by_kind(model).items())
-    battery, thresholds = model.battery, levels(model)
+    battery, thresholds, (low, high) = model.battery, levels(model), cycle_levels(model)
     assert battery is not None
-    low, high = (battery.threshold, battery.capacity) if thresholds is None else (thresholds.critical, thresholds.full)
     if thresholds is not None and thresholds.swap_time is not None:
         return (high - low) / thresholds.swap_time if thresholds.swap_time else math.inf
     time = charge_time(battery, low, high)
