@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simpy.events import Event, Timeout
@@ -13,6 +13,7 @@ from desim_warehouse.model.facts.places import only_place, own_destinations, pla
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.traffic.events import Steps
 
 if TYPE_CHECKING:
     from simpy import Environment
@@ -119,7 +120,7 @@ class Demand:
         self._open += 1
         self.release(task)
 
-    def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:
+    def _arrivals(self, goods: PoissonGoods) -> Steps:
         mean = self.hour / goods.poisson
         gaps = self.streams.stream("arrivals")
         while True:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
-from simpy.events import Event, Timeout
+from simpy.events import Timeout
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import StoragePlace
@@ -35,6 +35,7 @@ from desim_warehouse.model.sections.order_lines import OrderLine
 from desim_warehouse.model.sections.orders import read, resampled, summary
 from desim_warehouse.policies import StopPlace, Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.traffic.events import Steps
 
 if TYPE_CHECKING:
     from simpy import Environment
@@ -81,7 +82,7 @@ class Flows:
         for member in task.tasks:
             self.flows[member.flow].open += 1
 
-    def _arrivals(self, flow: _Flow) -> Generator[Event, object, None]:
+    def _arrivals(self, flow: _Flow) -> Steps:
         for time, line in flow.releases():
             if time > self.env.now:
                 yield Timeout(self.env, time - self.env.now)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
 from desim_warehouse.values.calendars import Hours
-from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.events import Arrival, Steps
 
 if TYPE_CHECKING:
     from simpy import Environment
-
-Steps: TypeAlias = Generator[Event, object, None]
 
 
 def at(env: Environment, time: float) -> Event:

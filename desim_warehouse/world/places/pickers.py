@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 from simpy.events import Event
 
@@ -23,9 +23,7 @@ from desim_warehouse.model.sections.pickers import PickersSpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.stops import Stop
-from desim_warehouse.world.traffic.events import DECISIONS, Arrival, Clock, end_of_instant
-
-Steps: TypeAlias = Generator[Event, object, None]
+from desim_warehouse.world.traffic.events import DECISIONS, Arrival, Clock, Steps, end_of_instant
 
 
 class _Body(Protocol):

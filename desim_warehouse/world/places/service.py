@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from desim_warehouse.world.places.opening_hours import Steps, change, open_time
+from desim_warehouse.world.places.opening_hours import change, open_time
 from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.traffic.events import Steps
 
 if TYPE_CHECKING:
     from simpy import Environment

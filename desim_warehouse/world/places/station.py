@@ -7,7 +7,7 @@ after service does in a line of machines.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from simpy import Resource
@@ -16,10 +16,10 @@ from desim_warehouse.outcome.log import NONE, Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.opening_hours import open_time, until_open
+from desim_warehouse.world.traffic.events import Steps
 
 if TYPE_CHECKING:
     from simpy import Environment
-    from simpy.events import Event
     from simpy.resources.resource import Request
 
 
@@ -61,7 +61,7 @@ class Workplace:
         self.log.is_for_workers(task.number)
         self.env.process(self._work(task, place))
 
-    def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:
+    def _work(self, task: Task, place: Request | None) -> Steps:
         env, hours, put = self.env, self.hours, self.env.now
         with self.workers.request() as worker:
             yield worker

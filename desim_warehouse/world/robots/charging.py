@@ -38,7 +38,7 @@ from desim_warehouse.states import Phase
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, NewBattery
 from desim_warehouse.world.robots.surroundings import WorkGiver
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Steps, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ class ChargingStop:
         self.is_charging = False
         return offer
 
-    def _wait(self, due: Event) -> Generator[Event, object, None]:
+    def _wait(self, due: Event) -> Steps:
         """Wait until there is a charger for the robot, or a task; robots at a charger know of it meanwhile."""
         bay = self.robot.bay
         assert bay is not None

@@ -41,15 +41,13 @@ from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.drive import Drive
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, Steps, end_of_instant
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.motion import Motion, NodeDelays
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from desim_warehouse.world.robots.itinerary import Place
-
-    Steps = Generator[Event, object, None]
 
 
 FAR = 1e15

@@ -12,6 +12,7 @@ import networkx as nx
 
 from desim_warehouse.errors import PolicyError, nearest, shown
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked_for_all, fault, is_ours
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from simpy import Environment
 
 
-Edge = tuple[str, str]
 _ATTRIBUTES = ("length", "speed")
 _USUAL = "weight"
 """The weight that networkx looks for where nobody names one."""
