@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from simpy.events import Event, Timeout
 
@@ -13,11 +13,7 @@ from desim_warehouse.model.facts.places import only_place, own_destinations, pla
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.events import Steps
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 BATCH = 1024
 """Goods drawn at a time."""
@@ -44,7 +40,7 @@ class Orders(Protocol):
 class Demand:
     """A source of tasks: `total` of them or, where it is None, without end."""
 
-    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
+    def __init__(self, env: Clock, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.robots = model.fleet.size
         self.layout = layout

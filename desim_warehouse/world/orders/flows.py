@@ -35,11 +35,9 @@ from desim_warehouse.model.sections.order_lines import OrderLine
 from desim_warehouse.model.sections.orders import read, resampled, summary
 from desim_warehouse.policies import StopPlace, Task
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.events import Steps
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     End = StorageEnd | tuple[str, ...]
 
 
@@ -52,7 +50,7 @@ BATCH = 1024
 class Flows:
     """A source of the tasks of all flows, `total` of them or, where it is None, without end."""
 
-    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
+    def __init__(self, env: Clock, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.flows = {name: _Flow(name, flow, model, layout, streams) for name, flow in model.tasks.flows.items()}
         self.total: int | None = None

@@ -14,7 +14,7 @@ import math
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from simpy.events import Timeout
 
@@ -43,12 +43,8 @@ from desim_warehouse.world.places.opening_hours import at
 from desim_warehouse.world.places.service import Service
 from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop
-from desim_warehouse.world.traffic.events import Steps
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
-    from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 
 class Pod:
@@ -180,7 +176,7 @@ class Pods:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         spec: PodsSpec,
         shelves: Shelves,
         policies: PodPolicies,

@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
-from simpy import Environment, Event
+from simpy import Event
 
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
+from desim_warehouse.world.traffic.events import Clock
 
 
 class Bay:
@@ -80,7 +81,7 @@ class Bays:
     `keep`: robots that are out keep a slot, as the route that they have declared ends there (see `avoidance`).
     """
 
-    def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
+    def __init__(self, env: Clock, bays: Iterable[Bay], *, keep: bool = False) -> None:
         self.env = env
         self.keep = keep
         self.by_node = {bay.node: bay for bay in bays}

@@ -16,10 +16,9 @@ from desim_warehouse.outcome.log import NONE, Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.opening_hours import open_time, until_open
-from desim_warehouse.world.traffic.events import Steps
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.resources.resource import Request
 
 
@@ -33,7 +32,7 @@ class Workplace:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         node: str,
         log: Log,
         *,
@@ -86,7 +85,7 @@ class Station:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         node: str,
         places: int,
         servers: int,

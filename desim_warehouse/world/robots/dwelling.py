@@ -24,12 +24,10 @@ from simpy.events import AnyOf, Event, Timeout
 from desim_warehouse.world.places.bays import Bays
 from desim_warehouse.world.robots.duty import Departures
 from desim_warehouse.world.robots.surroundings import WorkGiver
-from desim_warehouse.world.traffic.events import Steps
+from desim_warehouse.world.traffic.events import Clock, Steps
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.traffic.traffic import Traffic
@@ -41,7 +39,7 @@ class Dwelling:
     def __init__(
         self,
         robot: Robot,
-        env: Environment,
+        env: Clock,
         *,
         is_allowed: bool,
         dispatcher: WorkGiver,

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import networkx as nx
 
@@ -19,11 +19,8 @@ from desim_warehouse.policies.asked import asked_for_all, fault, is_ours
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.closures import Restrictions
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.lane import Lane
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
 
 _ATTRIBUTES = ("length", "speed")
 _USUAL = "weight"
@@ -57,7 +54,7 @@ class Routes:
     # All that a routing policy may ask, long as the list is.
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         policy: Any,
         layout: Layout,
         travel: FreeTravel,

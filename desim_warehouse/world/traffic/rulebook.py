@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.outcome.log import Log
-from desim_warehouse.world.traffic.events import Steps
+from desim_warehouse.world.traffic.events import Clock, Steps
 from desim_warehouse.world.traffic.rules import closing_distance, closing_distance_apart, turn
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
@@ -118,7 +116,7 @@ class Rules:
     Where it is None, full rings of waiting robots turn instead.
     """
 
-    env: Environment
+    env: Clock
     log: Log
     gridlock: Rings
     headway: float
