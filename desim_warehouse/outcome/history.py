@@ -45,6 +45,7 @@ from desim_warehouse.values.streams import Streams
 Curve: TypeAlias = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
+_DRIVING = names(lambda state: state.phase in {Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY})
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
@@ -352,6 +353,7 @@ class History:
     def served(self) -> list[tuple[str, float, float]]:
         """The intervals in which robots loaded or unloaded in stations: node of the station, begin, end."""
         stored = {row.task for row in self.rows("released") if row.value is not None and row.value >= 0}
+        comes_and_goes = self.model.pods is not None  # no robot is served twice before it drives again
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
         spans = []
@@ -369,8 +371,8 @@ class History:
                 continue
             if row.robot in since:
                 spans.append((inside[row.robot], since.pop(row.robot), row.time))
-            has_moved = row.node is not None and row.node != inside.get(row.robot)
-            if has_moved or (row.kind in _LOADING and row.task in stored):
+            has_left = (comes_and_goes and row.kind in _DRIVING) or row.node not in {None, inside.get(row.robot)}
+            if has_left or (row.kind in _LOADING and row.task in stored):
                 inside.pop(row.robot, None)  # it has left: goods of a storage place lie outside
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time

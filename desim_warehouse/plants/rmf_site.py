@@ -1,6 +1,6 @@
 """Sites of Open-RMF's site editor (`.site.json`) for `desim import`, read as Open-RMF's navigation graphs.
 
-Source: rmf_site_format of rmf_site. Coordinates are metres, y upwards. A lane leads both ways unless its reverse is
+Source: rmf_site_format of rmf_site. Coordinates are in metres, y upwards. A lane leads both ways unless its reverse is
 disabled, and belongs to all graphs, to some, or to all but some; graphs are counted from 0 in their ranking.
 """
 

@@ -82,7 +82,7 @@ class TimeWindow:
 
 @dataclass(frozen=True)
 class ByOrder:
-    """Tasks of one order that are known together go together, as many as a robot carries; others by themselves.
+    """Known tasks of one order go together, as many as a robot carries; other tasks go by themselves.
 
     Source: strict order picking, in which an order is not mixed with others; with several `orders`, sort-while-pick;
     de Koster, Le-Duc and Roodbergen, European J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour;
