@@ -8,23 +8,18 @@ Each kind is looked at as if all robots were of it, with its chargers alone (`as
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import networkx as nx
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 
@@ -36,9 +31,9 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     errors_by_kind = _errors(model)
     for kind, findings in errors_by_kind.items():
-        yield from (
-            _of(model, kind, finding) for finding in findings if finding.code != TOO_SMALL or _for_all(errors_by_kind)
-        )
+        for finding in findings:
+            if finding.code != TOO_SMALL or _for_all(errors_by_kind):
+                yield _of(model, kind, finding)
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:

@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Iterator
 from functools import cached_property
 from itertools import islice, zip_longest
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.spec import StationSpec
@@ -27,6 +27,8 @@ from desim_warehouse.outcome.records import (
     Assignment,
     Blocked,
     ChargeSpan,
+    Deadline,
+    Edge,
     OrderHistory,
     PickerSpan,
     Rotation,
@@ -37,13 +39,10 @@ from desim_warehouse.outcome.records import (
     Whereabouts,
 )
 from desim_warehouse.states import APART, AT_START, CHARGER, SERVED, TOO_LOW, WAITING, Phase, names
+from desim_warehouse.values.calendars import Stretch
 from desim_warehouse.values.streams import Streams
 
-if TYPE_CHECKING:
-    from desim_warehouse.outcome.records import Deadline, Edge
-    from desim_warehouse.values.calendars import Stretch
-
-    Curve = tuple[list[float], list[float]]
+Curve: TypeAlias = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _DRIVING = names(lambda state: state.phase in {Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY})

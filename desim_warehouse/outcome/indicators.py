@@ -11,17 +11,15 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest, spoken, synonym
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.outcome import measures, money
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
 from desim_warehouse.states import APART, AT_START, OPERATING, SERVER, STATES, TIMES, WAITING, State
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 Unit = Literal[
     "time",

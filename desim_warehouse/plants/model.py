@@ -28,7 +28,7 @@ from typing import Any
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.zones import examine
 from desim_warehouse.model import Model, load
-from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.messages import Keys, Outline
 from desim_warehouse.model.parse import from_file, valid
 from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
 from desim_warehouse.plants.checks import DIGITS, distance, floor_of, put_right
@@ -40,7 +40,6 @@ from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside,
 from desim_warehouse.values.fields import Part
 
 Content = dict[str, Any]
-Keys = tuple[str | int, ...]
 
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle without them in the drawing: metres, m/s
 _HANDLING = 15

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, did_you_mean, got
-from desim_warehouse.model.messages import report
+from desim_warehouse.model.messages import Keys, report
 from desim_warehouse.model.parse import Document, read_yaml
 from desim_warehouse.plants import globe
 from desim_warehouse.plants.levels import draw_apart
@@ -40,7 +40,6 @@ _DOOR = "it takes no time to drive through a door here"
 _UNNAMED = {"", "building", "site"}
 """What traffic editors call a map that nobody gave a name."""
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
-Keys = tuple[str | int, ...]
 Spot = tuple[float, float]
 
 

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
-from desim_warehouse.model.messages import FilePositions, Position
+from desim_warehouse.model.messages import FilePositions, Keys, Position
 from desim_warehouse.model.parse import Document
 from desim_warehouse.plants import rmf
 from desim_warehouse.plants.plant import Plant
@@ -138,7 +138,7 @@ class _Site:
             self.refuse(where, f"not an object (got {got(value)}), expected {EXPECTED}")
         return value
 
-    def stand(self, keys: rmf.Keys, where: str) -> None:
+    def stand(self, keys: Keys, where: str) -> None:
         position = Position(next(self.positions.ranks), 0, 0, f"{self.path}: {where}")
         self.positions.keys[keys] = self.positions.values[keys] = position
 

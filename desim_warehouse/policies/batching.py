@@ -144,9 +144,8 @@ def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
         last = tour[-1]
 
         def time(task: Task, last: Task = last) -> tuple[float, float]:
-            if task.edge == last.edge and task.offset >= last.offset:
-                return 0.0, task.offset
-            return travel.time(last.edge[1], task.edge[0]), task.offset
+            is_ahead = task.edge == last.edge and task.offset >= last.offset
+            return 0.0 if is_ahead else travel.time(last.edge[1], task.edge[0]), task.offset
 
         tour.append(min(left, key=time))
         left.remove(tour[-1])

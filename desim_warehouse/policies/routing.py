@@ -14,19 +14,14 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import (
-    Callable,
-    Iterator,
-    Sequence,
-)
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, TypeAlias
 
 from desim_warehouse.policies.protocols import Roads
 
-if TYPE_CHECKING:
-    Closed = Callable[[tuple[str, str], float], float] | None
-    Waiting = Callable[[tuple[str, str]], float] | None
+Closed: TypeAlias = Callable[[tuple[str, str], float], float] | None
+Waiting: TypeAlias = Callable[[tuple[str, str]], float] | None
 
 NEVER = 1e12
 """Cost of an edge that does not open again: more than any other, and routes over it can still be compared."""

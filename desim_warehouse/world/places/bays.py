@@ -14,14 +14,12 @@ one slot more than robots, which parking bays that grow have.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from simpy import Event
 
-if TYPE_CHECKING:
-    from simpy import Environment
-
-    from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
+from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
+from desim_warehouse.world.traffic.events import Clock
 
 
 class Bay:
@@ -86,7 +84,7 @@ class Bays:
     route that they have declared ends there (see `avoidance`).
     """
 
-    def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
+    def __init__(self, env: Clock, bays: Iterable[Bay], *, keep: bool = False) -> None:
         self.env = env
         self.keep = keep
         self.by_node = {bay.node: bay for bay in bays}

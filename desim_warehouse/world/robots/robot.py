@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Sequence
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
@@ -37,20 +36,14 @@ from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.closings import Closings
 from desim_warehouse.world.robots.dwelling import Dwelling
 from desim_warehouse.world.robots.forecast import time_to_node
-from desim_warehouse.world.robots.itinerary import Itinerary
+from desim_warehouse.world.robots.itinerary import Itinerary, Place
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.drive import Drive
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, Steps, end_of_instant
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.motion import Motion, NodeDelays
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.robots.itinerary import Place
-
-    Steps = Generator[Event, object, None]
-
 
 FAR = 1e15
 """A time that never comes. It is not scheduled, as waiting for it would keep a stalled run going."""
