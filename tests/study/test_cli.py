@@ -92,11 +92,11 @@ def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
     vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "T"]
     result = call("what-if", MULTIBOTS, *vary, "--out", tmp_path)
     assert "more runs give intervals" in result.stdout
-    assert "hold at once" not in call("compare", tmp_path).stdout
+    assert "hold together" not in call("compare", tmp_path).stdout
     result = call("what-if", MULTIBOTS, *vary, "--replications", "3", "--out", tmp_path)
     assert "Each interval holds with 95 % confidence." in result.stdout
     assert "more replications" not in result.stdout
-    assert "1 difference, its interval holds with 95 %" in call("compare", tmp_path).stdout
+    assert "1 difference; its interval holds with 95 % confidence" in call("compare", tmp_path).stdout
 
 
 def test_only_single_runs_are_said_to_say_little(tmp_path):
