@@ -232,7 +232,7 @@ def test_the_lead_before_a_departure_is_that_of_the_earliest_order_that_missed_i
     missed = [task for task in run.history.tasks.values() if task.done > 200]
     assert [task.released for task in missed] == [120, 130]
     assert run.kpis["departure_lead"] == run.kpis["departure_lead:flow"] == 80
-    assert "Loads that came more than 80 s before a departure made it." in run_words.sentences(run)
+    assert "Loads that came more than 80 s before a departure were in time for it." in run_words.sentences(run)
     assert ring({**flow, "due_at": [390]}, run__length=400).kpis["departure_lead"] == 0
     assert "departure_lead" not in ring({**flow, "due_at": [500]}, run__length=400).kpis
 

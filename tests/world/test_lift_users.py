@@ -136,7 +136,7 @@ def test_check_knows_what_people_and_repairs_leave_to_robots():
     assert fails.startswith(
         "lift lift0 fails every 10,800 s and takes 3,600 s to repair: 75 % of its time is left, and"
     )
-    assert rides.startswith("people have lift lift0 for 22.2 % of the time on average, and robots wait for them; esti")
+    assert rides.startswith("people use lift lift0 for 22.2 % of the time on average, and robots wait for them; esti")
 
 
 def test_cabins_that_are_alike_are_spoken_of_in_one_line():
@@ -146,7 +146,7 @@ def test_cabins_that_are_alike_are_spoken_of_in_one_line():
     fails, rides = left_out(model, model.floor)
     names = "lifts lift0, lift0 2 and lift0 3"
     assert fails.startswith(f"{names} fail every 10,800 s and take 3,600 s to repair: 75 % of the time of each is left")
-    assert rides.startswith(f"people have each of {names} for 22.2 % of the time on average, and robots wait for them")
+    assert rides.startswith(f"people use each of {names} for 22.2 % of the time on average, and robots wait for them")
     unused, short = (
         [str(one) for one in dw.check(model.replace({"policies.routing": routing})).findings if one.code == code]
         for routing, code in (("fastest", "LIFT_UNUSED"), ("congestion-aware", "DEMAND_ABOVE_LIFT"))
