@@ -587,8 +587,8 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
 @pytest.mark.parametrize(
     ("rates", "length", "said"),
     [
-        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
-        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
+        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
+        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
         ([10] * 8, "24 h", "the first holds from the start of the run on, and the run starts at 06:00"),
         ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
     ],

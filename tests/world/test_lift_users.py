@@ -131,7 +131,7 @@ def test_check_knows_what_people_and_repairs_leave_to_robots():
     assert left_for_robots(failing, failing.floor.lifts[0]) == near(0.75 * (1 - 20 * 40 / 3600))
     rides = [one for one in dw.check(failing).findings if one.code == "DEMAND_ABOVE_LIFT"]
     # alone it can do 120 rides an hour
-    assert "it can do 70 rides an hour, 300 are asked for" in str(rides[0])
+    assert "it can do 70 rides an hour, but 300 are needed" in str(rides[0])
     fails, rides = left_out(failing, failing.floor)
     assert fails.startswith(
         "lift lift0 fails every 10,800 s and takes 3,600 s to repair: 75 % of its time is left, and"
@@ -156,7 +156,7 @@ def test_cabins_that_are_alike_are_spoken_of_in_one_line():
     assert "which can do 70 rides an hour, and none takes lifts " in text
     assert "congestion-aware takes all 3, which can do about 210; or fastest with spread: 3" in text
     (text,) = short
-    assert "layout.lifts.lift0: its 3 cabins can do 210 rides an hour, 300 are asked for: their queues grow" in text
+    assert "layout.lifts.lift0: its 3 cabins can do 210 rides an hour, but 300 are needed: their queues grow" in text
 
 
 @pytest.mark.parametrize(

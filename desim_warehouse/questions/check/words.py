@@ -103,7 +103,7 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     """Yield the sentence that says how many of the robots can be at work, and for how long."""
     if estimate.at_work < estimate.robots:
-        yield f"Only {estimate.at_work} of them work at a time: the stations have no slots for more."
+        yield f"Only {estimate.at_work} of them can work at a time: the stations have no slots for more."
     if estimate.most_out is not None and estimate.most_out < estimate.robots:
         yield f"At most {estimate.most_out} of them are under way at a time (traffic.most_out)."
     if estimate.on_duty < 1:
