@@ -266,7 +266,7 @@ def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
     call("what-if", MULTIBOTS, *plan, "--out", tmp_path, "--quiet")
     result = call("best", tmp_path, "--indicator", "T", "--delta", "100", "--quiet")
     assert result.stdout.startswith("Task time is smallest, ")
-    assert "The best with 80 % confidence" in result.stdout
+    assert "With 80 % confidence this is the best option, if " in result.stdout
     assert set(pd.read_parquet(tmp_path / "results.parquet")["seed"]) >= {run_seed(7, 0)}
     for command in (["study"], ["best", "--indicator", "T", "--delta", "5"]):
         with pytest.raises(WarehouseError, match="whose model is fixed; --set is for study files"):
