@@ -146,7 +146,7 @@ def _compared(compared: ComparedOptions) -> str:
         parts = [f"{compared.first} is cheaper {spoken(than)}{close}"] if than else []
         parts += [f"{compared.first} costs as much as {spoken(same)}"] if same else []
         return f"{'; '.join(parts)}."
-    by = spoken([f"with that of {gap.name} by {_difference(compared, gap)}" for gap in compared.against])
+    by = spoken([f"from that of {gap.name} by {_difference(compared, gap)}" for gap in compared.against])
     what = words.in_sentence(compared.indicator)
     return f"{compared.first} needs the fewest robots. On the same days {what} differs {by}{close}."
 

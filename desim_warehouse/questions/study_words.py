@@ -385,7 +385,7 @@ class _Studied:
             starts = [
                 f"{words.in_unit(time, unit)} with {name_of(study, design)}" for design, time in study.warm_ups.items()
             ]
-            lines.append(f"Counted from {'; '.join(starts[:_LISTED])}.")
+            lines.append(f"Counting began at {'; '.join(starts[:_LISTED])}.")
         lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
         made = simulated_with(study.version)
         return [*lines, *map(sentence, study.rare[:_RARE]), *([f"{capital(made)}."] if made else [])]
