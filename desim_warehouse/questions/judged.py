@@ -121,7 +121,7 @@ def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list
     names = [
         option.name
         for option in options
-        if option.standing == "not met" and (value := option.number) is not None and _holds(value, goal.value)
+        if option.standing == "not met" and (value := option.number) is not None and _holds(value, goal)
     ]
     if not names:
         return []
@@ -130,8 +130,10 @@ def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list
     return [f"Not met, although the interval includes {aim}: {'; '.join(names)}. {why}."]
 
 
-def _holds(value: SaidNumber, aim: float) -> bool:
-    return value.low is not None and value.high is not None and value.low <= aim <= value.high
+def _holds(value: SaidNumber, goal: Target) -> bool:
+    """Whether a mean misses a target that its interval holds; of several targets the mean may meet this one."""
+    misses = goal.sign * (value.mean - goal.value) < 0
+    return misses and value.low is not None and value.high is not None and value.low <= goal.value <= value.high
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:

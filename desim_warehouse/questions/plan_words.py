@@ -328,7 +328,8 @@ class _Planned:
 
     def _beside(self, options: Sequence[Option]) -> list[str]:
         """Say why fleets are not met though their interval holds the target, and which closures fall into no run."""
-        return [*judged.holds_the_target(options, self.goal, self._zone()), *map(sentence, rare.closed(self.model))]
+        zone = words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
+        return [*judged.holds_the_target(options, self.goal, zone), *map(sentence, rare.closed(self.model))]
 
     # Numbers
 

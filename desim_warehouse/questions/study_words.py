@@ -207,7 +207,8 @@ class _Studied:
         if len(designs) == 1 and self.options[designs[0]].standing != "open":
             return []
         met = Counter(self.options[design].standing for design in designs)
-        forms = {"met": "{} meet{} the target", "not met": "{} miss{} it", "open": "{} need{} more runs"}
+        missed = "it" if met["met"] else "the target"
+        forms = {"met": "{} meet{} the target", "not met": f"{{}} miss{{}} {missed}", "open": "{} need{} more runs"}
         parts = []
         for kind, many in ((kind, met[kind]) for kind in WORDS if met[kind]):
             form = forms.get(kind, f"{{}} {WORDS[kind]}")

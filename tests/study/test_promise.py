@@ -122,6 +122,7 @@ def test_not_met_beside_an_interval_that_holds_the_target_has_its_reason():
         "rules out anything better by 1 % (--zone)."
     )
     assert answer(GOOD, fleet(2, "fails", 50, 0.93, 0.92, 0.94)).notes == ()
+    assert answer(GOOD, fleet(2, "fails", 50, 0.96, 0.93, 0.97)).notes == ()  # it misses a second target
 
 
 @pytest.mark.parametrize("target", [0.95, 0.99, 0.995])
