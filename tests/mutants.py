@@ -16,6 +16,7 @@ import json
 import os
 import random
 import resource
+import signal
 import sys
 import tempfile
 import time
@@ -47,6 +48,8 @@ OTHER = {
 DROPPED = (ast.AugAssign, ast.Raise, ast.Continue, ast.Break)
 MEMORY = 4 << 30
 """Bytes that tests of a mutant may use beside what is there already: some of them never end."""
+PATIENCE = 10
+"""Seconds on the clock for each second of processor: some mutants wait for ever, and use none."""
 
 
 class Sites(ast.NodeVisitor):
@@ -175,11 +178,12 @@ def in_use():
 
 
 def forked(work, seconds):
-    """What a function says in a fork that may use so many seconds of processor: None if it does not come to an end."""
+    """Return what a function returns in a fork that may use so many seconds of processor; None if it does not end."""
     with tempfile.TemporaryFile() as told:
         child = os.fork()
         if child == 0:
             try:
+                signal.alarm(PATIENCE * seconds)
                 resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
                 resource.setrlimit(resource.RLIMIT_AS, (in_use() + MEMORY, in_use() + MEMORY))
                 told.write(json.dumps(work()).encode())

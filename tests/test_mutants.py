@@ -1,10 +1,12 @@
 """A mutant is tried as it stands in memory, and nowhere else."""
 
 import os
+import time
 
 import pytest
 
 from desim_warehouse.study.statistics.limits import days_for
+from tests import mutants
 from tests.mutants import forked, mutate, sites
 
 MODULE = "study/statistics/limits.py"
@@ -22,3 +24,10 @@ def test_what_is_changed_is_what_runs_though_it_was_imported_before():
         return days_for(0.1)
 
     assert forked(mutant, 60) == 1 < days == days_for(0.1)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are tried in forks")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+def test_a_mutant_that_waits_for_ever_is_stopped_by_the_clock_as_it_uses_no_processor(monkeypatch):
+    monkeypatch.setattr(mutants, "PATIENCE", 1)
+    assert forked(lambda: time.sleep(3600), 1) is None

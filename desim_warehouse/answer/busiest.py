@@ -5,20 +5,15 @@ For the answers of `desim run`, `check`, `plan` and `why`, and for the live page
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.lifts import called
-from desim_warehouse.model.facts.workers import NEAR, busiest, ranked, scarce
+from desim_warehouse.model.facts.workers import NEAR, Load, busiest, ranked, scarce
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.loads import loads
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.model.facts.workers import Load
-    from desim_warehouse.outcome.history import History
 
 _WORK = {"robots", "people", "pickers"}
 """Kinds that work; others are in use."""
@@ -47,8 +42,8 @@ def was(measured: Iterable[Load]) -> str:
     first, *near = most
     if first.group.kind == "lanes":
         return f"The lanes held most up: robots waited in traffic {_percent(first.mean)} of the time."
-    line = f"{_the(first)} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
-    line += "".join(f", and {_the(load)}, {_spent(load)}" for load in near)
+    line = f"{_the(first)}{first.group.name} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
+    line += "".join(f", and {_the(load)}{load.group.name}, {_spent(load)}" for load in near)
     return capital(f"{line}." if scarce(measured) else f"nothing was scarce: {line}.")
 
 
@@ -76,8 +71,7 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
         shares.append(f"{name}{_share(together[0], '' if rank else time, len(together))}")
     idle = "" if scarce(listed) else "nothing is scarce, and "
     is_one = len(most) == 1 and most[0].group.is_lift
-    the = "" if most[0].group.is_lift else "the "
-    line = f"{where} {idle}{the}{who} {'is' if is_one else 'are'} busiest: {', '.join(shares)}"
+    line = f"{where} {idle}{_the(most[0])}{who} {'is' if is_one else 'are'} busiest: {', '.join(shares)}"
     others = _alike(load for load in listed if load not in most and load.need >= _SHOWN)
     rest = [
         f"{_named(together)} {whole_percent(together[0].mean)}{' each' * (len(together) > 1)}" for together in others
@@ -100,8 +94,8 @@ def _named(together: Sequence[Load]) -> str:
 
 
 def _the(load: Load) -> str:
-    """Name a load in a sentence; the name of a lift has no article."""
-    return load.group.name if load.group.is_lift else f"the {load.group.name}"
+    """Return the article of a load in a sentence; the name of a lift has none."""
+    return "" if load.group.is_lift else "the "
 
 
 def whole_percent(share: float) -> str:

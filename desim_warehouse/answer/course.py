@@ -16,17 +16,17 @@ from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import number_of
 from desim_warehouse.look import html
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.day import DOING, Day
 from desim_warehouse.outcome.halts import Halt
+from desim_warehouse.values.arrays import Floats
 from desim_warehouse.values.calendars import clock_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.day import Numbers
 
 _HELD = {
     "batteries": "robots charged or waited to charge, with {}",
@@ -80,7 +80,7 @@ class Curve(NamedTuple):
     name: str
     unit: str
     kind: str
-    values: Numbers
+    values: Floats
     top: float
 
     @property
@@ -197,7 +197,7 @@ def figure(
     return made
 
 
-def by_robot(shares: dict[str, Numbers]) -> Markup:
+def by_robot(shares: dict[str, Floats]) -> Markup:
     """Draw what robots do, stacked parts of their time: robots by number, or of many those at work most first."""
     count = len(next(iter(shares.values())))
     few = count <= _NUMBERED
@@ -249,7 +249,7 @@ def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> li
     return every
 
 
-def _top(values: Numbers) -> float:
+def _top(values: Floats) -> float:
     return float(values.max()) or 1.0
 
 
@@ -276,7 +276,7 @@ def _across(time: float, start: float, end: float) -> int:
     return round(WIDTH * min(max((time - start) / (end - start), 0.0), 1.0))
 
 
-def _area(values: Numbers, ends: Sequence[int], top: float, step: int = 1) -> str:
+def _area(values: Floats, ends: Sequence[int], top: float, step: int = 1) -> str:
     """Return the SVG path of the area below a curve of steps; neighbours of one height are drawn as one step."""
     heights = [step * round(HEIGHT / step * min(float(value) / top, 1.0)) for value in values]
     path, across, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0

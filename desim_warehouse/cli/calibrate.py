@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_dates, with_force, write_files
-
-if TYPE_CHECKING:
-    from desim_warehouse.values.dates import Slashes
+from desim_warehouse.values.dates import Slashes
 
 
 @click.command("calibrate")

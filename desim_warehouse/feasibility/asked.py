@@ -6,18 +6,14 @@ For `desim check`, and for the answer of a run.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.findings import amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.sections.lines import shares_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.model import Model
 
 
 def orders_asked_for(model: Model) -> Iterator[str]:

@@ -9,19 +9,15 @@ the first is back, nobody works until then, however many chargers there are.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import levels, start_energy
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.facts.demand import always_open
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.model import Model
 
 ALWAYS_AT_WORK = 0.95
 """Share of its time at work from which on a fleet has no time to charge in between."""

@@ -16,18 +16,14 @@ are taken to vary as exponential ones do: where they vary less, queues are short
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PickerLoad, PileOn, StationLoad
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.lifts import called
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.feasibility.power import Power
 
 CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
 BUSIEST = 0.99

@@ -6,14 +6,11 @@ For `desim check`, and for the loads of plans and their live page.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.feasibility.parts import StationLoad
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak, peak_factor
-
-if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import StationLoad
-    from desim_warehouse.model import Model
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:

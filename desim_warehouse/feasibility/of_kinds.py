@@ -8,23 +8,18 @@ Each kind is looked at as if all robots were of it, with its chargers alone (`as
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import networkx as nx
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 
@@ -36,9 +31,9 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     errors_by_kind = _errors(model)
     for kind, findings in errors_by_kind.items():
-        yield from (
-            _of(model, kind, finding) for finding in findings if finding.code != TOO_SMALL or _for_all(errors_by_kind)
-        )
+        for finding in findings:
+            if finding.code != TOO_SMALL or _for_all(errors_by_kind):
+                yield _of(model, kind, finding)
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
@@ -108,11 +103,10 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find fleets with as many slots as robots, not all at chargers: a robot that rests without charger never gets one.
+    """Find fleets with as many slots as robots, not all at chargers: while all rest, none can change places.
 
-    It keeps its slot until another slot is free, and the slot of a robot that is under way is reserved for it. So no
-    slot is ever free if there are no more slots than robots (`Bays.may_take`). Where all robots can rest at chargers
-    there is no danger.
+    A robot that rests without a charger goes to one while the robot whose slot that is works. Where all robots can rest
+    at chargers there is no danger.
     """
     kinds = Counter(model.fleet.kinds_of_robots())
     homes = Counter(model.fleet.homes(layout.bays))
@@ -133,8 +127,8 @@ def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
         f"layout.bays.{zone}.places",
         (
             f"the bays have {number_of(count, 'slot')} for {number_of(model.fleet.size, 'robot')}, and at most {who} "
-            f"can rest at chargers{own}: one that rests elsewhere cannot change places with them, and waits until it "
-            "runs flat"
+            f"can rest at chargers{own}: while all robots rest, the others cannot change places with them, and may run "
+            "flat"
         ),
         f"one more slot in all, e.g. in the bays {zone}, or chargers for all who rest there",
     )

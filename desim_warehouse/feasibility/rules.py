@@ -6,28 +6,24 @@ For `desim check`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
+from desim_warehouse.feasibility.parts import LiftLoad
 from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
 from desim_warehouse.model.facts.lifts import called
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import LiftLoad
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 FASTEST, SLOWEST = 3.0, 0.05
 """Speeds in m/s between which robots in warehouses drive."""

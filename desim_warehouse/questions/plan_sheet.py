@@ -46,7 +46,7 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
         grown: what more demand makes of the answer, in words.
         guesses: keys of the model that are guesses; None: it is not known which are.
     """
-    tried = ((f"Dispatching by {_choice(strategy)}", _with(strategy, plan.strategy)) for strategy in plan.strategies)
+    tried = ((f"Dispatching by {choice(strategy)}", _with(strategy, plan.strategy)) for strategy in plan.strategies)
     changes = [*grown, *tried]
     if guesses:
         changes.append((GUESSES, "not tried"))
@@ -56,7 +56,8 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
     )
 
 
-def _choice(strategy: Strategy) -> str:
+def choice(strategy: Strategy) -> str:
+    """Name a strategy: `hungarian`."""
     return words.named_policy(strategy.label)
 
 

@@ -20,15 +20,12 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
 from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study import rare
-from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized, Strategy
+from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
 from desim_warehouse.study.fleet.loads import TRIP
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
-
-_LISTED = 4
-"""Fleets that are named one by one."""
 
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
@@ -152,7 +149,7 @@ class _Planned:
     def _ended(self, sized: Sized) -> str:
         """Say which fleets are enough, too few or open when the runs allowed ended before an answer."""
         shown_enough = f" {self._are(sized.best.counts)} enough." if sized.best else ""
-        if 0 < len(sized.below) <= _LISTED:
+        if 0 < len(sized.below) <= plan_cells.LISTED:
             *others, last = (shown.counts for shown in sized.below)
             few = spoken([*map(self._fleet, others), self._are(last)])
             shown_enough += f" {capital(few)} too few."
@@ -271,10 +268,10 @@ class _Planned:
         lines = []
         if plan.strategy is not None:
             own = self._own()
-            lines = [f"The strategy is {_choice(plan.strategy)}, which needs fewer than {own}."]
+            lines = [f"The strategy is {plan_sheet.choice(plan.strategy)}, which needs fewer than {own}."]
         elif plan.strategies:
-            tried = [_choice(strategy) for strategy in plan.strategies if strategy.shown]
-            same = [_choice(strategy) for strategy in plan.strategies if not strategy.shown]
+            tried = [plan_sheet.choice(strategy) for strategy in plan.strategies if strategy.shown]
+            same = [plan_sheet.choice(strategy) for strategy in plan.strategies if not strategy.shown]
             parts = [f"{spoken(tried)} need{'s' * (len(tried) == 1)} as large a fleet"] if tried else []
             parts += [f"{spoken(same)} change{'s' * (len(same) == 1)} nothing"] if same else []
             lines = [f"Strategies other than {self._own()} do not help: {', '.join(parts)}."]
@@ -392,7 +389,7 @@ class _Planned:
         for strategy in self.plan.strategies if last else ():
             for shown in strategy.shown:
                 changes = {**self._without_better(sized), **strategy.overrides}
-                name = f"{self._fleet(shown.counts)}, {_choice(strategy)}"
+                name = f"{self._fleet(shown.counts)}, {plan_sheet.choice(strategy)}"
                 options.append(self._option(sized, shown, name, changes, []))
         return options
 
@@ -588,11 +585,6 @@ class _Planned:
 def _bound(goal: Target) -> dict[str, Any]:
     """A target as JSON has it."""
     return {"indicator": goal.indicator, "sense": goal.sense, "value": goal.value}
-
-
-def _choice(strategy: Strategy) -> str:
-    """A strategy by its name: `hungarian`."""
-    return words.named_policy(strategy.label)
 
 
 def _time(sized: Sized) -> str:

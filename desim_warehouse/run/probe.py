@@ -8,33 +8,30 @@ from __future__ import annotations
 
 import gc
 import math
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
 from statistics import fmean, stdev
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simpy.events import Timeout
 
 from desim_warehouse.errors import PolicyError, SimulationError
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
 from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.sections.fleet import Consumption, Kind
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run.backlog import Backlog, flows_of
 from desim_warehouse.states import STATES, Phase
 from desim_warehouse.values.fields import FrozenMap
 from desim_warehouse.world import World
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import Consumption, Kind
-    from desim_warehouse.outcome.log import Log
 
 LOOKS, MOST = (250, 500), 1000
 """Tasks after which a probe may be over, and those after which it is: of flows always, as pairs of these differ."""

@@ -6,9 +6,10 @@ For `desim check`, `desim new`, the live page, and the fleet with which the sear
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import permutations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.feasibility.asked import most_loads
@@ -18,8 +19,9 @@ from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, m
 from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
-from desim_warehouse.layout import checks
+from desim_warehouse.layout import Layout, checks
 from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
@@ -32,13 +34,6 @@ from desim_warehouse.run.probe import Probe, calm, probe
 from desim_warehouse.run.together import MOST_ROBOTS, TASKS, together
 from desim_warehouse.states import Phase
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-
 
 BY_TIME = {"in-order", "earliest-due"}
 """Allocations that go by no distance."""

@@ -12,18 +12,15 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.sections.flows import SaturatedArrivals
 from desim_warehouse.model.sections.goods import SaturatedGoods
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.run.backlog import Backlog
 from desim_warehouse.run.probe import always_there, log_of, shares_of_flows
 from desim_warehouse.states import STATES, Phase
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.log import Log
-    from desim_warehouse.values.fields import FrozenMap
+from desim_warehouse.values.fields import FrozenMap
 
 TASKS = 400
 """Tasks that are counted, about."""

@@ -267,3 +267,15 @@ def test_a_usable_part_of_a_battery_is_a_share_above_0_and_holds_the_threshold()
             load(RING, {"battery.usable": wrong})
     kind = {"large": {"count": 1, "battery": {**RING["battery"], "usable": 0.75}}}
     assert load(RING, {"fleet.kinds": kind}).fleet.kinds["large"].battery.capacity == 150
+
+
+def test_without_a_slot_to_spare_a_robot_goes_to_the_charger_of_one_that_works():
+    # Robot 0 has the charger at A, robot 1 rests at D. Robot 0 is out from 1 to 96 and from 151 on. With 40 left at 160
+    # robot 1 goes out at 161 and is at A at 181, and full at 181 + 181 / 10. Robot 0, free at 206, parks at D at 226.
+    bays = {"home": {"at": ["A"], "places": 1, "chargers": 1}, "rest": {"at": ["D"], "places": 1, "chargers": 0}}
+    fleet = {**RING["fleet"], "size": 2, "start": ["A", "D"]}
+    tasks = [0, {"good": 0, "release": 150}]
+    world = play({"layout.bays": bays, "fleet": fleet, "tasks.goods": tasks, "battery.threshold": 40})
+    parked = [(row[0], row[2], row[4]) for row in world.log.rows if row[1] == "parked"]
+    assert parked == [(96, 0, "A"), (181, 1, "A"), (226, 0, "D")]
+    assert world.robots[1].battery.level(world.env.now) > 150

@@ -160,14 +160,14 @@ def no_spare_slot(changes):
     return [one for one in examine(model, model.floor, estimate)[0] if one.code == "NO_SPARE_SLOT"]
 
 
-def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_waits_until_it_is_flat():
+def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_runs_flat_while_all_rest():
     # Robot 3 rests at D, without a charger. The one at B keeps its slot, as that at D is not free: flat at 400 / 1.
     [found] = no_spare_slot({})
     assert found.place == "layout.bays.rest.places"
     assert "4 slots for 4 robots, and at most 3 robots can rest at chargers of their kind" in found.text
     assert "one more slot in all" in found.cure
     with pytest.raises(dw.BatteryError, match="robot 3 ran flat at time 400, in the bay at D, too low to work"):
-        dw.simulate(load(RING, SHARED), 0)
+        dw.simulate(load(RING, {**SHARED, "tasks.goods": [{"good": 0, "release": 1900}]}), 0)
 
 
 @pytest.mark.parametrize(

@@ -7,20 +7,15 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-from desim_warehouse.model.sections.fleet import Consumption, SpreadEnergy
+from desim_warehouse.layout import Layout
+from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.fleet import BatterySpec, Consumption, SpreadEnergy
 from desim_warehouse.model.sections.flows import ProfileArrivals
-from desim_warehouse.policies import RobotView, create
+from desim_warehouse.policies import Levels, RobotView, create
 from desim_warehouse.states import TIMES
 from desim_warehouse.values.fields import FrozenMap
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.fleet import BatterySpec
-    from desim_warehouse.policies import Levels
-    from desim_warehouse.values.streams import Streams
+from desim_warehouse.values.streams import Streams
 
 LEAST_CHARGE = 0.05
 """Part of its capacity that a robot which must charge takes up before it is free again."""
@@ -112,9 +107,8 @@ def charging_rate(model: Model) -> float:
     if not charge_alike(model):
         part = shares(model)
         return math.fsum(part[kind] * charging_rate(alone) for kind, alone in by_kind(model).items())
-    battery, thresholds = model.battery, levels(model)
+    battery, thresholds, (low, high) = model.battery, levels(model), cycle_levels(model)
     assert battery is not None
-    low, high = (battery.threshold, battery.capacity) if thresholds is None else (thresholds.critical, thresholds.full)
     if thresholds is not None and thresholds.swap_time is not None:
         return (high - low) / thresholds.swap_time if thresholds.swap_time else math.inf
     time = charge_time(battery, low, high)

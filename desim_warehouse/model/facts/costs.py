@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.model.facts.people import PEOPLE, at_work
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model.schema import Model, Prices
+from desim_warehouse.model.schema import Model, Prices
 
 
 def is_fixed(prices: Prices | None) -> bool:

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
 
 from desim_warehouse.findings import amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.model.facts.lifts import called, with_people
+from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.fleet import RobotSpec
+from desim_warehouse.model.sections.traffic import PeopleSpec
 from desim_warehouse.values.distributions import mean_of
-from desim_warehouse.values.disturbances import availability
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.fleet import RobotSpec
-    from desim_warehouse.model.sections.traffic import PeopleSpec
-    from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
+from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec, availability
 
 
 def disturbances(model: Model, layout: Layout) -> list[str]:

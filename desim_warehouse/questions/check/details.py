@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART
+from desim_warehouse.feasibility.estimate import APART, QuickEstimate
+from desim_warehouse.feasibility.parts import PileOn
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import said
 from desim_warehouse.model.facts.lifts import called
-from desim_warehouse.run.quick import left_out
+from desim_warehouse.model.schema import Units
+from desim_warehouse.run.quick import Choice, Nearer, left_out
 from desim_warehouse.values.distributions import Distribution
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import PileOn
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
-    from desim_warehouse.run.quick import Choice, Nearer
 
 
 def of_model(model: Model) -> list[str]:

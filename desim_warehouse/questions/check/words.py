@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS
+from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS, QuickEstimate
 from desim_warehouse.feasibility.loads import loads
-from desim_warehouse.model.facts.workers import groups
-from desim_warehouse.run.quick import left_out
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import StationLoad
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.facts.workers import Group
-    from desim_warehouse.run.quick import Choice, Nearer
+from desim_warehouse.feasibility.parts import StationLoad
+from desim_warehouse.feasibility.power import Power
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.workers import Group, groups
+from desim_warehouse.run.quick import Choice, Nearer, left_out
 
 _FEW, _MANY = 10.0, 1000.0
 """Rates below have a decimal, and from the second on whole tens."""

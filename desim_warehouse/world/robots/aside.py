@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 
-from simpy.events import Event, Timeout
+from simpy.events import Timeout
 
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.tour import Tour
+from desim_warehouse.world.traffic.events import Steps
 from desim_warehouse.world.traffic.wide import WideLane
-
-Steps = Generator[Event, object, None]
 
 
 class TourAside(Tour):

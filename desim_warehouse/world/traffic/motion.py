@@ -45,11 +45,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from desim_warehouse.values.distributions import draws
 from desim_warehouse.values.disturbances import DelaySpec
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.events import Arrival, Clock
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
@@ -202,7 +201,7 @@ class LookAhead:
     come, and `pending` the time of the event for it, then or before.
     """
 
-    def __init__(self, env: Environment, robot: Body, brakes: float) -> None:
+    def __init__(self, env: Clock, robot: Body, brakes: float) -> None:
         self.env = env
         self.robot = robot
         self.brakes = brakes

@@ -15,19 +15,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from simpy.events import Event
 
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, Steps, end_of_instant
+from desim_warehouse.world.traffic.intersection import Claim
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.intersection import Claim
-
-    Steps = Generator[Event, object, None]
 
 
 class RoomClaim(Event):
