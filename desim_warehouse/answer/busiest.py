@@ -106,27 +106,29 @@ def whole_percent(share: float) -> str:
 def _spent(load: Load) -> str:
     """Return the words for the share of time that a group worked in a run, and for work beyond its capacity."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
-    asked = f"with {_percent(load.mean)} of what {_they(load)} can do asked for"
-    line = asked if load.mean > 1 else f"{verb} {_percent(load.mean)} of the time"
+    capacity = f"of {_its(load)} capacity"
+    line = f"{verb} {_percent(load.mean)} of the time"
+    if load.mean > 1:
+        line = f"with demand at {_percent(load.mean)} {capacity}"
     if _peaks(load):
-        line += f", with {_percent(load.peak or 0.0)} of what {_they(load)} can do asked for in the busiest hour"
-    return f"{line}, beside {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+        line += f" (demand in the busiest hour was {_percent(load.peak or 0.0)} {capacity})"
+    return f"{line}, plus {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
 def _share(load: Load, time: str, number: int) -> str:
     """Say which share of the time a group is busy, or each of a `number` of lifts."""
     if load.group.kind == "lanes":
         return f"robots wait in traffic {whole_percent(load.mean)} {time}".strip()
-    share = whole_percent(load.mean)
-    they, each = (_they(load), "") if number == 1 else ("each", " each")
-    line = f"{share} of what {they} can do is asked for" if load.mean > 1 else f"{share} {time}".strip() + each
+    share, each = whole_percent(load.mean), "" if number == 1 else " each"
+    line = f"demand is {share} of {_its(load, number)} capacity" if load.mean > 1 else f"{share} {time}".strip()
+    line += each
     if _peaks(load):
-        line += f", in the busiest hour {whole_percent(load.peak or 0.0)}"
-    return f"{line}, beside {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+        line += f" ({whole_percent(load.peak or 0.0)} in the busiest hour)"
+    return f"{line}, plus {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
-def _they(load: Load) -> str:
-    return "it" if load.group.is_lift else "they"
+def _its(load: Load, number: int = 1) -> str:
+    return "its" if load.group.is_lift and number == 1 else "their"
 
 
 def _peaks(load: Load) -> bool:

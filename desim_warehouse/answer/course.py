@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 
 _HELD = {
-    "batteries": "robots charged or waited for that, with {}",
+    "batteries": "robots charged or waited to charge, with {}",
     "off duty": "robots were off duty",
     "closed": "stations were closed",
-    "lanes": "lanes were closed, or people in them",
+    "lanes": "lanes were closed, or people were in them",
     "broken": "robots had broken down",
     "queues": "robots waited for each other",
     "pickers": "robots waited for pickers",
@@ -104,13 +104,13 @@ def worst(day: Day, model: Model, chargers: int) -> str:
     """Return the sentences on the worst stretch of a run, or one that says that none stands out."""
     worst = day.worst
     if worst is None:
-        return "No stretch stands out."
+        return "No part of the run stands out."
     if isinstance(worst, Halt):
         return stood_still(worst, model, chargers)
     most, usual = (numbers.number(round(value)) for value in (worst.most, worst.usual))
     do = f"{numbers.PERCENT.value(worst.share)} of the robots were {DOING[worst.doing]}"
     begin, end = moment(model, worst.start), moment(model, worst.end)
-    return f"Most tasks were open from {begin} to {end}: {most}, else {usual}. {do}."
+    return f"Most tasks were open from {begin} to {end}: {most}, usually {usual}. {do}."
 
 
 def _as_on_axis(model: Model, time: float) -> str:
@@ -154,8 +154,8 @@ def worst_hour(day: Day, model: Model) -> str:
     span = f"{first} to {last}"
     worst, usual = numbers.measured(means[index]), numbers.measured(mean(day.begin, end))
     if endless:
-        return f"The worst hour was {span}: {worst} loads were delivered, over the whole run {usual} an hour."
-    return f"The worst hour was {span}: {worst} tasks were open on average, over the whole run {usual}."
+        return f"The worst hour was {span}: {worst} loads were delivered, against {usual} an hour over the whole run."
+    return f"The worst hour was {span}: {worst} tasks were open on average, against {usual} over the whole run."
 
 
 def figure(

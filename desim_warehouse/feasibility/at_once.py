@@ -55,7 +55,7 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         "CHARGE_AT_ONCE",
         "fleet.start_energy",
         (
-            f"all batteries come to the level at which robots charge {when}, within {amount(apart)} {units.time}, and "
+            f"{when}, within {amount(apart)} {units.time}, all batteries reach the level at which robots charge, and "
             f"charging takes {amount(each)}: nothing is delivered until the first are back, with "
             f"{number_of(balance.chargers, 'charger')}{waits}"
         ),

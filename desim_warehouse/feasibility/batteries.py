@@ -229,8 +229,8 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
         "START_ENERGY",
         "fleet.start_energy",
         (
-            f"batteries start at {shown} %, last {amount(balance.lasts / units.hour)} h, and what follows "
-            f"{amount(model.run.warm_up / units.hour)} h counts: what charging costs may not show in it"
+            f"batteries start at {shown} % and last {amount(balance.lasts / units.hour)} h, and counting begins after "
+            f"{amount(model.run.warm_up / units.hour)} h: the cost of charging may not show"
         ),
         "fleet.start_energy: settled, or a warm-up as long as a battery lasts",
     )

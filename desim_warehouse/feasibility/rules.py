@@ -205,7 +205,7 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
-            f"{asked:g} tasks an hour are asked for, {who} can do {estimate.can_do(hour)}",
+            f"demand is {asked:g} tasks an hour, but {who} can do {estimate.can_do(hour)}",
             _robots_needed(estimate),
         )
     elif estimate.peak is not None and estimate.peak > estimate.peak_capacity:
@@ -214,7 +214,7 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
-                f"{amount(estimate.peak * hour)} tasks are asked for in the busiest hour, "
+                f"demand is {amount(estimate.peak * hour)} tasks in the busiest hour, but "
                 f"{number_of(estimate.robots, 'robot')} can do {amount(estimate.peak_capacity * hour)}, so work piles "
                 "up until it is over"
             ),
@@ -270,7 +270,7 @@ def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iter
         yield Finding(
             "DEMAND_ABOVE_LIFT",
             f"layout.lifts.{name}",
-            f"{who} can do {most} rides an hour, {rides} are asked for: {queue} without bound",
+            f"{who} can do {most} rides an hour, but {rides} are needed: {queue} without bound",
             "one cabin more (cabins), a shorter ride or quicker doors",
         )
 

@@ -374,7 +374,7 @@ class BaySpec(PlacesSpec):
     @model_validator(mode="after")
     def _each_or_total(self) -> BaySpec:
         if self.chargers is not None and self.total_chargers is not None:
-            text = f"both this and chargers (got {self.total_chargers}), expected one of the two (chargers: a node)"
+            text = f"given together with chargers (got {self.total_chargers}), expected one (chargers: at each node)"
             raise wrong(text, "total_chargers")
         return self
 
@@ -477,7 +477,7 @@ class LiftSpec(Part):
     def _stops(self) -> LiftSpec:
         key, stops = ("at", self.fronts) if self.fronts else ("nodes", self.nodes)
         if self.fronts and self.nodes:
-            raise wrong(f"both this and nodes (got {got(list(self.fronts))}), expected one of the two", "at")
+            raise wrong(f"given together with nodes (got {got(list(self.fronts))}), expected one of the two", "at")
         if len(stops) < 2:  # noqa: PLR2004 - from one floor to another
             raise wrong(f"too few floors (got {got(list(stops))}), expected a node on each of two or more", key)
         double = next((node for rank, node in enumerate(stops) if node in stops[:rank]), None)

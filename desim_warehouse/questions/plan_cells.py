@@ -63,10 +63,10 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
 
 
 def but(plan: FleetSizes) -> str:
-    """The smaller fleets that a promise leaves out, as they may be enough: `, but for 2 robots and 1 charger,`."""
+    """Return the end of a promise, the fleets that may be enough: `, except perhaps 2 robots and 1 charger`."""
     named = [sized for sized in (plan.today, plan.grown) if sized is not None and sized.best is not None]
     names = dict.fromkeys(name.removesuffix(",") for sized in named if (name := left(plan, sized, "open")))
-    return f", but for {spoken(list(names))}," if names else ""
+    return f", except perhaps {spoken(list(names))}" if names else ""
 
 
 def _stands(

@@ -114,6 +114,6 @@ def capped(tried: Capped, model: Model | None) -> str:
     gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"
     return (
-        f"With at most {tried.cap} of {number_of(tried.robots, 'robot')} under way {is_now}: better by "
+        f"With at most {tried.cap} of {number_of(tried.robots, 'robot')} under way, {is_now}: better by "
         f"{scale.value(gain.mean)}{ends}; desim size --key {KEY} finds the best cap"
     )

@@ -294,7 +294,7 @@ def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, fl
 # What the estimate leaves out, and what another layout would save
 
 
-UNKNOWN = "; estimates do not know of it"
+UNKNOWN = "; estimates leave this out"
 WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
 
 
@@ -303,11 +303,11 @@ def left_out(model: Model, layout: Layout) -> list[str]:
     shared = [f"{text}{WAITS_LEFT_OUT}" for text in shared_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
-        lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
+        lines.append(f"robots draw energy while they are broken, and then begin anew what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
-        lines.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
+        lines.append(f"robots finish their tasks and charge after their hours, or those of stations, are over{UNKNOWN}")
     if model.pickers is not None and model.battery is not None:
-        lines.append(f"robots draw on while they wait for pickers, which batteries do not foresee{UNKNOWN}")
+        lines.append(f"robots draw energy while they wait for pickers, which they do not foresee{UNKNOWN}")
     lines += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
     ]

@@ -85,7 +85,7 @@ def closed(model: Model, length: float | None = None) -> list[str]:
     """
     end = length or model.run.length or math.inf
     return [
-        f"closures of {name} never fall into a run: nothing here says what they cost"
+        f"closures of {name} never fall into a run: their cost does not show here"
         for name, closure in model.traffic.closures.items()
         if end < math.inf and not model.hours(closure.hours).share(model.run.warm_up, end)
     ]
@@ -106,6 +106,6 @@ def unknown(model: Model, runs: int, length: float) -> list[str]:
     lines = closed(model, length)
     for what, chance in chances(model, length).items():
         if 0 < chance < _OFTEN and runs < min(FEW, days_for(chance)):
-            know = "one run does not know" if runs == 1 else f"intervals of times from {runs} runs do not know"
-            lines.append(f"{what} come on one day in {round(1 / chance)}: {know} such days")
+            cover = "one run does not cover" if runs == 1 else f"intervals of times from {runs} runs do not cover"
+            lines.append(f"{what} come on one day in {round(1 / chance)}: {cover} such days")
     return lines

@@ -156,7 +156,7 @@ def test_where_no_design_is_enough_that_is_said(file):
     words = ["best", str(file), "--indicator", "annual_cost", "--target", "on_time >= 99.9 %", "--runs", "50"]
     done = CliRunner().invoke(desim, [*words, "--vary", "fleet.size=1,2", "--directions", "--quiet"])
     assert done.exit_code == 3, done.output
-    assert "No option was shown to give at least 99.9 % on time; best by the search is " in done.output
+    assert "No option was shown to give at least 99.9 % on time; the best in the search is " in done.output
     assert "on fresh days: shown to" not in done.output
 
 

@@ -83,7 +83,7 @@ def test_a_plan_says_where_more_do_worse():
     assert plan.today.best.robots == plan.today.most.robots == plan.today.most.up_to == 4
     assert plan.today.most.largest == 20
     assert "More is not always better here: 4 robots do most, " in plan.answer.answer[0]
-    assert plan.answer.promise.endswith("Assumed: a larger fleet never does worse, up to 4 robots.")
+    assert plan.answer.promise.endswith("Assumption: a larger fleet never does worse, up to 4 robots.")
     assert plan.today.counts == ((2, 0), (4, 0))
     assert plan.answer.model_dump()["today"]["most"]["robots"] == 4
 
@@ -92,7 +92,7 @@ def test_a_plan_says_where_more_do_worse():
 def test_single_loads_are_searched_as_ever():
     plan = dw.plan(HALL.replace({**SHORT, "pods": None}), "throughput_per_hour >= 100", robots=[2, 3], strategies={})
     assert plan.today.most is None
-    assert plan.answer.promise.endswith("Assumed: a larger fleet never does worse.")
+    assert plan.answer.promise.endswith("Assumption: a larger fleet never does worse.")
 
 
 @pytest.mark.long

@@ -63,7 +63,7 @@ def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
     shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
     best = found.today.best.robots
     assert re.search(rf"today: {best} robots?: met", shown)
-    assert re.search(r"about \d robots?, by single days; some \d fleets? to judge", shown)
+    assert re.search(r"first guess from single days: \d robots?; about \d fleets? to judge", shown)
     assert re.search(rf"today: {best} robots?; growth: \d robots?: (met|not met|open)", shown)
 
 
@@ -97,9 +97,9 @@ def test_the_first_answer_of_a_plan_counts_the_fleets_to_be_judged():
     line = first_answer(
         designs, lambda one: one, {designs.index((3, 1)), designs.index((2, 2))}, lambda n: str(designs[n])
     )
-    assert line == "about (3, 2), by single days; some 3 fleets to judge"
-    assert first_answer(designs, lambda one: one, (), str) == "about 0, by single days; some 1 fleet to judge"
-    assert first_answer(designs, lambda one: one, {5}, str) == "no fleet is enough, by single days"
+    assert line == "first guess from single days: (3, 2); about 3 fleets to judge"
+    assert first_answer(designs, lambda one: one, (), str) == "first guess from single days: 0; about 1 fleet to judge"
+    assert first_answer(designs, lambda one: one, {5}, str) == "first guess from single days: no fleet is enough"
 
 
 def stopped(stream, *, shown):

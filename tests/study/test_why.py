@@ -103,7 +103,7 @@ def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it
     """Robots go round in 75 s, and the only lane out is closed 800 s of 1,000."""
     found = why(dw.load(SQUARE, {**GATED, "traffic.closures": EVERYTHING["traffic.closures"]}))
     said = found.answer.answer[0]
-    assert said.startswith("Closures hold it up most. ")
+    assert said.startswith("Closures are the main bottleneck. ")
     assert "nothing else gains more than" in said
 
 
@@ -114,8 +114,8 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     assert pages.run_desim("desim run w.yaml --out run")[0] == 0
     status, out, _ = pages.run_desim(f"desim why w.yaml {few} --out study")
     assert status == 0
-    said = next(line for line in out.splitlines() if " it up most. " in line)
-    assert said.startswith("Packers hold it up most. A second packer at each station: throughput ")
+    said = next(line for line in out.splitlines() if " the main bottleneck. " in line)
+    assert said.startswith("Packers are the main bottleneck. A second packer at each station: throughput ")
     answer = json.loads(pages.run_desim(f"desim why run {few} --json")[1])
     assert answer["answer"] == out.split("\n\n")[0].splitlines()
     assert answer["answer"][0] == said
@@ -183,8 +183,10 @@ def test_the_largest_gain_is_named_where_it_takes_many_changes():
     costs = HeldUp(dw.load(SQUARE), "throughput_per_hour", both, Gains(tuple(gains), 851, 8.5, 0.95, 12))
     found = worded(costs).answer
     said = found.answer[0]
-    assert "cannot yet say what helps most. Gain in throughput, per 10 % more: nobody waits at A 18 tasks/h (" in said
-    assert said.endswith("As a whole two lanes for each of 60 two-way lanes gains most: 330 tasks/h (275 to 384).")
+    assert "do not yet show what helps most. Gain in throughput, per 10 % more: nobody waits at A 18 tasks/h (" in said
+    assert said.endswith(
+        "Of whole changes, two lanes for each of 60 two-way lanes gains most: 330 tasks/h (275 to 384)."
+    )
     assert ("two lanes for each of 60 two-way lanes", "+2,000 %", "", "330 tasks/h (275 to 384)") in found.tables[
         0
     ].rows

@@ -232,7 +232,7 @@ def test_the_lead_before_a_departure_is_that_of_the_earliest_order_that_missed_i
     missed = [task for task in run.history.tasks.values() if task.done > 200]
     assert [task.released for task in missed] == [120, 130]
     assert run.kpis["departure_lead"] == run.kpis["departure_lead:flow"] == 80
-    assert "Loads that came more than 80 s before a departure made it." in run_words.sentences(run)
+    assert "Loads that came more than 80 s before a departure were in time for it." in run_words.sentences(run)
     assert ring({**flow, "due_at": [390]}, run__length=400).kpis["departure_lead"] == 0
     assert "departure_lead" not in ring({**flow, "due_at": [500]}, run__length=400).kpis
 
@@ -587,8 +587,8 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
 @pytest.mark.parametrize(
     ("rates", "length", "said"),
     [
-        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
-        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
+        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
+        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
         ([10] * 8, "24 h", "the first holds from the start of the run on, and the run starts at 06:00"),
         ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
     ],

@@ -280,7 +280,7 @@ def _profiles(model: Model) -> Iterator[Finding]:
                 text = "its rates cover 24 h and begin at midnight"
             text += f", and the run starts at {model.run.start}"
             if rates.by_clock:
-                text += ": it takes those from then on"
+                text += ": the rate of that hour comes first"
             yield Finding("PROFILE_CLOCK", f"tasks.{place}", text)
 
 

@@ -69,7 +69,7 @@ def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
         )
     for share, names in shared.items():
         each = "each of " if len(names) > 1 else ""
-        yield f"people have {each}{called(names)} for {share} % of the time on average, and robots wait for them"
+        yield f"people use {each}{called(names)} for {share} % of the time on average, and robots wait for them"
 
 
 def breakdowns(model: Model) -> dict[str, BreakdownSpec]:
@@ -102,20 +102,20 @@ def _people(model: Model, layout: Layout) -> Iterator[str]:
         occupied_share = occupied(model, layout, people)
         if occupied_share is not None:
             share = occupied_share * model.hours(people.hours).share(0.0, model.run.end)
-            yield f"people.{name}: an aisle has somebody in it for {100 * share:.3g} % of the time on average"
+            yield f"people ({name}): an aisle has somebody in it for {100 * share:.3g} % of the time on average"
         else:
-            yield f"people.{name}: visits at {len(people.times)} times"
+            yield f"people ({name}): visits at {len(people.times)} times"
 
 
 def closures(model: Model) -> Iterator[str]:
     """Describe what is closed or slow at times, if it ever is."""
     end = model.run.end
     for place, (what, calendar) in at_times(model).items():
-        hours = model.hours(calendar)
+        hours, are = model.hours(calendar), f"the lanes of {place.split('.', 2)[2]} are {what}"
         if math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
-            yield f"{place} is {what} at times"
+            yield f"{are} at times"
         elif not never_in_run(model, calendar):
-            yield f"{place} is {what} for {100 * hours.share(0.0, end):.3g} % of the time"
+            yield f"{are} for {100 * hours.share(0.0, end):.3g} % of the time"
 
 
 def at_times(model: Model) -> dict[str, tuple[str, str]]:

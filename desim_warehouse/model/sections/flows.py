@@ -350,7 +350,7 @@ class FlowSpec(Part):
         ends = {"from": self.source, "to": self.target}
         for key, end in ends.items():
             if self.from_to and end is not None:
-                raise wrong("both this and from_to, expected one of the two", key)
+                raise wrong("given together with from_to, expected one of the two", key)
             if not self.from_to and end is None:
                 raise wrong(f"missing, expected {_ENDS[key]}", key)
         if self.arrivals is None and not self.from_to:
@@ -361,7 +361,7 @@ class FlowSpec(Part):
             text = f"{self.arrivals.saturated} tasks are always open, expected hours of the fleet or of stations"
             raise wrong(text, "hours")
         if self.due_at and self.due_within is not None:
-            raise wrong("both this and due_within, expected one of the two", "due_at")
+            raise wrong("given together with due_within, expected one of the two", "due_at")
         for pair in self.routes:
             to_itself = isinstance(pair.source, tuple) and pair.source == pair.target and len(pair.source) == 1
             if isinstance(pair.source, tuple) and to_itself and not self.via:

@@ -162,7 +162,7 @@ def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
     for lift in estimate.lifts:
         line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
         if estimate.rate is not None:
-            line += f"; {amount(estimate.rate * lift.share * hour)} are asked for"
+            line += f"; {amount(estimate.rate * lift.share * hour)} are needed"
         lines.setdefault(line, []).append(lift.name)
     for line, names in lines.items():
         yield f"{called(names)}: {'it' if len(names) == 1 else 'each'} {line}"

@@ -20,11 +20,11 @@ D = TypeVar("D", bound="Hashable")
 Method = Literal["bonferroni", "holm"]
 
 STATEMENTS = {
-    "bonferroni": "{m} differences, all intervals hold at once with {c:g} % (Bonferroni: each at {e:.4g} %); "
-    "p-values times {m}",
-    "holm": "{m} differences, p-values by Holm's step-down, wrong about any with at most {a:g} %; "
-    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:.4g} %), so Holm may tell a difference "
-    "whose interval contains 0",
+    "bonferroni": "{m} differences; all intervals hold together with {c:g} % confidence (Bonferroni: each at "
+    "{e:.4g} %); p-values times {m}",
+    "holm": "{m} differences; p-values by Holm's step-down, wrong about any with at most {a:g} %; "
+    "all intervals hold together with {c:g} % confidence (Bonferroni: each at {e:.4g} %), so Holm may tell a "
+    "difference whose interval contains 0",
 }
 
 
@@ -168,7 +168,7 @@ def compare_pairs(
         )
         for d, e in estimates.items()
     )
-    statement = STATEMENTS[method] if m > 1 else "1 difference, its interval holds with {c:g} %"
+    statement = STATEMENTS[method] if m > 1 else "1 difference; its interval holds with {c:g} % confidence"
     statement = statement.format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
     return Differences(dict(against), confidence, differences, statement)
 
