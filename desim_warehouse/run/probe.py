@@ -334,7 +334,6 @@ def _measured(
     log: Log, layout: Layout, begin: float, end: float, draws: Consumption | None, *, at_rest: bool = True
 ) -> Probe:
     """Measure the mean task between two times from a log; `at_rest`: time at rest counts."""
-    rides = {">".join(ride) for ride in layout.rides}
     done = [row for row in log.of("delivered") if begin < row.time <= end]
     tasks = len(done)
     phases: dict[Phase, float] = {}
@@ -367,9 +366,15 @@ def _measured(
         visits=FrozenMap({node: (len(t) / tasks, math.fsum(t) / len(t)) for node, t in handled.items()}),
         put_down=FrozenMap(put_down),
         passages=FrozenMap({row["node"]: row["passages"] / every for row in log.nodes}),
-        rides=FrozenMap({row["edge"]: row["passages"] / every for row in log.edges if row["edge"] in rides}),
+        rides=ridden(log, layout),
         tasks=tasks,
     )
+
+
+def ridden(log: Log, layout: Layout) -> FrozenMap[str, float]:
+    """Return by edge of a lift the rides for each task that was delivered."""
+    rides, tasks = {">".join(ride) for ride in layout.rides}, sum(1 for _ in log.of("delivered"))
+    return FrozenMap({row["edge"]: row["passages"] / tasks for row in log.edges if row["edge"] in rides})
 
 
 def _drawn(log: Log, begin: float, end: float) -> float:
