@@ -108,7 +108,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         None if peak is None else peak / model.units.hour,
         duty,
         unbroken=unbroken,
-        lifts=_alone_in_lifts(model, probes, count),
+        lifts=_used_lifts(model, probes, count, rate),
         pickers=picker_load(model),
     )
 
@@ -264,13 +264,19 @@ def _stations(
     return tuple(loads)
 
 
-def _alone_in_lifts(model: Model, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
-    """List the lifts that robots of the probes used, by how often."""
+def _used_lifts(
+    model: Model, probes: Mapping[str, Probe], count: Mapping[str, int], rate: float | None
+) -> tuple[LiftLoad, ...]:
+    """List the lifts that robots of the probes used, by how often; where robots would queue, also by their choice."""
     robots, rides = sum(count.values()), defaultdict[str, float](float)
     for kind, probed in probes.items():
         for edge, number in probed.rides.items():
             rides[edge] += count[kind] * number / robots
-    return _lifts(model, rides)
+    loads = _lifts(model, rides)
+    if rate is None or all(rate * load.share * load.time <= 1 for load in loads):
+        return loads
+    paces = together(model, _known(model))
+    return loads if paces is None else _in_a_crowd(model, loads, paces.many.rides)
 
 
 def _lifts(model: Model, ridden: Mapping[str, float]) -> tuple[LiftLoad, ...]:

@@ -75,7 +75,9 @@ def test_robots_that_choose_among_loads_up_and_down_ride_once_for_each():
 def test_what_no_choice_makes_possible_is_still_refused():
     report = dw.check(building(130))
     (high,) = [str(one) for one in report.findings if one.code == "DEMAND_ABOVE_LIFT"]
-    assert "layout.lifts.at b: it can do 120 rides an hour, 131.8 are asked for" in high  # the first rides are of empty robots
+    assert (
+        "layout.lifts.at b: it can do 120 rides an hour, 131.8 are asked for" in high
+    )  # the first rides are of empty robots
 
 
 def test_a_lift_that_robots_queue_for_is_as_busy_as_it_can_be():
@@ -85,6 +87,13 @@ def test_a_lift_that_robots_queue_for_is_as_busy_as_it_can_be():
     assert lift.mean == 1.0  # 125 % by rides of robots that take what comes, 83 % of those that choose
     assert now.lifts[0].busy(40 / HOUR) == near(0.5, abs=0.02)
     assert now.lifts[0].busy(132 / HOUR) == near(1.1, abs=0.02)
+
+
+def test_the_loads_of_a_plan_know_that_robots_choose():
+    # a plan does not simulate all robots before it begins: it does where a lift has more to do than it can
+    (lift,) = estimate(building(90)).lifts
+    assert lift.busy(90 / HOUR) == 1.0
+    assert estimate(building(40)).lifts[0].crowd is None
 
 
 def test_routes_that_see_queues_share_lifts_of_two_names_to_the_same_floors():
