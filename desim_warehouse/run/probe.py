@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.riders import RidersSpec
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.fleet import Consumption, Kind
     from desim_warehouse.outcome.log import Log
@@ -262,9 +263,25 @@ def log_of(
 
 
 def always_there(model: Model) -> Model:
-    """Return the model with robots and stations always on duty, never broken, no batteries; its work comes apart."""
+    """Return the model with robots and stations always on duty, never broken, no batteries; its work comes apart.
+
+    People ride in lifts at all hours, as many as on average.
+    """
     kinds = {name: kind.model_copy(update={"battery": None}) for name, kind in model.fleet.kinds.items()}
-    return _undisturbed(model, kinds, {"start_energy": 1.0}).model_copy(update={"battery": None})
+    made = _undisturbed(model, kinds, {"start_energy": 1.0}).model_copy(update={"battery": None})
+    lifts = {
+        name: lift.model_copy(update={"people": _at_all_hours(model, was.people)})
+        for (name, lift), was in zip(made.layout.lifts.items(), model.layout.lifts.values(), strict=True)
+    }
+    return made.model_copy(update={"layout": made.layout.model_copy(update={"lifts": FrozenMap(lifts)})})
+
+
+def _at_all_hours(model: Model, people: RidersSpec | None) -> RidersSpec | None:
+    """Return people who ride at all hours, as many as on average; None where nobody does."""
+    share = 0.0 if people is None else model.hours(people.hours).share(0.0, model.run.end)
+    if people is None or not share:
+        return None
+    return people.model_copy(update={"per_hour": people.per_hour * share, "hours": None})
 
 
 def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:

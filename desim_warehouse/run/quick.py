@@ -23,7 +23,7 @@ from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
+from desim_warehouse.model.facts.disturbances import closures, disturbances, failing_lifts, ridden_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
@@ -340,11 +340,14 @@ def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, fl
 
 UNKNOWN = "; estimates do not know of it"
 WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
+WAITS_OF_FLEET = "; estimates of batteries do not know of these waits"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List the causes that keep robots or chargers from work at times, and what the estimate leaves out."""
-    shared = [f"{text}{WAITS_LEFT_OUT}" for text in shared_lifts(model, layout)]
+    with_people = WAITS_OF_FLEET if model.fleet.size <= MOST_ROBOTS else WAITS_LEFT_OUT
+    shared = [f"{text}{WAITS_LEFT_OUT}" for text in failing_lifts(model, layout)]
+    shared += [f"{text}{with_people}" for text in ridden_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
         lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")

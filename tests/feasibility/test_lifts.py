@@ -17,13 +17,14 @@ HOUR = 3600
 RIDE = {"ride": 12, "doors": 4}
 
 
-def building(per_hour, routing="fastest", flows=("up", "down"), lanes=(("b", 5),), **of_lifts):
+def building(per_hour, routing="fastest", flows=("up", "down"), lanes=(("b", 5),), calendars=None, **of_lifts):
     """Return two stations on two floors: goods are carried from one to the other."""
     ends = {"up": ("below", "above"), "down": ("above", "below")}
     rings = [("a", "b"), ("b", "c"), ("c", "d"), ("d", "a")]
     return dw.load(
         {
             "name": "two floors",
+            "calendars": calendars or {},
             "layout": {
                 "nodes": {
                     f"{name}{floor}": [100 * floor + x, y]
@@ -94,6 +95,21 @@ def test_the_loads_of_a_plan_know_that_robots_choose():
     (lift,) = estimate(building(90)).lifts
     assert lift.busy(90 / HOUR) == 1.0
     assert estimate(building(40)).lifts[0].crowd is None
+
+
+@pytest.mark.parametrize("cabins", [1, 2])
+def test_a_fleet_waits_for_people_who_ride(cabins):
+    # people have each cabin for 22 % of the time: with two of them robots were said to do 144 to 161, and do 119
+    people = {"per_hour": 20 * cabins, "transfer": 3}
+    model = building(400, "congestion-aware", b={"cabins": cabins, "people": people})
+    least, _, most = measured(model).measured
+    assert 0.97 * least <= dw.simulate(model, 1).kpis["throughput_per_hour"] / HOUR <= 1.03 * most
+
+
+def test_people_who_never_ride_while_robots_work_hold_up_nobody():
+    shut = {"b": {"people": {"per_hour": 20, "transfer": 3, "hours": "night"}}}
+    never = building(400, **shut, calendars={"night": {"open": ["22:00-23:00"]}})
+    assert measured(never).measured == measured(building(400)).measured
 
 
 def test_routes_that_see_queues_share_lifts_of_two_names_to_the_same_floors():
