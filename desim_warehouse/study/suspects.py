@@ -240,10 +240,15 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
 
 
 def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
-    designs = Designs(model)
+    """Yield a charger more, and those with the fewest robots where robots queue and chargers stand at several nodes."""
+    designs, own = Designs(model), model.policies.charging
     if designs.zone is not None:
         more = designs.of_chargers(designs.today + 1)
         yield Suspect("chargers", "one charger more", more, queued, 1 / designs.today)
+    apart = len(chargers_at(model, model.floor)) > 1
+    if apart and queued >= LEAST_WAITING and not own.own and own.params.get("charger") != LEAST_LOADED:
+        spread = {"policies.charging": {"name": own.name, **own.params, "charger": LEAST_LOADED}}
+        yield Suspect("the choice of chargers", "each to the chargers with the fewest robots", spread, queued)
 
 
 def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
@@ -467,14 +472,8 @@ def decisions(run: RunData) -> Iterator[Suspect]:
 
 
 def _charging(model: Model) -> Iterator[Suspect]:
-    """Yield the other built-in charging policies with their defaults, and the model's own without its parameters.
-
-    Where chargers stand at several nodes its own is tried with those to which the fewest robots go, too.
-    """
+    """Yield the other built-in charging policies with their defaults, and the model's own without its parameters."""
     own, battery = model.policies.charging, model.battery
-    if not own.own and len(chargers_at(model, model.floor)) > 1 and own.params.get("charger") != LEAST_LOADED:
-        spread = {"policies.charging": {"name": own.name, **own.params, "charger": LEAST_LOADED}}
-        yield Suspect("the choice of chargers", "each to the chargers with the fewest robots", spread)
     for name in catalogue.OURS["charging"]:
         if name == own.name and not own.params:
             continue
