@@ -119,7 +119,7 @@ class QuickEstimate:
             if item.serve_capacity
         ]
         most = self.cycle.time  # alone a robot finds the cabin where it left it, which may be sooner
-        places += [Place(called([item.name]), min(item.share * item.time, most), 1) for item in self.lifts]
+        places += [Place(called([item.name]), min(item.least, most), 1) for item in self.lifts]
         if self.pickers is not None:
             places.append(Place(PICKERS, min(self.pickers.time, most), self.pickers.count))
         if self.charging and self.power is not None and self.power.chargers:
@@ -144,11 +144,9 @@ class QuickEstimate:
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         lifts: dict[float, list[LiftLoad]] = {}
         for item in self.lifts:
-            lifts.setdefault(round(item.capacity / item.share, _DIGITS), []).append(item)
-        limits |= {
-            called([item.name for item in alike]): self.on_duty * alike[0].capacity / alike[0].share
-            for alike in lifts.values()
-        }
+            if item.least:
+                lifts.setdefault(round(1 / item.least, _DIGITS), []).append(item)
+        limits |= {called([item.name for item in alike]): self.on_duty / alike[0].least for alike in lifts.values()}
         if self.pickers is not None and self.pickers.share:
             limits[PICKERS] = self.pickers.most_tasks(self.on_duty)
         if math.isfinite(charged := self._charged(1)):

@@ -92,13 +92,16 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
     for node, chargers in chargers_at(model, layout).items():
         bay = layout.bays[node]
         spare[bay.zone] += max(bay.slots(homes[node]) - max(chargers, homes[node]), 0)
+    cure, charging = "as many slots as chargers may do better: total_chargers without places", model.policies.charging
+    if len(chargers_at(model, layout)) > 1 and not charging.own and charging.params.get("charger") != "least-loaded":
+        cure += "; or charger: least-loaded of policies.charging, which sees who waits where"
     for zone, count in spare.items():
         if count:
             yield Finding(
                 "CHARGER_SLOTS",
                 f"layout.bays.{zone}.places",
                 f"{number_of(count, 'slot')} beside chargers without one: robots that wait there do no work",
-                "as many slots as chargers may do better: total_chargers without places",
+                cure,
             )
 
 

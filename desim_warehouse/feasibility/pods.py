@@ -104,7 +104,7 @@ def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimat
         fleet_capacity=estimate.fleet_capacity * most,
         crossing_capacity=None if estimate.crossing_capacity is None else estimate.crossing_capacity * most,
         stations=_pickers(model),
-        lifts=tuple(replace(lift, share=lift.share / most) for lift in estimate.lifts),
+        lifts=tuple(replace(lift, share=lift.share / most, crowd=None) for lift in estimate.lifts),
         power=None if estimate.power is None else _of_line(estimate.power, most),
         pile_on=pile,
     )

@@ -259,11 +259,11 @@ def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iter
     keys, hour = {lift.name: lift.model_name for lift in model.floor.lifts}, model.units.hour
     short: dict[str, list[LiftLoad]] = {}
     for lift in estimate.lifts:
-        if rate * lift.share > lift.capacity:
+        if rate * lift.least > 1:
             short.setdefault(keys[lift.name], []).append(lift)
     for name, cabins in short.items():
         most = amount(hour * math.fsum(cabin.capacity for cabin in cabins))
-        rides = amount(hour * rate * math.fsum(cabin.share for cabin in cabins))
+        rides = amount(hour * rate * math.fsum(cabin.least / cabin.time for cabin in cabins))
         who, queue = "it", "its queue grows"
         if len(cabins) > 1:
             who, queue = f"its {len(cabins)} cabins", "their queues grow"

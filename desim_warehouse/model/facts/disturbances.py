@@ -51,15 +51,12 @@ def _failures(model: Model) -> Iterator[str]:
             )
 
 
-def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
-    """Describe which lifts fail and which people use, and how much time that takes; lifts alike in one line."""
+def failing_lifts(model: Model, layout: Layout) -> Iterator[str]:
+    """Describe which lifts fail, and how much time that takes; lifts alike in one line."""
     failing: dict[OutageSpec, list[str]] = {}
-    shared: dict[str, list[str]] = {}
     for lift in layout.lifts:
         if lift.outages is not None:
             failing.setdefault(lift.outages, []).append(lift.name)
-        if lift.people is not None:
-            shared.setdefault(f"{100 * with_people(model, lift):.3g}", []).append(lift.name)
     for spec, names in failing.items():
         unit, left, several = model.units.time, amount(100 * availability(spec)), len(names) > 1
         yield (
@@ -67,6 +64,14 @@ def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
             f"take{'' if several else 's'} {amount(mean_of(spec.repair))} {unit} to repair: {left} % of "
             f"{'the time of each' if several else 'its time'} is left, and robots wait for the repairs"
         )
+
+
+def ridden_lifts(model: Model, layout: Layout) -> Iterator[str]:
+    """Describe which lifts people use, and for how much of the time; lifts alike in one line."""
+    shared: dict[str, list[str]] = {}
+    for lift in layout.lifts:
+        if lift.people is not None:
+            shared.setdefault(f"{100 * with_people(model, lift):.3g}", []).append(lift.name)
     for share, names in shared.items():
         each = "each of " if len(names) > 1 else ""
         yield f"people use {each}{called(names)} for {share} % of the time on average, and robots wait for them"

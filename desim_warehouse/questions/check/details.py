@@ -20,6 +20,9 @@ from desim_warehouse.model.schema import Units
 from desim_warehouse.run.quick import Choice, Nearer, left_out
 from desim_warehouse.values.distributions import Distribution
 
+FEWER = 0.99
+"""Part of the rides for a task, below which it is said how many fewer they are where robots choose."""
+
 
 def of_model(model: Model) -> list[str]:
     """Describe a model in lines: the layout, the lanes, what is asked for, what estimates leave out, and rings."""
@@ -163,6 +166,9 @@ def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
         line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
         if estimate.rate is not None:
             line += f"; {amount(estimate.rate * lift.share * hour)} are needed"
+            if lift.least < FEWER * lift.share * lift.time:
+                rides = amount(estimate.rate * lift.least / lift.time * hour)
+                line += f", {rides} where robots choose among many tasks"
         lines.setdefault(line, []).append(lift.name)
     for line, names in lines.items():
         yield f"{called(names)}: {'it' if len(names) == 1 else 'each'} {line}"

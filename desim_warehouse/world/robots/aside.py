@@ -31,7 +31,7 @@ class TourAside(Tour):
         yield from super()._handle(stop)
         lane = self.aside
         if lane is not None:
-            yield from self._break_down()
+            yield from self._break_down(lane)
             if not self._stays(stop):
                 yield from lane.come_back(robot.body)
                 self.aside = None
@@ -43,7 +43,7 @@ class TourAside(Tour):
             return False
         return (following.edge, following.offset) == (stop.edge, stop.offset)
 
-    def _break_down(self) -> Steps:
+    def _break_down(self, lane: WideLane) -> Steps:
         """Be repaired beside the lane, where the robot is in nobody's way, if a breakdown is due."""
         robot, breakdowns = self.robot, self.robot.breakdowns
         if breakdowns is None:
@@ -53,6 +53,7 @@ class TourAside(Tour):
             repair, _ = breakdowns.begin()
             robot.enter("broken")
             body.break_down()
+            lane.break_down(body)
             yield Timeout(self.env, repair)
             body.be_repaired()
             robot.enter(robot.doing)
