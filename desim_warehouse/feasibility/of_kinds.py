@@ -19,7 +19,7 @@ from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said, slots_at
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 
@@ -112,8 +112,7 @@ def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
     at chargers there is no danger.
     """
     kinds = Counter(model.fleet.kinds_of_robots())
-    homes = Counter(model.fleet.homes(layout.bays))
-    slots = {node: bay.slots(homes[node]) for node, bay in layout.bays.items()}
+    slots = slots_at(model, layout)
     count = sum(slots.values())
     at_chargers = _at_chargers(layout, kinds, slots)
     if count > model.fleet.size or at_chargers == model.fleet.size:

@@ -22,6 +22,7 @@ from desim_warehouse.model.facts.charging import (
     charging_rate,
     refills_overnight,
     shares,
+    slots_at,
 )
 
 _STEPS = 1 << 20
@@ -181,7 +182,7 @@ def idle_away(model: Model, layout: Layout) -> float:
     if model.policies.parking.name == "where-it-is":
         return 1.0
     home = model.fleet.homes(layout.bays)
-    slots = {node: bay.slots(home.count(node)) for node, bay in layout.bays.items()}
+    slots = slots_at(model, layout)
     with_charger = {node for node, chargers in chargers_at(model, layout).items() if chargers >= slots[node]}
     if model.policies.parking.name in {"home", "stay"}:
         return sum(node not in with_charger for node in home) / len(home)

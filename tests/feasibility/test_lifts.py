@@ -77,7 +77,7 @@ def test_what_no_choice_makes_possible_is_still_refused():
     report = dw.check(building(130))
     (high,) = [str(one) for one in report.findings if one.code == "DEMAND_ABOVE_LIFT"]
     assert (
-        "layout.lifts.at b: it can do 120 rides an hour, 131.8 are asked for" in high
+        "layout.lifts.at b: it can do 120 rides an hour, but 131.8 are needed" in high
     )  # the first rides are of empty robots
 
 

@@ -6,6 +6,7 @@ The simulation and whatever works out a level from the log have one model of the
 from __future__ import annotations
 
 import math
+from collections import Counter
 from functools import lru_cache
 
 from desim_warehouse.layout import Layout
@@ -69,13 +70,18 @@ def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
     return min(rate * steady + gain, spec.capacity - start)
 
 
+def slots_at(model: Model, layout: Layout) -> dict[str, int]:
+    """Return the number of slots of each bay, by its node."""
+    homes = Counter(model.fleet.homes(layout.bays))
+    return {node: bay.slots(homes[node]) for node, bay in layout.bays.items()}
+
+
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
     """Count the chargers that robots can stand at, by the nodes of their bays; nodes without are left out."""
-    home = model.fleet.homes(layout.bays)
     chargers_by_node = {}
-    for node, bay in layout.bays.items():
-        places = bay.slots(home.count(node))
-        chargers = places if bay.chargers is None else min(bay.chargers, places)
+    for node, places in slots_at(model, layout).items():
+        count = layout.bays[node].chargers
+        chargers = places if count is None else min(count, places)
         if chargers:
             chargers_by_node[node] = chargers
     return chargers_by_node
