@@ -96,9 +96,11 @@ def test_runs_that_begin_settled_draw_one_look_at_the_fleet_for_all_robots():
     assert len({tuple(levels) for levels in first}) > 6
     assert first_energies(dw.simulate(model, 3)) == first[3]
     assert all(0 < level <= 100 for levels in first for level in levels)
-    charging = [[row[4] for row in run.record.rows if row[:2] == (0, "charging")] for run in runs]
-    assert {name for nodes in charging for name in nodes} == {"A"}
+    charging = [{row[2]: row[4] for row in run.record.rows if row[:2] == (0, "charging")} for run in runs]
+    assert {name for nodes in charging for name in nodes.values()} == {"A"}
     assert max(map(len, charging)) == 1
+    for run, node_of in zip(runs, charging, strict=True):
+        assert [start.node for start in run.history.starts] == [node_of.get(robot, "B") for robot in range(3)]
     assert [problem for run in runs for problem in audit(run)] == []
 
 
