@@ -415,6 +415,14 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
     assert not batches.open
 
 
+def test_a_process_keeps_the_models_of_the_last_few_designs_only(monkeypatch):
+    monkeypatch.setattr("desim_warehouse.study.execution.work._KEPT", 2)
+    base, simulator = study(1).plan.base, Simulator(KeptFleets())
+    for robots in (1, 2, 3):
+        assert simulator.model(base, Wanted(robots, {"fleet.size": robots}, 0)).fleet.size == robots
+    assert [number for _, number in simulator.models] == [2, 3]
+
+
 @pytest.mark.long
 def test_a_run_that_kills_its_worker_each_time_is_a_row_with_an_error(parking, tmp_path):
     cases = {"good": "home", "deadly": parking("die"), "once": parking("die once", mark=str(tmp_path / "mark"))}
