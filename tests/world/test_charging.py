@@ -108,6 +108,15 @@ def test_charging_goes_on_beyond_sufficient_until_a_task_comes():
     assert battery.drawn(world.env.now) == pytest.approx(2 * NEED)
 
 
+def test_a_robot_that_holds_just_what_is_sufficient_waits_for_the_charger_free_for_a_task():
+    """Both begin with 120 of 200: one charges, the other rests until it is given the charger at 4, with the task."""
+    levels = {"name": "four-thresholds", "critical": 0.3, "good": 0.6, "sufficient": 0.6, "full": 1.0, "margin": 0.0}
+    one_charger = {"layout.bays.home.chargers": 1, "fleet.size": 2, "fleet.start_energy": 0.6}
+    world = play({**one_charger, "policies.charging": levels, "tasks.goods": [{"good": 0, "release": 4}]})
+    assert [row[:3] for row in world.log.rows if row[1] == "charging"][:2] == [(0, "charging", 0), (4, "charging", 1)]
+    assert times(world, "queueing") == [4 + 96]  # back from the task it finds the charger taken
+
+
 def test_four_thresholds_leave_a_robot_above_good_parked_beside_the_charger():
     levels = {"name": "four-thresholds", "critical": 0.1, "good": 0.4, "sufficient": 0.6, "full": 1.0, "margin": 0.0}
     world = play({"policies.charging": levels})

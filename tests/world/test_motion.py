@@ -166,6 +166,16 @@ def test_a_robot_that_waits_at_a_node_brakes_and_gathers_speed_again():
     assert floor.there(second) == [near(max(end, 12) + 1 + 12 + 1)]
 
 
+def test_a_ring_that_closes_as_its_robots_come_to_their_stop_lines_turns_when_they_have_braked():
+    """3 to the stop line and 1 to gather speed: seen at 4, braked at 5, on the move at 6, at the next node at 13."""
+    corners = {"A": (0, 0), "B": (10, 0), "C": (10, 10), "D": (0, 10)}
+    floor = Floor(corners, [(f"{a}>{b}", 5) for a, b in pairwise("ABCDA")])
+    robots = [floor.robot(" ".join("ABCDABC"[k : k + 3]), PARK, motion=HALF) for k in range(4)]
+    floor.run()
+    assert [time for time, *_ in floor.log.rings] == [near(4)]
+    assert [floor.there(robot) for robot in robots] == [[near(6 + 2 + 5 + 1)]] * 4  # and to a stand
+
+
 def test_a_ring_of_waiting_robots_turns_when_the_last_has_gathered_speed():
     fleet = {**ring.RING["fleet"], "size": 40, "robot": {**ring.RING["fleet"]["robot"], "acceleration": 0.5}}
     places = [{"edge": list(edge), "offset": offset} for edge in ("AB", "BC", "CD", "DA") for offset in range(1, 10)]
