@@ -7,7 +7,10 @@ import desim_warehouse as dw
 from desim_warehouse import ModelError
 from desim_warehouse.model.facts.charging import start_levels
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world import World
+from desim_warehouse.world.robots.settled import LOOKS, SettledError, SettlingRun
 from tests.auditor import audit
+from tests.world.ring import RING
 
 BASE = {"tasks.goods": {"poisson": 150}, "run": {"length": 7200}}
 
@@ -102,6 +105,19 @@ def test_runs_that_begin_settled_draw_one_look_at_the_fleet_for_all_robots():
     for run, node_of in zip(runs, charging, strict=True):
         assert [start.node for start in run.history.starts] == [node_of.get(robot, "B") for robot in range(3)]
     assert [problem for run in runs for problem in audit(run)] == []
+
+
+def test_a_fleet_that_takes_long_to_settle_is_given_twelve_hours_and_looked_at_in_twelve_more():
+    """At 0.01 a second its one robot draws 864 at most in 24 hours, of the 1,300 between 30 and 95 % of 2,000."""
+    battery = {"capacity": 2000, "threshold": 600, "consumption": 0.01, "charge_rate": 1}
+    slow = dw.load(RING, {**SETTLED, "fleet.size": 1, "tasks.goods": {"poisson": 4}, "battery": battery})
+    settling = SettlingRun(slow)
+    world = World(settling.model, 1, settles=True)
+    settling.watch(world.env, world.robots)
+    with pytest.raises(SettledError):
+        world.run()
+    assert world.env.now == pytest.approx(24 * 3600)
+    assert len(settling.fleets) == LOOKS
 
 
 def test_work_that_ends_has_no_long_run_to_begin_in():
