@@ -188,6 +188,20 @@ SCARCE = {
 }
 
 
+def test_what_is_enough_also_after_parking_includes_the_way_to_the_parking_slot():
+    """From A 1 out, 30 to the good, 25 with it, 40 back and a margin of 40: 136. From D it is 20 more, and to D 61."""
+    bays = {"home": {"at": ["A"], "places": 2, "chargers": 1}, "park": {"at": ["D"], "places": 1, "chargers": 0}}
+    charging = {"name": "reach-aware", "margin": 0.1}
+    low = {"battery.capacity": 400, "fleet.start_energy": 0.2, "policies.charging": charging}
+    world = World(load(RING, {**low, "layout.bays": bays}), 0)
+    world.begin(None)
+    world.env.run(2)  # it charges, and the task is open
+    view = world.robots[0].view()
+    levels = world.reach.levels(view)
+    assert world.reach.enough_for_first(view, levels) == pytest.approx(136)
+    assert world.reach.enough_after_parking(view, levels) == pytest.approx(1 + 60 + 156)
+
+
 def test_robots_share_one_charger_and_finish():
     rates = {"standing": 0.05, "empty": 1.0, "loaded": 1.0, "handling": 1.0}
     world = play({**SCARCE, "battery.consumption": rates})
