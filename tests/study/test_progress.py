@@ -64,7 +64,7 @@ def test_a_cell_shows_the_last_line_and_below_it_what_was_said(monkeypatch):
     assert cell.shown[:3] == [
         (1, 4, ["night: 1 of 4 runs, 20.0 s a run, 1:00 min left"]),
         (1, 4, ["a worker process died"]),
-        (2, 4, ["night: 2 of 4 runs, 10.0 s a run, 20 s left", "a worker process died"]),
+        (2, 4, ["night: 2 of 4 runs, 10.0 s a run, 20.0 s left", "a worker process died"]),
     ]
     assert stream.getvalue() == ""
 
