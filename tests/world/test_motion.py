@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
-from desim_warehouse.world.traffic.motion import Motion
+from desim_warehouse.world.traffic.motion import Motion, Stretch
 from tests.auditor import audit
 from tests.world import ring
 from tests.world.closed_form import drive_time
@@ -135,6 +135,20 @@ def _street(edges, turn_time):
 
 
 # Several robots
+
+
+def test_a_robot_that_comes_to_its_last_lane_at_speed_brakes_from_there():
+    """Speed 1 is gathered over 4 and lost over 1. Of 0.2 from a stand it brakes over a fifth, after 20 and 2 over 1.
+
+    After a lane at 0.5, a speed gathered over 1, it may gather more over 3: it brakes over a fifth of 3 + 1. After one
+    at 0.9 it is at full speed in time, and brakes over 1.
+    """
+    stand = Stretch(Motion(8.0, 2.0))
+    assert stand.further(0.2, 1.0)[1].braking_distance(1.0) == near(0.04)
+    _, fast = stand.further(20.0, 0.9)[1].further(2.0, 1.0)
+    assert fast.braking_distance(1.0) == 1.0
+    _, slow = stand.further(20.0, 0.5)[1].further(3.0, 1.0)
+    assert slow.braking_distance(1.0) == near((1 + 3) / 5)
 
 
 def test_those_that_wait_in_a_row_start_together_and_flow_as_one():

@@ -114,7 +114,8 @@ class Stretch(NamedTuple):
     def braking_distance(self, most: float) -> float:
         """Return the length over which it brakes to its end: `most`, or less if it gathers less speed."""
         gathers, brakes = self.motion
-        return min(most, sum(length for length, _ in self.pieces) * brakes / (gathers + brakes))
+        run_up = self.speed * self.speed * gathers / 2 + sum(length for length, _ in self.pieces)
+        return min(most, run_up * brakes / (gathers + brakes))
 
     def at_speed(self, limit: float) -> Stretch:
         """Return the stretch after a stop, when it has lost all that gathering speed up to a limit can take."""
