@@ -6,6 +6,7 @@ So it is known before any run how many days a verdict needs, and of what days a 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
@@ -26,21 +27,19 @@ def expected(model: Model, length: float) -> dict[str, float]:
 
     Robots break down while they operate, so for breakdowns it is an upper bound.
     """
-    often: dict[str, float] = {}
+    often = defaultdict[str, float](float)
     for robot in model.fleet.robots():
         if robot.breakdowns is not None:
-            often["breakdowns"] = often.get("breakdowns", 0.0) + length / mean_of(robot.breakdowns.every)
+            often["breakdowns"] += length / mean_of(robot.breakdowns.every)
     layout = model.floor
     for node, chargers in chargers_at(model, layout).items():
         outages = layout.bays[node].outages
         if outages is not None:
-            here = chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
-            often["outages of chargers"] = often.get("outages of chargers", 0.0) + here
+            often["outages of chargers"] += chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
     for lift in layout.lifts:
         if (outages := lift.outages) is not None:
-            here = length / (mean_of(outages.every) + mean_of(outages.repair))
-            often["outages of lifts"] = often.get("outages of lifts", 0.0) + here
-    return often
+            often["outages of lifts"] += length / (mean_of(outages.every) + mean_of(outages.repair))
+    return dict(often)
 
 
 def chances(model: Model, length: float | None) -> dict[str, float]:

@@ -114,6 +114,12 @@ def test_chargers_stand_at_the_nodes_chosen_and_robots_park_where_they_left(mode
     assert nodes.many == math.comb(7, 2)
 
 
+def test_chargers_placed_stand_in_for_the_number_at_each_node(model):
+    at_each_node = model.replace({"layout.bays.charging": {"at": ["B"], "places": 2, "chargers": 2}})
+    changed = at_each_node.replace(ChargerNodes(at_each_node, 1).changes(("E",)))
+    assert [(node, bay.chargers) for node, bay in changed.floor.bays.items() if bay.zone == "charging"] == [("E", 1)]
+
+
 def test_designs_drawn_can_be_simulated(model):
     space, draw = DesignSpace(model, parts(model)), Random(1)
     for _ in range(5):

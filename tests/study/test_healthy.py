@@ -226,6 +226,20 @@ def test_a_two_way_lane_that_all_must_cross_is_named_with_what_it_costs():
     assert both - dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(gain.mean)
 
 
+def test_all_two_way_lanes_are_relieved_together_where_robots_use_two_of_them():
+    """The bridge in two halves; of a third lane, which nobody drives, there is nothing to gain."""
+    content = bridge(1).content()
+    content["layout"]["nodes"] |= {"M": [10, 0], "N": [10, 20]}
+    halves = [{"from": a, "to": b, "two_way": True} for a, b in ("AM", "MB", "MN")]
+    content["layout"]["edges"] = [*content["layout"]["edges"][:6], *halves]
+    relief = {one.name: one.relief for one in suspects(dw.simulate(dw.load(content))) if "two-way lane" in one.name}
+    assert relief == {
+        "two-way lane A - M": "two lanes for A - M",
+        "two-way lane M - B": "two lanes for M - B",
+        "two-way lanes": "two lanes for each of 3 two-way lanes",
+    }
+
+
 def test_a_relief_for_which_there_is_no_room_is_said():
     run = dw.simulate(bridge(4))
     assert "the number of robots" not in {suspect.name for suspect in suspects(run)}

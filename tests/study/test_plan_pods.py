@@ -44,6 +44,9 @@ def test_the_fleet_that_does_most_is_found_between_those_looked_at_first():
     assert (found.robots, found.mean, found.largest, found.at_largest) == (9, 650, 40, 588)
     assert found.up_to == 11  # beyond the zone of 5 they do worse
     assert runs <= RUNS * 20
+    assert (
+        most(lambda robots: 650 - abs(robots - 10) * (2 if robots < 10 else 100))[0].robots == 10
+    )  # above the 8 of then
     most_of_many, runs = most(lambda robots: -abs(robots - 170), range(1, 401), runs=2 * APART * RUNS)
     assert abs(most_of_many.robots - 170) <= 3
 

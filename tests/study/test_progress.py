@@ -37,6 +37,38 @@ def test_a_study_without_a_run_has_no_pace():
     assert Progress("x", stream=io.StringIO()).summary().startswith("x: 0 runs in ")
 
 
+class Cell:
+    """The bar of a cell, with all that it showed."""
+
+    def __init__(self):
+        self.shown = []
+
+    def update(self, done, total, lines):
+        self.shown.append((done, total, lines))
+
+
+def test_a_cell_shows_the_last_line_and_below_it_what_was_said(monkeypatch):
+    """Two of four runs are done by 20 s, one every 10 s; a line that is said stays below."""
+    clock = iter([0.0, 0.0])
+    monkeypatch.setattr(progress, "monotonic", lambda: next(clock, 20.0))
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
+    monkeypatch.setattr(progress, "CellBar", Cell)
+    stream = io.StringIO()
+    with Progress("night", stream=stream) as shown:
+        shown.want(4, 0)
+        shown.step(failed=False)
+        shown.print("a worker process died")
+        shown.shown_at = 0.0
+        shown.step(failed=False)
+        cell = shown.cell
+    assert cell.shown[:3] == [
+        (1, 4, ["night: 1 of 4 runs, 20.0 s a run, 1:00 min left"]),
+        (1, 4, ["a worker process died"]),
+        (2, 4, ["night: 2 of 4 runs, 10.0 s a run, 20.0 s left", "a worker process died"]),
+    ]
+    assert stream.getvalue() == ""
+
+
 class Terminal(io.StringIO):
     """A stream that says it is a terminal."""
 

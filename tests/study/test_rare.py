@@ -9,6 +9,7 @@ from desim_warehouse.questions.study import Study
 from desim_warehouse.study.rare import beyond, chances, days_needed, expected, shows, unknown
 from desim_warehouse.study.statistics.limits import COMMON_DAYS, RARE_DAYS, DaysNeeded
 from tests.docs import pages
+from tests.world.test_lifts import building
 
 FAILING = {
     "fleet.robot.breakdowns": {"every": {"exponential": 36_000}, "repair": 600},
@@ -39,6 +40,13 @@ def test_breakdowns_and_outages_are_counted_by_robots_and_chargers():
     assert expected(model, 1200) == {"breakdowns": pytest.approx(0.1), "outages of chargers": pytest.approx(0.6)}
     known = {"breakdowns": pytest.approx(0.0952, abs=1e-4), "outages of chargers": pytest.approx(0.4512, abs=1e-4)}
     assert chances(model, 1200) == known
+
+
+def test_outages_of_all_lifts_are_counted_together():
+    """Two lifts that fail every 5,000 s and are repaired in 1,000 s, for 1,200 s: 2 x 0.2."""
+    outages = {"every": {"exponential": 5000}, "repair": 1000}
+    model = dw.load(building(2, "fastest"), {f"layout.lifts.lift{number}.outages": outages for number in range(2)})
+    assert expected(model, 1200) == {"outages of lifts": pytest.approx(0.4)}
 
 
 def test_what_is_rare_is_named_beside_few_runs_and_not_beside_many():

@@ -13,7 +13,9 @@ from desim_warehouse.model.sections.flows import Profile, Rates
 from desim_warehouse.questions.run import words as run_words
 from desim_warehouse.study.suspects import suspects
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world import World
 from desim_warehouse.world.orders.flows import _Flow
+from desim_warehouse.world.robots.forecast import busy_view
 from tests import little
 from tests.accounting import faults
 from tests.auditor import audit
@@ -54,6 +56,16 @@ ONCE = {"schedule": [{"at": 0}]}
 
 
 NO_STORAGE = {**RING, "layout": {key: value for key, value in RING["layout"].items() if key != "storage"}}
+
+
+def test_a_robot_on_its_way_into_storage_is_free_at_the_end_of_that_lane():
+    """At 24 it has loaded at B; from 30 it is 14 to C, 5 to the place, 6 to unload and 15 to D."""
+    flow = {"from": "dock", "to": first(0), "arrivals": {"schedule": [{"at": 0, "tasks": 1}]}}
+    world = World(dw.load(RING, {"tasks.flows": {"flow": flow}}), 0)
+    world.begin(None)
+    world.env.run(30)
+    view = busy_view(world.robots[0], world.reach, 30)
+    assert (view.node, view.free_in) == ("D", 14 + 5 + 6 + 15)
 
 
 def test_a_floor_of_pick_up_and_drop_off_points_needs_no_storage():

@@ -12,7 +12,7 @@ from desim_warehouse.run.quick import left_out
 from desim_warehouse.study.suspects import suspects
 from desim_warehouse.values.calendars import ALWAYS, Hours
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.lift_users import LiftUsers, PersonRide
+from desim_warehouse.world.traffic.lift_users import LiftUsers, PersonRide, _times
 from tests.world.floor import PARK
 from tests.world.test_lifts import ALONE, TWO, UP, building, house
 
@@ -104,6 +104,13 @@ def test_a_lift_that_failed_is_repaired_first_and_a_ride_under_way_comes_to_its_
     assert run.kpis["in_lift"] == 48 + 96 + 59
     fails = [(row[0], row[4], row[7]) for row in run.record.rows if row[1] == "lift_fails"]
     assert fails == [(20, "lift0", 120), (150, "lift1", 250)]
+
+
+def test_people_call_after_so_much_time_in_their_hours():
+    """Open for 4 of every 10 s, called after 2, 5, 9 and 14 s of that; open for 6 s in all, after 2 and 5."""
+    gaps = [2.0, 3.0, 4.0, 5.0]
+    assert list(_times(iter(gaps), Hours([(0.0, 4.0)], 10.0))) == [2, 11, 21, 32]
+    assert list(_times(iter(gaps), Hours([(0.0, 4.0), (7.0, 9.0)]))) == [2, 8]
 
 
 @pytest.mark.slow
