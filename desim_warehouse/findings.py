@@ -87,6 +87,7 @@ CODES: dict[str, Code] = {
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
     "NEVER_CHARGED": Code("warning", "no bay has a charger, and by the quick estimate the batteries do not last"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
+    "CHARGERS_WITHOUT_SLOT": Code("warning", "chargers of a bay have no slot, so no robot is ever charged there"),
     "NO_SPARE_SLOT": Code(
         "warning",
         "there are as many slots as robots, and some have no charger: while all robots rest, none can change places",

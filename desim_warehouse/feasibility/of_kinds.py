@@ -61,6 +61,7 @@ def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find faults of slots at chargers, for all kinds together."""
     yield from _no_spare(model, layout)
     yield from _waiting(model, layout)
+    yield from _without_slots(model, layout)
 
 
 def _errors(model: Model) -> dict[str, list[Finding]]:
@@ -102,6 +103,22 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
                 f"layout.bays.{zone}.places",
                 f"{number_of(count, 'slot')} beside chargers without one: robots that wait there do no work",
                 cure,
+            )
+
+
+def _without_slots(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Find chargers that no robot can stand at, because their bay has fewer slots than chargers."""
+    slots, idle = slots_at(model, layout), Counter[str]()
+    for node, bay in layout.bays.items():
+        idle[bay.zone] += max((bay.chargers or 0) - slots[node], 0)
+    for zone, count in idle.items():
+        if count:
+            yield Finding(
+                "CHARGERS_WITHOUT_SLOT",
+                f"layout.bays.{zone}.places",
+                f"{number_of(count, 'charger')} without a slot: a bay without places has one slot for each robot that "
+                "starts there",
+                "places as many as chargers, or total_chargers, which gives each charger a slot",
             )
 
 

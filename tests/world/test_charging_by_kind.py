@@ -183,6 +183,14 @@ def test_nothing_is_said_where_all_charge_or_a_slot_is_free(changes):
     assert no_spare_slot(changes) == []
 
 
+@pytest.mark.parametrize(("places", "idle"), [({}, ["2 chargers without a slot"]), ({"places": 2}, [])])
+def test_chargers_where_no_robot_starts_have_no_slots_unless_places_gives_them_some(places, idle):
+    bays = {"home": {"at": ["A"], "chargers": 0}, "plug": {"at": ["B"], "chargers": 2, **places}}
+    model = load(RING, {"layout.bays": bays, "fleet.size": 2, "fleet.start": ["A"]})
+    texts = [one.text for one in examine(model, model.floor, estimate)[0] if one.code == "CHARGERS_WITHOUT_SLOT"]
+    assert [text.partition(":")[0] for text in texts] == idle
+
+
 def test_kinds_with_chargers_of_their_own_need_no_slot_to_spare():
     own = {
         "large": {"at": ["A"], "places": 2, "chargers": 1, "kinds": ["large"]},
