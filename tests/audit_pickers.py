@@ -156,10 +156,10 @@ class Pickers:
         return found
 
     def on_way(self, robot, time, begin):
-        """Whether the picker sent at a time was not sent elsewhere before the robot came."""
+        """Whether the picker sent at a time was not sent elsewhere, nor done there, before the robot came."""
         row = next(row for row in self.rows if row[1] == "walking" and row[2] == robot and row[0] == time)
         later = [one for one in self.rows if one[1] == "walking" and one[8] == row[8] and row[0] < one[0] <= begin]
-        picked = [one for one in self.rows if one[1] == "picking" and one[2] == robot and row[0] <= one[0] < begin]
+        picked = [one for one in self.rows if one[1] == "picking" and one[2:4] == row[2:4] and row[0] <= one[0] < begin]
         return not later and not picked
 
 
