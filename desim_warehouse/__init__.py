@@ -83,137 +83,45 @@ if TYPE_CHECKING:
 
 
 _HOME = {
-    "answer.answer": ("Answer",),
-    "errors": (
-        "BatteryError",
-        "CheckError",
-        "GridlockError",
-        "LayoutError",
-        "ModelError",
-        "PolicyError",
-        "ReportError",
-        "SimulationError",
-        "StallError",
-        "StudyError",
-        "WarehouseError",
-    ),
-    "fleet_log": ("read_log",),
-    "fleet_log.calibrate": (
-        "Calibration",
-        "calibrate",
-    ),
-    "fleet_log.table": ("FleetLog",),
-    "fleet_log.validate": (
-        "Validation",
-        "validate",
-    ),
-    "learn.asktell": (
-        "Decision",
-        "Steps",
-        "steps",
-    ),
-    "live": (
-        "Live",
-        "serve",
-    ),
-    "live.frozen": (
-        "FrozenPage",
-        "what_if_page",
-    ),
-    "model": (
-        "Model",
-        "load",
-    ),
-    "orders.day": (
-        "OrderDay",
-        "order_day",
-    ),
-    "model.overrides": ("UNSET",),
-    "plants": ("read_layout",),
-    "plants.export": ("write_layout",),
-    "plants.plant": ("Remark",),
-    "policies": (
-        "Allocation",
-        "Batching",
-        "BayView",
-        "Charging",
-        "Handling",
-        "Levels",
-        "OrderAssignment",
-        "OrderCall",
-        "Parking",
-        "PodCall",
-        "PodChoice",
-        "PodStorage",
-        "PutCall",
-        "PutChoice",
-        "Roads",
-        "RobotView",
-        "Routing",
-        "Situation",
-        "StorageCall",
-        "Task",
-        "TaskBatch",
-        "Travel",
-        "WaitingTasks",
-    ),
-    "questions.best": (
-        "BestOfMany",
-        "best",
-    ),
-    "questions.check": (
-        "Check",
-        "check",
-    ),
-    "questions.orient": (
-        "BetterDirections",
-        "orient",
-    ),
-    "questions.plan": (
-        "Plan",
-        "plan",
-    ),
-    "questions.plan_options": (
-        "OptionsPlan",
-        "plan_options",
-    ),
-    "questions.race": ("Best",),
-    "questions.run": (
-        "Run",
-        "load_run",
-        "simulate",
-    ),
-    "questions.size": (
-        "Size",
-        "size",
-    ),
-    "questions.study": (
-        "Comparison",
-        "MainEffects",
-        "Results",
-        "Study",
-    ),
-    "questions.tipping": (
-        "TippingPoints",
-        "tipping_points",
-    ),
-    "questions.why": (
-        "Why",
-        "why",
-    ),
-    "replay": ("Replay",),
-    "report.write": (
-        "load_answer",
-        "write_report",
-    ),
-    "study.file": ("schema",),
-    "study.search": ("Search",),
+    "answer.answer": "Answer",
+    "errors": "BatteryError CheckError GridlockError LayoutError ModelError PolicyError ReportError SimulationError "
+    "StallError StudyError WarehouseError",
+    "fleet_log": "read_log",
+    "fleet_log.calibrate": "Calibration calibrate",
+    "fleet_log.table": "FleetLog",
+    "fleet_log.validate": "Validation validate",
+    "learn.asktell": "Decision Steps steps",
+    "live": "Live serve",
+    "live.frozen": "FrozenPage what_if_page",
+    "model": "Model load",
+    "model.overrides": "UNSET",
+    "orders.day": "OrderDay order_day",
+    "plants": "read_layout",
+    "plants.export": "write_layout",
+    "plants.plant": "Remark",
+    "policies": "Allocation Batching BayView Charging Handling Levels OrderAssignment OrderCall Parking PodCall "
+    "PodChoice PodStorage PutCall PutChoice Roads RobotView Routing Situation StorageCall Task TaskBatch Travel "
+    "WaitingTasks",
+    "questions.best": "BestOfMany best",
+    "questions.check": "Check check",
+    "questions.orient": "BetterDirections orient",
+    "questions.plan": "Plan plan",
+    "questions.plan_options": "OptionsPlan plan_options",
+    "questions.race": "Best",
+    "questions.run": "Run load_run simulate",
+    "questions.size": "Size size",
+    "questions.study": "Comparison MainEffects Results Study",
+    "questions.tipping": "TippingPoints tipping_points",
+    "questions.why": "Why why",
+    "replay": "Replay",
+    "report.write": "load_answer write_report",
+    "study.file": "schema",
+    "study.search": "Search",
 }
-_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+"""Modules that public names are imported from, each with its names."""
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names.split()}
 _CALLED = {"plan": "plan_fleet", "load_answer": "read_answer", "write_report": "report"}
 """Public names of functions that have another name in their module."""
-_PACKAGES = {"plot": "plot"}
-"""Public modules by name."""
 
 __all__ = [
     "UNSET",
@@ -312,8 +220,8 @@ if not TYPE_CHECKING:  # a type checker would let every misspelt name pass
         """Import a public name from its module."""
         from importlib import import_module
 
-        if name in _PACKAGES:
-            value: Any = import_module(f"{__name__}.{_PACKAGES[name]}")
+        if name == "plot":
+            value: Any = import_module(f"{__name__}.plot")
         elif name in _MODULE_OF:
             value = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), _CALLED.get(name, name))
         else:

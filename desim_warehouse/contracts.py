@@ -14,14 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from desim_warehouse.model import Model
 from desim_warehouse.policies import WaitingTasks
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.run import RunData
-
+from desim_warehouse.run import RunData
 
 EXAMPLE: Mapping[str, Any] = {
     "name": "contract",

@@ -80,20 +80,32 @@ def units() -> str:
 
 
 def _sections(schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the keys of the file, then each section; a section that stands in several places in full at one of them."""
     yield "## The file\n"
     yield _keys(schema)
     below = [item for key, part in schema["properties"].items() for item in _below(part, key, defs)]
     paths = [path for path, _ in below]
-    told: set[str] = set()
-    for path, found in below:
-        form = f": {{{next(iter(found['properties']))}: …}}" if paths.count(path) > 1 else ""
-        said = found["description"]
-        yield f"## {path}{form}\n"
-        yield f"{_sentence(said)}\n"
-        if said not in told and "\n\n" in said:
-            yield said.partition("\n\n")[2] + "\n"
-        told.add(said)
-        yield _keys(found)
+    sections = [
+        (f"{path}: {{{next(iter(section['properties']))}: …}}" if paths.count(path) > 1 else path, _told(section))
+        for path, section in below
+    ]
+    homes = dict[str, str]()
+    for path, text in sections:
+        homes[text] = min(homes.get(text, path), path, key=lambda each: each.count("."))
+    elsewhere = tuple(f"{path.partition(':')[0]}." for path, text in sections if homes[text] != path)
+    for path, text in sections:
+        if homes[text] == path:
+            yield f"## {path}\n"
+            yield text
+        elif not path.startswith(elsewhere):
+            yield f"## {path}\n"
+            yield f"The keys of `{homes[text]}`.\n"
+
+
+def _told(section: Mapping[str, Any]) -> str:
+    """Return what a section is, and its keys."""
+    more = section["description"].partition("\n\n")[2]
+    return "\n".join((f"{_sentence(section['description'])}\n", *([f"{more}\n"] if more else []), _keys(section)))
 
 
 def _below(part: Mapping[str, Any], path: str, defs: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -378,8 +390,11 @@ def layouts() -> str:
         return str(module.__doc__).strip() + "\n"
 
     lines = ["## Every drawing\n", said(model), "## Grids\n", said(grid)]
+    homes = dict[str, str]()
     for form in FORMATS:
-        lines += [f"## {form.name}\n", said(sys.modules[form.read.__module__])]
+        reader = form.read.__module__
+        home = homes.setdefault(reader, form.name)
+        lines += [f"## {form.name}\n", said(sys.modules[reader]) if home == form.name else f"Read as {home} is.\n"]
     return "\n".join(lines)
 
 

@@ -40,19 +40,19 @@ BESIDE = 0.01  # in the cells of the paper
 
 HEAD = """# Validation
 
-Does the simulator compute what it should? Here it stands beside theory, beside a second program that shares no code
-with it, and beside the paper. `make validation` makes this page; seeds are fixed, so it comes out the same. `make test`
-checks the fast rows and the laws below, `make test-long` all of them.
+Does the simulator compute what it should? This page compares it with theory, with a second program that shares no
+code with it, and with the paper. `make validation` regenerates the page; seeds are fixed, so the figures are
+reproducible. `make test` checks the fast rows and the laws below, `make test-long` all of them.
 
-Whether a *model* is right, your layout, times and orders, no page can say: compare a run of yesterday's orders with
-what happened yesterday ([What it cannot do](../cannot.md), [STRESS checklist](stress.md)).
+No page can tell whether a *model*, with your layout, times and orders, is right: compare a run of yesterday's orders
+with what happened yesterday ([What it cannot do](../cannot.md), [STRESS checklist](stress.md)).
 
 ## How it is judged
 
-- Where chance plays a part: independent runs; the 99 % interval of their mean (Student's t) must **contain** the value
-  of theory, and lie **within 3 %** of it. With this many rows one interval in a hundred would miss by chance; as
-  seeds are fixed it is known that none does.
-- Where nothing is random: one run, and how near it must come.
+- Stochastic cases: independent runs, of which the 99 % interval of the mean (Student's t) must **contain** the
+  theoretical value and lie **within 3 %** of it. By chance one interval in a hundred would miss; with these seeds
+  none does.
+- Deterministic cases: one run, which must come within the stated bound.
 
 ![Where chance plays a part: simulated against theory, with 99 % intervals](../pictures/validation.png)
 
@@ -60,73 +60,79 @@ what happened yesterday ([What it cannot do](../cannot.md), [STRESS checklist](s
 """
 LITTLE = """## Little's law on every run
 
-The average number of open tasks L is their rate times their mean time W. `tests/little.py` counts the area under the
-number of open tasks from the log, event by event, and compares it with `tasks` and `cycle_time_mean` of the
-indicators, tasks cut off at both ends of the counted time included: then the law is exact, not a limit. It is checked
-to 1e-9 on every random warehouse of `tests/laws`, 162 in `make test` and 40,000 in `make test-long`, with stations,
-batteries, two-way lanes, zones and every policy; on runs with several flows, for each of them; and on the packing hall.
+The average number of open tasks L equals their arrival rate times their mean time W. `tests/little.py` computes the
+area under the number of open tasks from the log, event by event, and compares it with `tasks` and `cycle_time_mean`
+of the indicators. Tasks cut off at either end of the counted time are included, so the law holds exactly, not just
+in the limit. It is checked to 1e-9 on every random warehouse of `tests/laws`, 162 in `make test` and 40,000 in
+`make test-long`, with stations, batteries, two-way lanes, zones and every policy; on runs with several flows, for
+each flow; and on the packing hall.
 """
 BESIDES = """## The same rules, step by step
 
-`tests/reference/stepped.py` is the paper's program written anew: it moves every robot 0.05 s at a time and tests the
-distance and bearing of every pair, as the paper does. It shares no code with the simulator, which computes events. For
-each number of robots {lists} experiments are drawn: goods, unloading letter, thresholds, consumption. Steps round every
-drive up to whole steps and jump over short conflicts, and who then comes first at a node may change the rest of an
-experiment. So T agrees not exactly: in most experiments to a fraction of a percent, in a few much less. Half of them
-must be within 0.5 %, and the interval of the mean ratio within 3 %.
+`tests/reference/stepped.py` is an independent reimplementation of the paper's program: it moves every robot 0.05 s
+at a time and tests the distance and bearing of every pair, as the paper does. It shares no code with the event-based
+simulator. For each number of robots {lists} experiments are drawn: goods, unloading letter, thresholds, consumption.
+Steps round every drive up to whole steps and jump over short conflicts, and a different order of arrival at a node
+may change the rest of an experiment. So the values of T do not agree exactly: in most experiments they differ by a
+fraction of a percent, in a few by more. Half of the experiments must be within 0.5 %, and the interval of the mean
+ratio within 3 %.
 
-**S has no verdict.** It counts how often a robot stops, and steps of 4 px jump over short stops: a robot right behind
-another waits 1.5 steps here while that one is on a node, and need not stop there. "Alone" counts the waits that have no
-counterpart in the other model (of the same robot at the same time), in experiments whose T differs by at most {same}
-steps. Short ones take up to {short} steps.
+**S has no verdict.** It counts how often a robot stops, and steps of 4 px jump over short stops: a robot right
+behind another waits 1.5 steps here while that one is on a node, and need not stop in the stepped program. "Alone"
+counts the waits without a counterpart in the other model (of the same robot at the same time), in experiments whose
+T differs by at most {same} steps. Short waits take up to {short} steps.
 """
 SUMS = """
 In all experiments S is {here:,} here and {there:,} stepped, {more:+.1f} %. Short waits alone: {short} here and
-{stepped_short} stepped. Longer ones, where robots come to a node in another order: {longer} and {stepped_longer}.
+{stepped_short} stepped. Longer ones, where robots arrive at a node in another order: {longer} and {stepped_longer}.
 """
 PAPER = """## The paper's cells
 
-The 30 cells of the paper, 1 to 6 robots and five lists of goods, beside what the authors' program gives; [the
-paper's experiment](../paper.md) has their means, `desim paper` shows them one by one. The program works in steps, so
-theory gives no bound: these are the differences.
+The 30 cells of the paper, 1 to 6 robots and five lists of goods, compared with the authors' program. [The paper's
+experiment](../paper.md) has the means; `desim paper` shows each cell. The program works in steps, so theory gives no
+bound, and we report only the differences.
 """
 FINER = """
 The stepped reference has the program's T and C in all cells, and S {whole}. With steps cut in 2 and in 4 its T stays
 within {time:.2g} %, but S becomes {halves} and {quarters}: a robot that waits for another that turns off stops once
-here and in whole steps. In finer steps it goes on in jerks, and each counts. So finer steps come to no value of S.
+here and in whole steps. In finer steps it moves on in jerks, each of which counts. So S does not converge as steps
+shrink.
 """
 COVERAGE = """## How often answers are right
 
-Studies of synthetic days whose truth is known, by the code of the commands, {studies} of each kind
-(`tests/study/statistics/coverage.py`). Each should be right in 95 %, which so many studies tell to about 2 points.
-Tasks of one day depend on each other: they correlate, more on floors that jam now and then. The lower ends of
-intervals of shares of tasks assume a correlation of at least 0.04 of up to 17 days: few days that happen to be
-alike say little of the others. More show it themselves.
+The commands' own code analyses synthetic days with known truth, in {studies} studies of each kind
+(`tests/study/statistics/coverage.py`). Each kind should be right in 95 %; this many studies estimate the rate to
+about 2 points. Tasks of one day are correlated, more so on floors that jam now and then. For up to 17 days, the
+lower bounds of intervals for shares of tasks assume a correlation of at least 0.04, because a few days that happen
+to be alike say little about the others. More days show the correlation themselves.
 """
-MISSES = """A fleet that misses a target by 0.05 points should be said to meet it in at most 5 % of plans. They look up
-to seven times, after 5 to 80 days, and say that it does after 33 days or more. Of days that differ by degrees that
-holds at 95 %. At a target of 99 % it holds for correlations of up to 0.05, and nearly at 0.1:
+MISSES = """A fleet that misses a target by 0.05 points should be declared to meet it in at most 5 % of plans. Plans
+make up to seven interim analyses, after 5 to 80 days, and declare success after 33 days or more. Where
+days differ gradually, the rate is kept at a target of 95 %. At a target of 99 % it is kept for
+correlations of up to 0.05, and nearly at 0.1:
 """
-KINDS = """Of days of two kinds, good and bad, bounds know nothing before a bad one has come, so days are counted. Where
-the model has nothing rarer than one day in ten, 33 days are needed, and where it has, 59 of up to 120 (breakdowns and
-outages by their rates, `study/rare.py`). Rarer days are not covered, and the answer says so. Wrongly met, in {studies}
-plans each, are fleets that miss a share by 0.05 points or a time by 0.1 %:
+KINDS = """If days are of two kinds, good and bad, bounds know nothing of bad days before the first occurs, so a
+minimum number of days is required. Where the model has nothing rarer than one day in ten, 33 days are
+needed, otherwise 59 of up to 120 (breakdowns and outages by their rates, `study/rare.py`). Rarer days are
+not covered, and the answer says so. The table gives the share of plans, of {studies} for each cell, that
+wrongly declare *met* for fleets that miss a share by 0.05 points or a time by 0.1 %:
 """
-BETTER = """A fleet that is better than its target by the zone, here a quarter of what is possible beyond, should
-be said to miss it in at most 5 % of plans. Upper ends rest on what the days show alone, as rare bad days only lower a
-mean:
+BETTER = """A fleet that exceeds its target by the indifference zone, here a quarter of the room above the target,
+should be declared to miss it in at most 5 % of plans. Upper bounds rest on the observed days alone,
+because rare bad days only lower a mean:
 """
-LIVE = """The live page looks again as days come in, first after ten; "met" it says from 35 on. Of a design *exactly at*
-its target it should ever say so in at most 5 % of sessions, here of 120 days:
+LIVE = """The live page repeats its analysis as days come in, first after ten; it declares *met* from 35 on. For a
+design *exactly at* its target it should ever do so in at most 5 % of sessions, here of 120 days:
 """
 PODS = """## Goods to person beside RAWSim-O
 
-[RAWSim-O](https://github.com/merschformann/RAWSim-O) (commit d500e09), built unmodified, and this simulator on one
-floor by the same rules: 5 x 5 blocks of 4 x 2 places, 170 pods, a hall of 10 m before two stations of one picker and 9
-`places`. Robots drive 1.5 m/s, gather speed with 1 m/s2 and turn in 0.625 s; a pod is lifted in 2.2 s, a line takes
-10 s. 12 orders of one line are open at each station and 200 in all, of 100 items, of which a pod has 15. Half an hour
-is left out, two are counted; means are of three runs. One figure was fitted to RAWSim-O: 5.3 s to change pods. Its
-empty robots drive under pods, and ours do not, so metres are not compared. Lines an hour:
+We compare [RAWSim-O](https://github.com/merschformann/RAWSim-O) (commit d500e09), built unmodified, with this
+simulator on one floor by the same rules: 5 x 5 blocks of 4 x 2 places, 170 pods, a hall of 10 m before two stations
+of one picker and 9 `places`. Robots drive 1.5 m/s, accelerate at 1 m/s2 and turn in 0.625 s; lifting a pod takes 2.2
+s, a line 10 s. Each station has 12 open orders of one line, and there are 200 in all, of 100 items, of which a pod
+has 15. Half an hour of warm-up is discarded, two hours are counted, and means are of three runs. One figure was
+fitted to RAWSim-O: 5.3 s to change pods. Its empty robots drive under pods, and ours do not, so distances are not
+compared. Lines an hour:
 """
 PODS_NEAR = """
 The largest difference is {most:.1f} % for most lines and {nearest:.1f} % for the nearest pod. With most lines the
@@ -134,7 +140,8 @@ maximum is at {here} robots here and at {there} there.
 """
 BANKS = """## Banks of made-up warehouses
 
-Searches on many warehouses whose truth is known; each command takes minutes to hours, so `make validation` leaves them:
+These searches run on many warehouses with known truth. Each command takes minutes to hours, so `make validation`
+does not repeat them:
 """
 BANK_HEADS = ("question", "bank", "ours", "others")
 BANK_ROWS = (
@@ -178,11 +185,11 @@ BANK_ROWS = (
 """Figures that their commands print; not made anew with the page."""
 TAIL = """## What else is checked
 
-- One robot over worked routes, by hand (`tests/world`); intersections, rings and stations, by hand.
-- An auditor rebuilds positions from the log and applies the paper's rule literally; a recount computes every indicator
-  again from the log; both on random warehouses (`tests/laws`).
+- Single robots on worked routes, intersections, rings and stations, calculated by hand (`tests/world`).
+- An auditor rebuilds positions from the log and applies the paper's rule literally, and a recount computes every
+  indicator again from the log; both on random warehouses (`tests/laws`).
 - Liveness: work ends in thousands of random worlds, and in every reachable state of small ones.
-- More of the statistics: quantiles, selections, screening, warm-ups (`tests/study/statistics`).
+- Further statistics: quantiles, selections, screening, warm-ups (`tests/study/statistics`).
 """
 
 

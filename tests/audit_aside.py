@@ -45,7 +45,7 @@ class Asides:
                         self.fault(begin, f"robot {visit.robot} stands beside {edge}, which has no room for it")
                     lane = min(edge, edge[::-1]) if self.graph.edges[edge].get("two_way") else edge
                     place = visit.at(begin) if lane == edge else length - visit.at(begin)
-                    beside[lane, round(place, 4)].append((begin, end, visit.robot))
+                    beside[lane, round(place, 8)].append((begin, end, visit.robot))
                     if any(begin + TOL < time < end - TOL for time in self.sets_off(visit)):
                         self.fault(begin, f"robot {visit.robot} drives while it stands beside {edge}")
                     self.check_handles(visit, begin)

@@ -41,12 +41,14 @@ class Motion:
     def check_braking(self, first, then):
         """On one edge `then` can stop D behind `first` at any time, if it keeps its braking distance.
 
-        That is shorter while it gathers speed, and before a stand. A ring of robots turns as one, D apart.
+        That is shorter while it gathers speed, and before a stand. A ring of robots turns as one, D apart. At the
+        instant at which `first` is cleared, or steps beside the lane, `then` may go on.
         """
         robot = self.robots[then.robot]
         if robot.keeps != "braking" or self.in_ring(then) or self.in_ring(first):
             return
         gathers, brakes = robot.motion
+        last = min(first.leave - (TOL if first.cleared else 0.0), then.leave, self.run.record.end)
         for begin, end, place, to, stood, stop in self.drives_of(then):
             pace = (to - place) / (end - begin)
             run_up, braking = pace * pace * gathers / 2, pace * pace * brakes / 2
@@ -54,7 +56,7 @@ class Motion:
             for time in sorted({begin, end, *(time for time in (*bends, *first.times) if begin < time < end)}):
                 ahead, here = first.at(time), then.at(time)
                 need = self.contact + min(braking, (here - stood) * brakes / gathers, stop - here)
-                if time <= min(first.leave, then.leave, self.run.record.end) and ahead - here < need - 10 * self.slack:
+                if time <= last and ahead - here < need - 10 * self.slack:
                     self.fault(time, f"robot {then.robot} drives {ahead - here:g} behind {first.robot}, not {need:g}")
                     return
 

@@ -1,7 +1,7 @@
 """The part of the auditor that looks at pickers: where they are, by whom, when and where each load is handled."""
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 import networkx as nx
 
@@ -32,6 +32,7 @@ class Pickers:
         """Each does one thing at a time, begins where he was, walks at his speed, in his hours, and in his zone."""
         free, place, mine = defaultdict(float), {}, {}
         zone_of = {}
+        places_at = Counter((place.edge, place.offset) for place in self.run.layout.storage)
         hours = self.run.model.hours(spec.hours)
         for time, kind, robot, _, _, edge, offset, until, number in acts:
             spot = edge, offset
@@ -48,7 +49,8 @@ class Pickers:
                 stays = spec.stay == "order" and mine.get(number) == robot
                 if not stays and not hours.is_open(time) and not hours.is_open(time + TOL):
                     self.fault(time, f"picker {number} sets out for robot {robot} outside his hours")
-            if zone_of.setdefault(spot, number % spec.zones) != number % spec.zones:
+            alone = places_at[spot] < 2  # of places at one spot, zones may get one each
+            if alone and zone_of.setdefault(spot, number % spec.zones) != number % spec.zones:
                 self.fault(time, f"picker {number} is at {spot}, in the zone of others")
             free[number], place[number], mine[number] = until, spot, robot
 
@@ -154,10 +156,10 @@ class Pickers:
         return found
 
     def on_way(self, robot, time, begin):
-        """Whether the picker sent at a time was not sent elsewhere before the robot came."""
+        """Whether the picker sent at a time was not sent elsewhere, nor done there, before the robot came."""
         row = next(row for row in self.rows if row[1] == "walking" and row[2] == robot and row[0] == time)
         later = [one for one in self.rows if one[1] == "walking" and one[8] == row[8] and row[0] < one[0] <= begin]
-        picked = [one for one in self.rows if one[1] == "picking" and one[2] == robot and row[0] <= one[0] < begin]
+        picked = [one for one in self.rows if one[1] == "picking" and one[2:4] == row[2:4] and row[0] <= one[0] < begin]
         return not later and not picked
 
 

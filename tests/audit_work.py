@@ -201,6 +201,8 @@ class Work:
                     _, left = inside.pop(robot)
                     if edge[0] != left:
                         self.fault(time, f"robot {robot} was in a bay at {left} and came out onto {edge}")
+                elif kind == "cleared" or (kind == "broken" and inside.get(robot, ("",))[0] == "parked"):
+                    inside.pop(robot, None)  # none breaks down in a bay: it was on the node, about to enter a lane
             for place, robots in Counter(inside.values()).items():
                 if robots > room.get(place, 0):
                     self.fault(time, f"{robots} robots are {place[0]} at {place[1]}, which has {room.get(place, 0)}")

@@ -19,6 +19,7 @@ import resource
 import signal
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -222,9 +223,11 @@ class Tried:
             seen[id(frame.f_code)] = frame.f_code
 
         begin = time.process_time()
+        threading.settrace(called)  # what a test runs in threads that it starts
         sys.settrace(called)
         self.once(item)
         sys.settrace(None)
+        threading.settrace(None)
         inside = f"{PACKAGE}{os.sep}"
         codes = [code for code in seen.values() if code.co_filename.startswith(inside)]
         functions = sorted({f"{code.co_filename.removeprefix(inside)}:{code.co_firstlineno}" for code in codes})

@@ -1,13 +1,14 @@
 """A mutant is tried as it stands in memory, and nowhere else."""
 
 import os
+import threading
 import time
 
 import pytest
 
 from desim_warehouse.study.statistics.limits import days_for
 from tests import mutants
-from tests.mutants import forked, mutate, sites
+from tests.mutants import Tried, forked, mutate, sites
 
 MODULE = "study/statistics/limits.py"
 
@@ -31,3 +32,17 @@ def test_what_is_changed_is_what_runs_though_it_was_imported_before():
 def test_a_mutant_that_waits_for_ever_is_stopped_by_the_clock_as_it_uses_no_processor(monkeypatch):
     monkeypatch.setattr(mutants, "PATIENCE", 1)
     assert forked(lambda: time.sleep(3600), 1) is None
+
+
+def test_what_a_test_runs_in_a_thread_is_noted_too(monkeypatch):
+    """Studies work in a thread of their own, and so no test was said to run what they do there."""
+
+    def once(_item):
+        thread = threading.Thread(target=days_for, args=(0.1,))
+        thread.start()
+        thread.join()
+
+    tried = Tried(None)
+    monkeypatch.setattr(tried, "once", once)
+    _, functions = tried.watched(None)
+    assert f"{MODULE}:{days_for.__code__.co_firstlineno}" in functions

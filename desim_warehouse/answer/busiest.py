@@ -5,20 +5,15 @@ For the answers of `desim run`, `check`, `plan` and `why`, and for the live page
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.lifts import called
-from desim_warehouse.model.facts.workers import NEAR, busiest, ranked, scarce
+from desim_warehouse.model.facts.workers import NEAR, Load, busiest, ranked, scarce
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.loads import loads
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.model.facts.workers import Load
-    from desim_warehouse.outcome.history import History
 
 _WORK = {"robots", "people", "pickers"}
 """Kinds that work; others are in use."""
@@ -47,8 +42,8 @@ def was(measured: Iterable[Load]) -> str:
     first, *near = most
     if first.group.kind == "lanes":
         return f"The lanes held most up: robots waited in traffic {_percent(first.mean)} of the time."
-    line = f"{_the(first)} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
-    line += "".join(f", and {_the(load)}, {_spent(load)}" for load in near)
+    line = f"{_the(first)}{first.group.name} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
+    line += "".join(f", and {_the(load)}{load.group.name}, {_spent(load)}" for load in near)
     return capital(f"{line}." if scarce(measured) else f"nothing was scarce: {line}.")
 
 
@@ -76,8 +71,7 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
         shares.append(f"{name}{_share(together[0], '' if rank else time, len(together))}")
     idle = "" if scarce(listed) else "nothing is scarce, and "
     is_one = len(most) == 1 and most[0].group.is_lift
-    the = "" if most[0].group.is_lift else "the "
-    line = f"{where} {idle}{the}{who} {'is' if is_one else 'are'} busiest: {', '.join(shares)}"
+    line = f"{where} {idle}{_the(most[0])}{who} {'is' if is_one else 'are'} busiest: {', '.join(shares)}"
     others = _alike(load for load in listed if load not in most and load.need >= _SHOWN)
     rest = [
         f"{_named(together)} {whole_percent(together[0].mean)}{' each' * (len(together) > 1)}" for together in others
@@ -100,8 +94,8 @@ def _named(together: Sequence[Load]) -> str:
 
 
 def _the(load: Load) -> str:
-    """Name a load in a sentence; the name of a lift has no article."""
-    return load.group.name if load.group.is_lift else f"the {load.group.name}"
+    """Return the article of a load in a sentence; the name of a lift has none."""
+    return "" if load.group.is_lift else "the "
 
 
 def whole_percent(share: float) -> str:
@@ -112,27 +106,29 @@ def whole_percent(share: float) -> str:
 def _spent(load: Load) -> str:
     """Return the words for the share of time that a group worked in a run, and for work beyond its capacity."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
-    asked = f"with {_percent(load.mean)} of what {_they(load)} can do asked for"
-    line = asked if load.mean > 1 else f"{verb} {_percent(load.mean)} of the time"
+    capacity = f"of {_its(load)} capacity"
+    line = f"{verb} {_percent(load.mean)} of the time"
+    if load.mean > 1:
+        line = f"with demand at {_percent(load.mean)} {capacity}"
     if _peaks(load):
-        line += f", with {_percent(load.peak or 0.0)} of what {_they(load)} can do asked for in the busiest hour"
-    return f"{line}, beside {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+        line += f" (demand in the busiest hour was {_percent(load.peak or 0.0)} {capacity})"
+    return f"{line}, plus {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
 def _share(load: Load, time: str, number: int) -> str:
     """Say which share of the time a group is busy, or each of a `number` of lifts."""
     if load.group.kind == "lanes":
         return f"robots wait in traffic {whole_percent(load.mean)} {time}".strip()
-    share = whole_percent(load.mean)
-    they, each = (_they(load), "") if number == 1 else ("each", " each")
-    line = f"{share} of what {they} can do is asked for" if load.mean > 1 else f"{share} {time}".strip() + each
+    share, each = whole_percent(load.mean), "" if number == 1 else " each"
+    line = f"demand is {share} of {_its(load, number)} capacity" if load.mean > 1 else f"{share} {time}".strip()
+    line += each
     if _peaks(load):
-        line += f", in the busiest hour {whole_percent(load.peak or 0.0)}"
-    return f"{line}, beside {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+        line += f" ({whole_percent(load.peak or 0.0)} in the busiest hour)"
+    return f"{line}, plus {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
-def _they(load: Load) -> str:
-    return "it" if load.group.is_lift else "they"
+def _its(load: Load, number: int = 1) -> str:
+    return "its" if load.group.is_lift and number == 1 else "their"
 
 
 def _peaks(load: Load) -> bool:

@@ -16,23 +16,23 @@ from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import number_of
 from desim_warehouse.look import html
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.day import DOING, Day
 from desim_warehouse.outcome.halts import Halt
+from desim_warehouse.values.arrays import Floats
 from desim_warehouse.values.calendars import clock_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.day import Numbers
 
 _HELD = {
-    "batteries": "robots charged or waited for that, with {}",
+    "batteries": "robots charged or waited to charge, with {}",
     "off duty": "robots were off duty",
     "closed": "stations were closed",
-    "lanes": "lanes were closed, or people in them",
+    "lanes": "lanes were closed, or people were in them",
     "broken": "robots had broken down",
     "queues": "robots waited for each other",
     "pickers": "robots waited for pickers",
@@ -80,7 +80,7 @@ class Curve(NamedTuple):
     name: str
     unit: str
     kind: str
-    values: Numbers
+    values: Floats
     top: float
 
     @property
@@ -104,13 +104,13 @@ def worst(day: Day, model: Model, chargers: int) -> str:
     """Return the sentences on the worst stretch of a run, or one that says that none stands out."""
     worst = day.worst
     if worst is None:
-        return "No stretch stands out."
+        return "No part of the run stands out."
     if isinstance(worst, Halt):
         return stood_still(worst, model, chargers)
     most, usual = (numbers.number(round(value)) for value in (worst.most, worst.usual))
     do = f"{numbers.PERCENT.value(worst.share)} of the robots were {DOING[worst.doing]}"
     begin, end = moment(model, worst.start), moment(model, worst.end)
-    return f"Most tasks were open from {begin} to {end}: {most}, else {usual}. {do}."
+    return f"Most tasks were open from {begin} to {end}: {most}, usually {usual}. {do}."
 
 
 def _as_on_axis(model: Model, time: float) -> str:
@@ -154,8 +154,8 @@ def worst_hour(day: Day, model: Model) -> str:
     span = f"{first} to {last}"
     worst, usual = numbers.measured(means[index]), numbers.measured(mean(day.begin, end))
     if endless:
-        return f"The worst hour was {span}: {worst} loads were delivered, over the whole run {usual} an hour."
-    return f"The worst hour was {span}: {worst} tasks were open on average, over the whole run {usual}."
+        return f"The worst hour was {span}: {worst} loads were delivered, against {usual} an hour over the whole run."
+    return f"The worst hour was {span}: {worst} tasks were open on average, against {usual} over the whole run."
 
 
 def figure(
@@ -197,7 +197,7 @@ def figure(
     return made
 
 
-def by_robot(shares: dict[str, Numbers]) -> Markup:
+def by_robot(shares: dict[str, Floats]) -> Markup:
     """Draw what robots do, stacked parts of their time: robots by number, or of many those at work most first."""
     count = len(next(iter(shares.values())))
     few = count <= _NUMBERED
@@ -249,7 +249,7 @@ def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> li
     return every
 
 
-def _top(values: Numbers) -> float:
+def _top(values: Floats) -> float:
     return float(values.max()) or 1.0
 
 
@@ -276,7 +276,7 @@ def _across(time: float, start: float, end: float) -> int:
     return round(WIDTH * min(max((time - start) / (end - start), 0.0), 1.0))
 
 
-def _area(values: Numbers, ends: Sequence[int], top: float, step: int = 1) -> str:
+def _area(values: Floats, ends: Sequence[int], top: float, step: int = 1) -> str:
     """Return the SVG path of the area below a curve of steps; neighbours of one height are drawn as one step."""
     heights = [step * round(HEIGHT / step * min(float(value) / top, 1.0)) for value in values]
     path, across, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0

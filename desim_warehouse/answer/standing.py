@@ -61,7 +61,7 @@ WORDS: dict[Standing, str] = {
 BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}
 
 
-_SHORT = re.compile(r"^not settled: |( while counted)?(;|: not sustainable).*$")
+_SHORT = re.compile(r"^not settled: |( in the counted time)?(;|: not sustainable).*$")
 """What is left out of a verdict in a row."""
 
 

@@ -63,9 +63,10 @@ def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short
         if some := [option for option in all_of_it if id(option) in kept]:
             parts += list(_tables(capital(group), answer.measures, some, width))[: 1 if short else None]
     left = len(answer.options) - len(options)
-    more = [number_of(left, "option")] if left else []
-    more += ["tables"] if short else []
-    lines = [f"{' and '.join(more)} more: all are on the page and in the table (.table; --json)."] if more else []
+    more = [number_of(left, "more option")] if left else []
+    more += ["more tables"] if short else []
+    are = "is" if left == 1 and not short else "are"
+    lines = [f"{capital(' and '.join(more))} {are} on the page and in the table (.table; --json)."] if more else []
     return "\n\n".join([*parts, "\n".join([*lines, *answer.notes, how_sure(answer)])])
 
 
@@ -75,7 +76,8 @@ def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
     while len(text.encode()) > MOST and many > 1:
         many = min(many - 1, int(many * MOST / len(text.encode())))
         table = printed_table(title, heads, rows[:many])
-        text = f"{table}\n{number_of(len(rows) - many, 'row')} more: all are in the table (.table)."
+        rest = len(rows) - many
+        text = f"{table}\n{number_of(rest, 'more row')} {'is' if rest == 1 else 'are'} in the table (.table)."
     return text
 
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_dates, with_force, write_files
-
-if TYPE_CHECKING:
-    from desim_warehouse.values.dates import Slashes
+from desim_warehouse.values.dates import Slashes
 
 
 @click.command("calibrate")
@@ -44,5 +41,5 @@ def command(
         value = numbers.within(estimate.mean, estimate.low, estimate.high) if estimate.identified else "not identified"
         table.add_row(words.factor_head(estimate.key, units), value, estimate.evidence)
     show(table, fits=True)
-    click.echo("not in a log: who is sent where (policies.allocation), the distance that robots keep")
+    click.echo("a log does not show who is sent where (policies.allocation), nor the distance that robots keep")
     click.echo(f"{out} is written; next: desim validate {out} --against LOG")

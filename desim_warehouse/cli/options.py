@@ -116,14 +116,6 @@ class TimeIn(click.ParamType[float]):
         return time
 
 
-def write_model(path: str, text: str, *, force: bool) -> None:
-    """Write a model file; over one that is there only with `force`.
-
-    Raises ModelError where there is one, or none can be written.
-    """
-    write_files({Path(path): text}, force=force)
-
-
 def refuse_files(paths: Iterable[Path], *, force: bool) -> None:
     """Refuse to write files that are there already, unless that is forced; raises ModelError."""
     for path in paths if not force else ():
@@ -132,7 +124,10 @@ def refuse_files(paths: Iterable[Path], *, force: bool) -> None:
 
 
 def write_files(files: Mapping[Path, str], *, force: bool) -> None:
-    """Write a model file and what belongs to it, as `write_model`; none where one of them is there already."""
+    """Write a model file and what belongs to it; over files that are there only with `force`.
+
+    Raises ModelError where there is one, or none can be written.
+    """
     refuse_files(files, force=force)
     for path, text in files.items():
         try:

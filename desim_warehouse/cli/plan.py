@@ -175,12 +175,12 @@ def _none(plan: Plan | OptionsPlan) -> str:
     counted = [kind.name for kind in plans[0].designs.people]
     options = spoken(["--robots", "--chargers", *(f"--{name}" for name in counted)])
     if plan.undecided:
-        return f"No fleet within {options} is shown to be enough, nor the largest not to be."
+        return f"No fleet within {options} is shown to be enough, and the largest is not shown to be too small."
     loads = (load for sizes in plans for sized in sizes.demands if sized.best is None for load in scarce(sized.loads))
     names = dict.fromkeys(load.group.name for load in loads)
     others = [name for name in names if name in SIZED and name not in counted]
     also = "".join(f"; {name} are scarce, and --{name} counts them, too" for name in others)
-    return f"No fleet within {options} is enough{also}; desim why says what holds it up."
+    return f"No fleet within {options} is enough{also}; desim why finds the bottleneck."
 
 
 def _priced(model: Model, **prices: float | None) -> Model:

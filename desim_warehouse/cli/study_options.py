@@ -10,14 +10,14 @@ from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 from click.core import ParameterSource
 
 from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.completion import keys_then
-from desim_warehouse.cli.options import TimeIn, with_confidence, with_seed
+from desim_warehouse.cli.options import F, TimeIn, with_confidence, with_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder, refuse_other
 from desim_warehouse.study.statistics.limits import COMMON_DAYS, FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS, RARE_DAYS
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.search import Search
 
-F = TypeVar("F", bound=Callable[..., Any])
 
 with_vary = click.option(
     "--vary",

@@ -7,12 +7,10 @@ import re
 import shutil
 import sys
 import textwrap
-from typing import TYPE_CHECKING, TextIO
+from collections.abc import Callable, Mapping
+from typing import TextIO
 
 import click
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 GOOD, DOUBTFUL, BAD = "green", "yellow", "red"
 """Colours of verdicts."""

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_dates, with_json, with_overrides
-
-if TYPE_CHECKING:
-    from desim_warehouse.values.dates import Slashes
+from desim_warehouse.values.dates import Slashes
 
 
 @click.command("validate")

@@ -6,25 +6,20 @@ among them, before a run.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import CheckError, LayoutError, SimulationError
 from desim_warehouse.feasibility import closures, pods, rules
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.pods import driven
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout import checks
+from desim_warehouse.layout import Layout, checks
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.lifts import with_people
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.orders import files_of, nodes_named
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 __all__ = ["errors", "examine", "refuse"]
 

@@ -6,18 +6,14 @@ For `desim check`, and for the answer of a run.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.findings import amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.sections.lines import shares_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.model import Model
 
 
 def orders_asked_for(model: Model) -> Iterator[str]:
@@ -44,7 +40,7 @@ def orders_asked_for(model: Model) -> Iterator[str]:
 
 
 def orders_a_day(model: Model) -> Iterator[str]:
-    """Yield the line that says how many orders come in 24 h: `asked for: orders 2,704, inbound 640 = 3,344 a day`.
+    """Yield the line that says how many orders come in 24 h: `demand: orders 2,704, inbound 640 = 3,344 a day`.
 
     The 24 h begin with the run. There is no line where no orders come at a rate, or where a unit of time has no known
     length.
@@ -63,7 +59,7 @@ def orders_a_day(model: Model) -> Iterator[str]:
         whole = math.fsum(asked.values()) * tasks.demand
         each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items())
         parts = f"{amount(whole / 24)} an hour = " if "" in asked else f"{each} = " if len(asked) > 1 else ""
-        yield f"asked for: {parts}{whole:,.0f} orders a day"
+        yield f"demand: {parts}{whole:,.0f} orders a day"
 
 
 def most_loads(model: Model) -> int:

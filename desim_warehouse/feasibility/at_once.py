@@ -9,19 +9,15 @@ the first is back, nobody works until then, however many chargers there are.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import levels, start_energy
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.facts.demand import always_open
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.model import Model
 
 ALWAYS_AT_WORK = 0.95
 """Share of its time at work from which on a fleet has no time to charge in between."""
@@ -59,7 +55,7 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         "CHARGE_AT_ONCE",
         "fleet.start_energy",
         (
-            f"all batteries come to the level at which robots charge {when}, within {amount(apart)} {units.time}, and "
+            f"{when}, within {amount(apart)} {units.time}, all batteries reach the level at which robots charge, and "
             f"charging takes {amount(each)}: nothing is delivered until the first are back, with "
             f"{number_of(balance.chargers, 'charger')}{waits}"
         ),

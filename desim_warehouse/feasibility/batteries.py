@@ -6,30 +6,25 @@ For `desim check`, and for the error that ends a run.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.needs import TIME, least_needs
-from desim_warehouse.feasibility.power import at_rest, needed_at_rest
+from desim_warehouse.feasibility.power import Power, at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.checks import some
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts import charging
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, levels, refills_overnight, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.places import own_destinations
+from desim_warehouse.model.sections.fleet import BatterySpec, Consumption
 from desim_warehouse.model.sections.flows import OrdersArrivals
 from desim_warehouse.model.sections.goods import RandomGoods
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import BatterySpec, Consumption
 
 DRAINS = {"NO_CHARGER", "THRESHOLD_TOO_LOW"}
 """Findings from which it follows that a robot may run flat."""
@@ -234,8 +229,8 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
         "START_ENERGY",
         "fleet.start_energy",
         (
-            f"batteries start at {shown} %, last {amount(balance.lasts / units.hour)} h, and what follows "
-            f"{amount(model.run.warm_up / units.hour)} h counts: what charging costs may not show in it"
+            f"batteries start at {shown} % and last {amount(balance.lasts / units.hour)} h, and counting begins after "
+            f"{amount(model.run.warm_up / units.hour)} h: the cost of charging may not show"
         ),
         "fleet.start_energy: settled, or a warm-up as long as a battery lasts",
     )

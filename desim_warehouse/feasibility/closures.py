@@ -5,23 +5,18 @@ For findings of `desim check`, and for the examination before every run.
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.layout import checks
+from desim_warehouse.layout import Layout, checks
+from desim_warehouse.layout.checks import Use
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns, occupied, with_storage
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.checks import Use
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model import Model
 
 LONGEST_BLOCKED = 300.0
 """Seconds; a robot that stands in a lane for longer is pushed or carried away, as a rule."""

@@ -16,18 +16,14 @@ are taken to vary as exponential ones do: where they vary less, queues are short
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PickerLoad, PileOn, StationLoad
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.lifts import called
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.feasibility.power import Power
 
 CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
 BUSIEST = 0.99
@@ -123,7 +119,7 @@ class QuickEstimate:
             if item.serve_capacity
         ]
         most = self.cycle.time  # alone a robot finds the cabin where it left it, which may be sooner
-        places += [Place(called([item.name]), min(item.share * item.time, most), 1) for item in self.lifts]
+        places += [Place(called([item.name]), min(item.least, most), 1) for item in self.lifts]
         if self.pickers is not None:
             places.append(Place(PICKERS, min(self.pickers.time, most), self.pickers.count))
         if self.charging and self.power is not None and self.power.chargers:
@@ -148,11 +144,9 @@ class QuickEstimate:
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         lifts: dict[float, list[LiftLoad]] = {}
         for item in self.lifts:
-            lifts.setdefault(round(item.capacity / item.share, _DIGITS), []).append(item)
-        limits |= {
-            called([item.name for item in alike]): self.on_duty * alike[0].capacity / alike[0].share
-            for alike in lifts.values()
-        }
+            if item.least:
+                lifts.setdefault(round(1 / item.least, _DIGITS), []).append(item)
+        limits |= {called([item.name for item in alike]): self.on_duty / alike[0].least for alike in lifts.values()}
         if self.pickers is not None and self.pickers.share:
             limits[PICKERS] = self.pickers.most_tasks(self.on_duty)
         if math.isfinite(charged := self._charged(1)):

@@ -6,25 +6,20 @@ For the quick estimate (`run.quick`), and for findings of `desim check`.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterator, Sequence
 from statistics import fmean
-from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.hours import STEPS
 from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.model.sections.pickers import need_one
-from desim_warehouse.values.calendars import ALWAYS, merged
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.values.calendars import Hours
+from desim_warehouse.values.calendars import ALWAYS, Hours, merged
 
 
 def on_duty(model: Model) -> float:

@@ -6,14 +6,11 @@ For `desim check`, and for the loads of plans and their live page.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.feasibility.parts import StationLoad
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak, peak_factor
-
-if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import StationLoad
-    from desim_warehouse.model import Model
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
@@ -27,7 +24,7 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
     factor, foreseen = peak_factor(model), list[Load | None]()
     of_servers = {item.node: rate * item.share / item.serve_capacity for item in estimate.stations}
     of_people = {item.node: rate * item.share / item.work_capacity for item in estimate.stations if item.workers}
-    of_lifts = {item.name: rate * item.share / item.capacity for item in estimate.lifts}
+    of_lifts = {item.name: item.busy(rate) for item in estimate.lifts}
     for group in (*groups(model), *_places(model, estimate.stations)):
         if group.kind == "robots":
             foreseen.append(_of_robots(group, estimate, rate, factor))

@@ -7,24 +7,21 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.demand import demand, flow_rates, listed
 from desim_warehouse.model.facts.places import own_destinations, place_shares
 from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model import Model
 
 ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
 TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)

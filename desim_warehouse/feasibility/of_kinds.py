@@ -8,23 +8,18 @@ Each kind is looked at as if all robots were of it, with its chargers alone (`as
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import networkx as nx
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said, slots_at
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 
@@ -36,9 +31,9 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     errors_by_kind = _errors(model)
     for kind, findings in errors_by_kind.items():
-        yield from (
-            _of(model, kind, finding) for finding in findings if finding.code != TOO_SMALL or _for_all(errors_by_kind)
-        )
+        for finding in findings:
+            if finding.code != TOO_SMALL or _for_all(errors_by_kind):
+                yield _of(model, kind, finding)
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
@@ -66,6 +61,7 @@ def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find faults of slots at chargers, for all kinds together."""
     yield from _no_spare(model, layout)
     yield from _waiting(model, layout)
+    yield from _without_slots(model, layout)
 
 
 def _errors(model: Model) -> dict[str, list[Finding]]:
@@ -97,26 +93,43 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
     for node, chargers in chargers_at(model, layout).items():
         bay = layout.bays[node]
         spare[bay.zone] += max(bay.slots(homes[node]) - max(chargers, homes[node]), 0)
+    cure, charging = "as many slots as chargers may do better: total_chargers without places", model.policies.charging
+    if len(chargers_at(model, layout)) > 1 and not charging.own and charging.params.get("charger") != "least-loaded":
+        cure += "; or charger: least-loaded of policies.charging, which sees who waits where"
     for zone, count in spare.items():
         if count:
             yield Finding(
                 "CHARGER_SLOTS",
                 f"layout.bays.{zone}.places",
                 f"{number_of(count, 'slot')} beside chargers without one: robots that wait there do no work",
-                "as many slots as chargers may do better: total_chargers without places",
+                cure,
+            )
+
+
+def _without_slots(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Find chargers that no robot can stand at, because their bay has fewer slots than chargers."""
+    slots, idle = slots_at(model, layout), Counter[str]()
+    for node, bay in layout.bays.items():
+        idle[bay.zone] += max((bay.chargers or 0) - slots[node], 0)
+    for zone, count in idle.items():
+        if count:
+            yield Finding(
+                "CHARGERS_WITHOUT_SLOT",
+                f"layout.bays.{zone}.places",
+                f"{number_of(count, 'charger')} without a slot: a bay without places has one slot for each robot that "
+                "starts there",
+                "places as many as chargers, or total_chargers, which gives each charger a slot",
             )
 
 
 def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find fleets with as many slots as robots, not all at chargers: a robot that rests without charger never gets one.
+    """Find fleets with as many slots as robots, not all at chargers: while all rest, none can change places.
 
-    It keeps its slot until another slot is free, and the slot of a robot that is under way is reserved for it. So no
-    slot is ever free if there are no more slots than robots (`Bays.may_take`). Where all robots can rest at chargers
-    there is no danger.
+    A robot that rests without a charger goes to one while the robot whose slot that is works. Where all robots can rest
+    at chargers there is no danger.
     """
     kinds = Counter(model.fleet.kinds_of_robots())
-    homes = Counter(model.fleet.homes(layout.bays))
-    slots = {node: bay.slots(homes[node]) for node, bay in layout.bays.items()}
+    slots = slots_at(model, layout)
     count = sum(slots.values())
     at_chargers = _at_chargers(layout, kinds, slots)
     if count > model.fleet.size or at_chargers == model.fleet.size:
@@ -133,8 +146,8 @@ def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
         f"layout.bays.{zone}.places",
         (
             f"the bays have {number_of(count, 'slot')} for {number_of(model.fleet.size, 'robot')}, and at most {who} "
-            f"can rest at chargers{own}: one that rests elsewhere cannot change places with them, and waits until it "
-            "runs flat"
+            f"can rest at chargers{own}: while all robots rest, the others cannot change places with them, and may run "
+            "flat"
         ),
         f"one more slot in all, e.g. in the bays {zone}, or chargers for all who rest there",
     )

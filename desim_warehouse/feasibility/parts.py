@@ -6,13 +6,10 @@ For the answer of `desim check`.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 @dataclass(frozen=True)
@@ -113,12 +110,25 @@ class StationLoad:
 class LiftLoad:
     """The load of a lift: `share`, its rides for each task, and `time`, for which one ride keeps it busy on average.
 
-    People and repairs lengthen that time by what they take.
+    People and repairs lengthen that time by what they take. `crowd`: time for which a task keeps it busy where many
+    tasks wait, so that robots choose those for which they ride less; None: not measured.
     """
 
     name: str
     share: float
     time: float
+    crowd: float | None = None
+
+    @property
+    def least(self) -> float:
+        """The least time for which a task keeps it busy."""
+        alone = self.share * self.time
+        return alone if self.crowd is None else min(alone, self.crowd)
+
+    def busy(self, rate: float) -> float:
+        """Return the utilisation of the lift by a rate of tasks: as soon as robots queue, they choose and ride less."""
+        alone = rate * self.share * self.time
+        return alone if alone <= 1 else max(rate * self.least, 1.0)
 
     @property
     def capacity(self) -> float:

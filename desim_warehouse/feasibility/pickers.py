@@ -7,20 +7,16 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.parts import PickerLoad
 from desim_warehouse.layout.walking import walking_on, zones_of
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.model.sections.pickers import need_one
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.model import Model
 
 WALKS = 400
 """Walks that are looked at: they give a mean to about 3 %."""

@@ -7,16 +7,21 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.parts import PileOn, StationLoad
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import arrival_rate, end_of_schedule, flow_rates
 from desim_warehouse.model.facts.places import open_share, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
+    FlowSpec,
     PoissonArrivals,
     ProfileArrivals,
     SaturatedArrivals,
@@ -26,14 +31,6 @@ from desim_warehouse.model.sections.flows import (
 from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.fields import parts_in
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.flows import FlowSpec
 
 TO_SPARE = 2
 """Pods bound for a picker beyond those that keep it busy, which even out that they come at random."""
@@ -107,7 +104,7 @@ def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimat
         fleet_capacity=estimate.fleet_capacity * most,
         crossing_capacity=None if estimate.crossing_capacity is None else estimate.crossing_capacity * most,
         stations=_pickers(model),
-        lifts=tuple(replace(lift, share=lift.share / most) for lift in estimate.lifts),
+        lifts=tuple(replace(lift, share=lift.share / most, crowd=None) for lift in estimate.lifts),
         power=None if estimate.power is None else _of_line(estimate.power, most),
         pile_on=pile,
     )

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.parts import MeanTask
 from desim_warehouse.findings import amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import (
     by_kind,
     charge_alike,
@@ -19,14 +22,8 @@ from desim_warehouse.model.facts.charging import (
     charging_rate,
     refills_overnight,
     shares,
+    slots_at,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.feasibility.parts import MeanTask
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 _STEPS = 1 << 20
 """Parts of a charger to which what a kind needs is known."""
@@ -54,6 +51,7 @@ class Power:
             where nights fill them.
         most: rate at which the fleet would draw energy with all robots in the state that draws most.
         needed: number of chargers with which the long run is in balance; None where the work ends.
+        at_once: number of robots that must charge at once, with fractions; 0 where the work ends.
         kinds: the balance of each kind ("": robots without a kind), with its robots and the chargers that these can
             stand at, where kinds differ in battery, charging or chargers; kinds share all work evenly. The other
             entries are then for the mean task (`task`), the battery that is empty first (`share`, `lasts`), and the
@@ -71,6 +69,7 @@ class Power:
     needed: int | None
     standing: float = 0.0
     slack: float = 0.0
+    at_once: float = 0.0
     kinds: Mapping[str, Power] = field(default_factory=dict)
 
     @property
@@ -86,16 +85,13 @@ def power(
     if model.battery is None:
         return None
     if charge_alike(model):
-        return _alike(model, layout, cycle, rate, at_work)[0]
+        return _alike(model, layout, cycle, rate, at_work)
     part = shares(model)
-    of_kinds = by_kind(model).items()
-    both = {
-        kind: _alike(alone, alone.floor, cycles.get(kind, cycle), rate, at_work, part[kind]) for kind, alone in of_kinds
+    balances = {
+        kind: _alike(alone, alone.floor, cycles.get(kind, cycle), rate, at_work, part[kind])
+        for kind, alone in by_kind(model).items()
     }
-    balances, needed = (
-        {kind: balance for kind, (balance, _) in both.items()},
-        math.fsum(used for _, used in both.values()),
-    )
+    at_once = math.fsum(balance.at_once for balance in balances.values())
     task = math.fsum(part[kind] * balance.task for kind, balance in balances.items())
     charging = math.fsum(
         part[kind] * balance.task / balance.charging_rate for kind, balance in balances.items() if balance.charging_rate
@@ -111,17 +107,16 @@ def power(
         gives=chargers * (each or 0.0),
         draws=math.fsum(balance.draws or 0.0 for balance in balances.values()) if model.tasks.never_end else None,
         most=math.fsum(balance.most for balance in balances.values()),
-        needed=math.ceil(needed - _EPS) if model.tasks.never_end else None,
+        needed=math.ceil(at_once - _EPS) if model.tasks.never_end else None,
         standing=math.fsum(part[kind] * balance.standing for kind, balance in balances.items()),
         slack=math.fsum(balance.slack for balance in balances.values()),
+        at_once=at_once,
         kinds=balances,
     )
 
 
-def _alike(
-    model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0
-) -> tuple[Power, float]:
-    """Compute the balance of a `part` of a fleet that charges alike, and how many must charge at once (fractional)."""
+def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0) -> Power:
+    """Compute the balance of a `part` of a fleet that charges alike."""
     battery = model.battery
     assert battery is not None
     draws, robots = battery.draws, model.fleet.size
@@ -161,7 +156,8 @@ def _alike(
         needed=needed if needed is None or part == 1 else math.ceil(part * used - _EPS),
         standing=draws.standing,
         slack=math.inf if refills_overnight(model) else part * robots * FALLING * battery.capacity / model.units.hour,
-    ), part * max(used, 0.0)
+        at_once=part * max(used, 0.0),
+    )
 
 
 def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, float]:
@@ -186,7 +182,7 @@ def idle_away(model: Model, layout: Layout) -> float:
     if model.policies.parking.name == "where-it-is":
         return 1.0
     home = model.fleet.homes(layout.bays)
-    slots = {node: bay.slots(home.count(node)) for node, bay in layout.bays.items()}
+    slots = slots_at(model, layout)
     with_charger = {node for node, chargers in chargers_at(model, layout).items() if chargers >= slots[node]}
     if model.policies.parking.name in {"home", "stay"}:
         return sum(node not in with_charger for node in home) / len(home)

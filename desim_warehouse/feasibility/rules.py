@@ -6,28 +6,24 @@ For `desim check`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
+from desim_warehouse.feasibility.parts import LiftLoad
 from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
 from desim_warehouse.model.facts.lifts import called
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import LiftLoad
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 FASTEST, SLOWEST = 3.0, 0.05
 """Speeds in m/s between which robots in warehouses drive."""
@@ -209,7 +205,7 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
-            f"{asked:g} tasks an hour are asked for, {who} can do {estimate.can_do(hour)}",
+            f"demand is {asked:g} tasks an hour, but {who} can do {estimate.can_do(hour)}",
             _robots_needed(estimate),
         )
     elif estimate.peak is not None and estimate.peak > estimate.peak_capacity:
@@ -218,7 +214,7 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
-                f"{amount(estimate.peak * hour)} tasks are asked for in the busiest hour, "
+                f"demand is {amount(estimate.peak * hour)} tasks in the busiest hour, but "
                 f"{number_of(estimate.robots, 'robot')} can do {amount(estimate.peak_capacity * hour)}, so work piles "
                 "up until it is over"
             ),
@@ -263,18 +259,18 @@ def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iter
     keys, hour = {lift.name: lift.model_name for lift in model.floor.lifts}, model.units.hour
     short: dict[str, list[LiftLoad]] = {}
     for lift in estimate.lifts:
-        if rate * lift.share > lift.capacity:
+        if rate * lift.least > 1:
             short.setdefault(keys[lift.name], []).append(lift)
     for name, cabins in short.items():
         most = amount(hour * math.fsum(cabin.capacity for cabin in cabins))
-        rides = amount(hour * rate * math.fsum(cabin.share for cabin in cabins))
+        rides = amount(hour * rate * math.fsum(cabin.least / cabin.time for cabin in cabins))
         who, queue = "it", "its queue grows"
         if len(cabins) > 1:
             who, queue = f"its {len(cabins)} cabins", "their queues grow"
         yield Finding(
             "DEMAND_ABOVE_LIFT",
             f"layout.lifts.{name}",
-            f"{who} can do {most} rides an hour, {rides} are asked for: {queue} without bound",
+            f"{who} can do {most} rides an hour, but {rides} are needed: {queue} without bound",
             "one cabin more (cabins), a shorter ride or quicker doors",
         )
 

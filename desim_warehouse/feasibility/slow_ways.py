@@ -5,18 +5,15 @@ For findings of `desim check`.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import islice, pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 FAR_SLOWER = 1.5
 """Times as long as the fastest way that the shortest one takes, from which on it is warned of."""

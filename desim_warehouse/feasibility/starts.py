@@ -11,23 +11,19 @@ turn, however they came about.
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.needs import jobs
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.way_home import HomeSearch, Stands, room
 from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import Start
+from desim_warehouse.model.sections.fleet import Start
 
 EPS = 1e-6
 Stand = frozenset[str]

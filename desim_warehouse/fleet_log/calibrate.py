@@ -24,7 +24,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -39,12 +39,8 @@ from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK, FleetLog
 from desim_warehouse.model import Model, load
 from desim_warehouse.model.facts.charging import charge_alike
 from desim_warehouse.model.overrides import UNSET
+from desim_warehouse.values.arrays import Flags, Floats, Ints
 from desim_warehouse.values.dates import Slashes
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 _NAMED = 12
 _OFTEN = 3
@@ -266,7 +262,7 @@ def energy(tracks: Tracks) -> list[KeyEstimate]:
     ]
 
 
-def _kinds(tracks: Tracks) -> NDArray[np.int64]:
+def _kinds(tracks: Tracks) -> Ints:
     """Return the number in `_STATES` of each message's state; -1: charging, or in a bay with chargers."""
     moving = tracks.driving & ~tracks.fault
     kind = np.where(moving, np.where(tracks.load, 2, 1), 0)
@@ -305,13 +301,13 @@ def _consumption(tracks: Tracks, per_cent: float) -> list[KeyEstimate]:
     return _regressed(fell, tracks.charge[point] * per_cent, window[point], hours)
 
 
-def _falls(level: Floats, run: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _falls(level: Floats, run: Ints) -> Flags:
     """Whether each level is below all before it in its run, or the first: between two such levels the fall is exact."""
     lowest = np.minimum.accumulate(level - _BEYOND * run)
     return np.diff(lowest, prepend=0.0) < 0
 
 
-def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: Floats) -> list[KeyEstimate]:
+def _regressed(spent: Floats, level: Floats, window: Ints, hours: Floats) -> list[KeyEstimate]:
     """Estimate consumption rates (energy per time) by least squares of levels on the time spent in each state.
 
     Args:
@@ -351,7 +347,7 @@ def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: F
     return estimates
 
 
-def _jackknifed(matrix: Floats, drop: Floats, window: NDArray[np.int64], windows: int) -> tuple[Floats, Floats]:
+def _jackknifed(matrix: Floats, drop: Floats, window: Ints, windows: int) -> tuple[Floats, Floats]:
     """Return least-squares rates, one for each column, and half-widths of their intervals by jackknife over windows."""
     states = matrix.shape[1]
     squares = np.zeros((int(window.max()) + 1, states, states))
@@ -385,7 +381,7 @@ def _charge_rate(tracks: Tracks, per_cent: float) -> KeyEstimate:
     return KeyEstimate(key, short(rate), rate, rate - half, rate + half, n, f"charges below {most:g} %")
 
 
-def _between_steps(tracks: Tracks, charging: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
+def _between_steps(tracks: Tracks, charging: Flags) -> tuple[Floats, Floats, Floats]:
     """Return bounds of the first and the last rise of the level in each stretch (n x 2 each), and the gain between (n).
 
     A rounded level rises between two messages. The gain from one rise to another is exact, however it is rounded.

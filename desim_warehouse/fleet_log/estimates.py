@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.study.statistics import intervals
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+from desim_warehouse.values.arrays import Flags, Floats
 
 CONFIDENCE = 0.95
 FEWEST = 5
@@ -97,7 +93,7 @@ def densest(values: Floats) -> float:
     return float(ordered[first : first + many].mean())
 
 
-def undisturbed(off: Floats, side: int, least: float = _FLOOR) -> tuple[NDArray[np.bool_], float]:
+def undisturbed(off: Floats, side: int, least: float = _FLOOR) -> tuple[Flags, float]:
     """Separate residuals of measuring alone from disturbances; return a flag for each, and the standard deviation.
 
     Disturbances lie on one side only: robots are held up, never pushed. `side` is -1 where they are above 0.

@@ -10,23 +10,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.errors import ReportError, got, nearest, spoken
 from desim_warehouse.fleet_log.table import GAP, FleetLog
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model import Model
-
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
-    Flags = NDArray[np.bool_]
-
+from desim_warehouse.layout.layout import Edge
+from desim_warehouse.model import Model
+from desim_warehouse.values.arrays import Flags, Floats, Ints
 
 _FEWEST = 10
 """Arrivals at nodes from which the axes of a log are found."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,12 +25,8 @@ from desim_warehouse.fleet_log.estimates import (
 from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.table import DROP, PICK
 from desim_warehouse.study.fit import fit_between
+from desim_warehouse.values.arrays import Floats, Ints
 from desim_warehouse.values.distributions import Distribution, LognormalTime
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 MANY = 30
 """Times from which on their mean is taken to be normal; below that their logarithms are."""
@@ -52,8 +48,8 @@ class Episodes:
 
     begun: Floats
     ended: Floats
-    first: NDArray[np.int64]
-    last: NDArray[np.int64]
+    first: Ints
+    last: Ints
 
     def only(self, which: Any) -> Episodes:
         """Select some of the stretches."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -11,12 +11,9 @@ from desim_warehouse.fleet_log.floor import Tracks, lay_over
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK, FleetLog
 from desim_warehouse.model import Model
+from desim_warehouse.values.arrays import Floats
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Event = tuple[Any, float, int]
+Event: TypeAlias = "tuple[Any, float, int]"
 
 _PARTS = (1.0, 0.5, 0.25, 1 / 6, 1 / 12)
 _FEW = 4

@@ -9,20 +9,14 @@ With 3 cm and a message a second that made slow edges up to 0.4 % too slow.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, densest, short, t_quantile, undisturbed, unknown
 from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.table import NOTHING
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
-
+from desim_warehouse.values.arrays import Flags, Floats, Ints
 
 MARGIN = 0.3
 """Of an edge its ends are left out, this multiple of D: there robots brake, turn, or are taken for elsewhere."""
@@ -85,7 +79,7 @@ class DrivingTimes:
         self.way = tracks.along[last] - tracks.along[first]
         self.time = tracks.time[last] - tracks.time[first]
 
-    def _usual(self, loaded: bool) -> NDArray[np.bool_]:
+    def _usual(self, loaded: bool) -> Flags:
         """Whether each stretch is free of speed limits and slow edges, for loaded or empty robots."""
         slow = {number for numbers, _ in getattr(self, "slow", ()) for number in numbers}
         free = np.isinf(self.limits)

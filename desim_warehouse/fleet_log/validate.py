@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,13 +23,8 @@ from desim_warehouse.fleet_log.table import DROP, PICK, FleetLog
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.run import RunData
+from desim_warehouse.values.arrays import Floats
 from desim_warehouse.values.dates import Slashes
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
 
 RUNS = 40
 """Simulated days for each real one: 39 is the least that can refute at the level."""

@@ -33,7 +33,7 @@ _LINES = Forms("'ring', 'alternating', 'two-way', or a list of directions", pick
 
 
 class Directions(Part):
-    """How rows and columns of aisles are driven: by a rule, or spelt out for every one of them."""
+    """Directions of the rows and columns of aisles: by a rule, or listed for every one of them."""
 
     rows: Annotated[
         Annotated[Rule, form("rule")] | Annotated[tuple[Literal["east", "west", "two-way"], ...], form("list")], _LINES
@@ -70,7 +70,7 @@ class Blocks(Part):
     ] = Field(
         "ring",
         description="ring: outer aisles clockwise, inner ones alternating; alternating; two-way: one lane for both "
-        "directions; or rows and columns apart, each by a rule or a list",
+        "directions; or rows and columns separately, each by a rule or a list",
     )
 
     @property

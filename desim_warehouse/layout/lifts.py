@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from desim_warehouse.errors import first_of
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout.layout import Edge, Layout, Lift
 from desim_warehouse.layout.zones import ZoneSpec, zones_on
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout.layout import Edge, Layout, Lift
 
 EPS = 1e-6
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from string import Formatter, ascii_uppercase
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from desim_warehouse.layout.layout import StoragePlace
-
+from desim_warehouse.layout.layout import StoragePlace
 
 FIELDS = ("aisle", "bay", "level", "number", "aisle_letter", "level_letter")
 """What the pattern of a storage place's name may hold."""

@@ -12,18 +12,18 @@ from desim_warehouse.values.fields import Part, Rate, Usual
 
 
 class RidersSpec(Part):
-    """People who ride in a lift at random, each from one of its floors to another, all as likely.
+    """People who ride in a lift at random, each from one of its floors to another, all equally likely.
 
-    Those who have called the cabin by the time at which a robot does ride first, in the order of their calls.
+    People who called the cabin no later than a robot ride first, in the order of their calls.
     """
 
     per_hour: Annotated[Rate, Usual(0, 400)] = Field(
-        title="rides of people", description="rides an hour, on average, at random; several cabins share them"
+        title="rides of people", description="rides per hour on average, at random; several cabins share them"
     )
     transfer: Annotated[Varying, Usual("1 s", "2 min")] = Field(
-        title="transfer time", description="how long the doors stand open for them to get in, and again to get out"
+        title="transfer time", description="time the doors stay open for them to get in, and again to get out"
     )
-    hours: CalendarName | None = Field(None, description="they ride only then; default: always")
+    hours: CalendarName | None = Field(None, description="a calendar of when they ride; default: always")
 
     def is_random(self, model: Any) -> bool:  # noqa: ARG002 - when they come always is
         """Whether chance decides when people ride, from where to where, or for how long."""

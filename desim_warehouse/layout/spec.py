@@ -164,7 +164,7 @@ def _short_edge(value: Any) -> Any:
 class Edge(Part):
     """An edge of the Highways, one-way unless it says otherwise; `[A, B]` for short.
 
-    An edge there and one back between the same nodes are one two-way lane, unless they are side by side.
+    Two opposite edges between the same nodes are one two-way lane, unless they are side by side.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
@@ -174,13 +174,14 @@ class Edge(Part):
     length: Length | None = Field(None, description="default: the straight distance")
     speed: Speed | None = Field(None, title="speed limit", description="speed limit; default: none")
     speed_back: Speed | None = Field(
-        None, title="speed limit back", description="with two_way, from to to from; default: speed"
+        None, title="speed limit back", description="with two_way, the speed limit from `to` to `from`; default: speed"
     )
     two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
     side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
     against: Annotated[float, Field(strict=True, ge=1), limited()] = Field(
         1.0,
-        description="driven the other way, from to to from, it counts so many times as long where routes are chosen",
+        description="factor by which its length counts in the choice of routes when it is driven the other way, from "
+        "`to` to `from`",
     )
 
     @model_validator(mode="after")
@@ -215,7 +216,7 @@ class NodeStorage(Part):
     """A storage place at a node, picked by a robot that stands on it, whichever edge it came by."""
 
     node: NodeName = Field(description="the node it is picked from")
-    popularity: NotNegative = Field(1.0, description="weight with which it is asked for")
+    popularity: NotNegative = Field(1.0, description="relative demand")
 
     @model_validator(mode="before")
     @classmethod
@@ -233,9 +234,9 @@ def edge_or_node(value: Any) -> str | None:
 
 
 class StorageFile(Part):
-    """Storage places from a CSV file with the columns from, to, offset, or node, and perhaps popularity.
+    """Storage places from a CSV file with the columns from, to, offset, or node, and optionally popularity.
 
-    Where it has both, each row fills one of the two.
+    If it has both, each row fills only one of the two.
     """
 
     file: Name = Field(description="CSV file, relative to the model file")
@@ -248,14 +249,14 @@ class NamesFile(Part):
 
 
 class PlaceNames(Part):
-    """What people call storage places: by a pattern of aisle, bay and level, or one by one."""
+    """Names of storage places: by a pattern of aisle, bay and level, or one by one."""
 
     pattern: Name | None = Field(
         None,
-        description="such as '{aisle:02}-{bay:03}-{level}', of aisle (edges with places, as listed), bay (along it), "
-        "level, number, and aisle_letter, level_letter; all counted from 1 but number",
+        description="such as '{aisle:02}-{bay:03}-{level}', with aisle (edges with places, as listed), bay (along "
+        "it), level, number, aisle_letter and level_letter; all but number are counted from 1",
     )
-    levels: Count = Field(1, description="with pattern: levels of a place, each of which has a name")
+    levels: Count = Field(1, description="with pattern: levels of a place, each with its own name")
     places: Annotated[Mapping[Name, Whole], AfterValidator(FrozenMap)] = Field(
         FrozenMap(), description="instead of pattern: numbers of places by their names"
     )
@@ -315,20 +316,20 @@ def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
 class BaySpec(PlacesSpec):
     """Parking slots beside a node, entered and left through it; `chargers` of them have a charger.
 
-    Where its chargers are for some kinds alone, robots of these start there, and leave chargers for all to others while
-    those are free. Others park there only where no other slot is free, and make room. That needs a free slot: have more
-    than robots.
+    If its chargers are for some kinds only, robots of these kinds start there, and leave chargers for all kinds to
+    others while their own are free. Other robots park there only if no other slot is free, and make room. That takes a
+    free slot, so have more slots than robots.
     """
 
     places: Annotated[Count, limited("robots")] | None = Field(
         None,
         title="slots",
-        description="slots at each node; default: as many as robots start there, and one for each of total_chargers",
+        description="slots at each node; default: one for each robot that starts there and for each of total_chargers",
     )
     grows: Flag = Field(
         False,
-        description="with places: where more robots start at a node, it has a slot for each of them, and for each "
-        "charger; without chargers one more, so that a robot can leave its slot at a charger to another",
+        description="with places: if more robots start at a node, it gets a slot for each of them and for each "
+        "charger; a node without chargers gets one more, so that a robot can leave its slot at a charger to another",
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"
@@ -342,11 +343,11 @@ class BaySpec(PlacesSpec):
         description="its nodes are the slots, one each: no route leads through them, as a robot may be parked there",
     )
 
-    outages: OutageSpec | None = Field(None, description="of each of its chargers; none: they never fail")
+    outages: OutageSpec | None = Field(None, description="failures of each of its chargers; none: they never fail")
     kinds: tuple[Name, ...] = Field(
         (),
         title="whose chargers",
-        description="robots of these kinds alone use its chargers (fleet.kinds); default: all",
+        description="kinds of robots (fleet.kinds) that may use its chargers; default: all",
     )
 
     @property
@@ -373,7 +374,7 @@ class BaySpec(PlacesSpec):
     @model_validator(mode="after")
     def _each_or_total(self) -> BaySpec:
         if self.chargers is not None and self.total_chargers is not None:
-            text = f"both this and chargers (got {self.total_chargers}), expected one of the two (chargers: a node)"
+            text = f"given together with chargers (got {self.total_chargers}), expected one (chargers: at each node)"
             raise wrong(text, "total_chargers")
         return self
 
@@ -381,9 +382,9 @@ class BaySpec(PlacesSpec):
 class StationSpec(PlacesSpec):
     """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time.
 
-    Robots inside that are not served when it closes wait in the state `closed`. Tasks are held back at the source
-    until a robot that drives freely finds the station open; one that may go to several stations goes to one that is
-    open. Where there is work on load units, a task is done when its own has been worked on (`tasks.done_when`), and
+    Robots inside that are not yet served when it closes wait in the state `closed`. Tasks are held back at the source
+    until a robot driving freely would find the station open; a task that may go to several stations goes to an open
+    one. If there is work on load units, a task is done when its load unit has been worked on (`tasks.done_when`), and
     workers keep the hours of the station.
     """
 
@@ -393,27 +394,27 @@ class StationSpec(PlacesSpec):
     )
     hours: CalendarName | None = Field(
         None,
-        description="opening hours, a calendar: outside it nothing begins there; default: always open",
+        description="opening hours (a calendar), outside which nothing begins there; default: always open",
     )
     at_close: Literal["finish", "pause"] = Field(
         "finish",
-        description="what has begun when it closes is finished, or pauses until it opens again",
+        description="whether work in hand is finished at closing time, or pauses until the station opens again",
     )
     load_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
-        None, description="loading there; default: as the flow or tasks say"
+        None, description="loading time there; default: that of the flow or of tasks"
     )
     unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
-        None, description="unloading there; default: as the flow or tasks say"
+        None, description="unloading time there; default: that of the flow or of tasks"
     )
     # one piece into a tote takes 3 s or more; a pallet is repacked in hours
     work_time: Annotated[Varying | None, Usual("3 s", "8 h")] = Field(
-        None, description="work on each load unit that is put down there; default: none"
+        None, description="time to work on each load unit that is put down there; default: none"
     )
     workers: Count = Field(1, description="with work_time: load units worked on at a time, at each node")
     buffer: Count | None = Field(
         None,
-        description="with work_time: places at each node for load units that wait or are worked on; full: robots wait "
-        "at the server; default: as many as are needed",
+        description="with work_time: places at each node for load units that wait or are worked on; when it is full, "
+        "robots wait at the server; default: unlimited",
     )
 
     @model_validator(mode="after")
@@ -446,37 +447,37 @@ class LiftSpec(Part):
         (),
         alias="at",
         title="nodes in front of a lift",
-        description="instead of nodes: the node in front of its doors on each floor, from the lowest up; its own node "
-        "is drawn beside each, where most room is, with a lane in and a lane out",
+        description="instead of nodes: the node in front of its doors on each floor, from the lowest up; its own "
+        "node is drawn beside each, where there is most room, with a lane in and a lane out",
     )
     lane: Annotated[Length | None, Usual("1 m", "20 m")] = Field(
-        None, title="lanes of a lift", description="with at: how long these lanes are, 2 D or more"
+        None, title="lanes of a lift", description="with at: length of these lanes, 2 D or more"
     )
     ride: Annotated[Duration, Usual("2 s", "2 min")] = Field(
-        title="ride of a lift", description="how long its cabin takes from one floor to the next"
+        title="ride of a lift", description="time of its cabin from one floor to the next"
     )
     doors: Annotated[Time, Usual("1 s", "20 s")] = Field(
-        0.0, title="doors of a lift", description="how long its doors take to open, and as long to close"
+        0.0, title="doors of a lift", description="time its doors take to open, and the same to close"
     )
     rests: NodeName | None = Field(
         None,
         title="where a lift rests",
-        description="the node, of nodes or at, to which the empty cabin goes; default: it stays where it was left",
+        description="the node (of nodes or at) to which the empty cabin returns; default: it stays where it was left",
     )
     cabins: Annotated[Count, Usual(1, 8)] = Field(
         1,
         title="cabins",
-        description="how many such lifts stand side by side, each with doors and a lane of its own from the same "
-        "nodes; only routes by `congestion-aware` take all of them",
+        description="number of such lifts side by side, each with its own doors and lanes from the same nodes; "
+        "`fastest` routes without `spread` take only one of them",
     )
-    people: RidersSpec | None = Field(None, description="people who ride in it, too; default: robots alone do")
-    outages: OutageSpec | None = Field(None, description="of each of its cabins; none: they never fail")
+    people: RidersSpec | None = Field(None, description="people who also ride in it; default: only robots do")
+    outages: OutageSpec | None = Field(None, description="failures of each of its cabins; none: they never fail")
 
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:
         key, stops = ("at", self.fronts) if self.fronts else ("nodes", self.nodes)
         if self.fronts and self.nodes:
-            raise wrong(f"both this and nodes (got {got(list(self.fronts))}), expected one of the two", "at")
+            raise wrong(f"given together with nodes (got {got(list(self.fronts))}), expected one of the two", "at")
         if len(stops) < 2:  # noqa: PLR2004 - from one floor to another
             raise wrong(f"too few floors (got {got(list(stops))}), expected a node on each of two or more", key)
         double = next((node for rank, node in enumerate(stops) if node in stops[:rank]), None)
@@ -532,7 +533,7 @@ class AisleSpec(Part):
         Annotated[Literal["wide", "narrow"], form("word")]
         | Annotated[Annotated[Length, Usual("50 cm", "20 m")], form("length")],
         Forms(_WIDTH, pick=_form_of_width),
-    ] = Field("wide", title="width of an aisle", description="wide, narrow, or how wide its free floor is")
+    ] = Field("wide", title="width of an aisle", description="wide, narrow, or the width of its free floor")
 
 
 class LayoutSpec(Part):
@@ -545,7 +546,7 @@ class LayoutSpec(Part):
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Coordinate, Coordinate]] = Field(FrozenMap(), description="name: [x, y], y downwards")
     edges: tuple[Annotated[Edge, BeforeValidator(_short_edge), Forms(_EDGE, _PAIR)], ...] = Field(
-        (), description="edges between the nodes; beside blocks those that their aisles do not have"
+        (), description="edges between the nodes; with blocks, only those that their aisles lack"
     )
     storage: Annotated[
         tuple[
@@ -558,7 +559,7 @@ class LayoutSpec(Part):
         Forms("a list of storage places (edge, offset; or node), or {file: storage.csv}", StorageFile),
     ] = Field(
         (),
-        description="places of goods, numbered from 0 as listed; none where all flows run between stations or nodes",
+        description="storage places, numbered from 0 as listed; none needed if all flows run between stations or nodes",
     )
     storage_names: Annotated[PlaceNames | None, Forms("a pattern with fields, or {file: names.csv}", NamesFile)] = (
         Field(None, description="names of storage places, for orders and drawings; default: numbers")
@@ -573,8 +574,8 @@ class LayoutSpec(Part):
     floors: Named[Annotated[tuple[NodeName, ...], Field(min_length=1)]] = Field(
         FrozenMap(),
         title="names of floors",
-        description="beside lifts: a node of each floor by the name of the floor, or of each of its parts, where only "
-        "lifts join these; default: numbers from 0, the lowest",
+        description="with lifts: a node of each floor, by the name of the floor, or a node of each part if only "
+        "lifts join its parts; default: numbers from 0, the lowest",
     )
     aisles: Annotated[
         Annotated[Literal["wide", "narrow"], form("word")]
@@ -584,9 +585,9 @@ class LayoutSpec(Part):
     ] = Field(
         "narrow",
         title="width of aisles",
-        description="narrow: a robot that loads or unloads at a storage place stands in its lane; wide, or at least "
-        "twice as wide as the distance D that robots keep: it stands beside the lane, and others drive past; for all "
-        "aisles, or by name",
+        description="narrow: a robot that loads or unloads at a storage place stands in its lane; wide, or a width "
+        "of at least twice the distance D that robots keep: it stands beside the lane, and others drive past; for "
+        "all aisles, or by name",
     )
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout.layout import Edge, Layout
 
-    Spot = tuple[Edge, float]
-    """A position: so far beyond the start of an edge; on a node, which is both ends of the edge then, 0."""
+Spot: TypeAlias = "tuple[Edge, float]"
+"""A position: so far beyond the start of an edge; on a node, which is both ends of the edge then, 0."""
 
 
 class Walking:

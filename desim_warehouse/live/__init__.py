@@ -244,6 +244,6 @@ def _promise(model: Model) -> str:
     return (
         f"Verdicts are given only after {when} runs, then after half as many again, and never change. The {error} risk "
         "of error is shared among these checks, so waiting longer does not raise it. No option meets the target before "
-        f"{least} runs: that covers days that come at least {judged.rarest(least)}. Run r has the same random numbers "
+        f"{least} runs: that covers days as rare as {judged.rarest(least)}. Run r has the same random numbers "
         "in every option, and differences to the pinned option are paired run by run."
     )

@@ -78,7 +78,7 @@ def _sentence(quick: QuickEstimate, hour: float, design: str) -> str:
         )
     asked = number(quick.rate * hour, 0)
     if quick.capacity < quick.rate:
-        return f"{design} can do {capacity} of the {asked} tasks asked for an hour, limited by {quick.bottleneck}."
+        return f"{design} can do {capacity} of {asked} tasks an hour, limited by {quick.bottleneck}."
     if quick.power is not None and quick.power.short:
         return f"{design}: the chargers give less than the fleet draws; {quick.power.needed} are needed."
     return f"{design}: the robots would be busy {percent(quick.rate / quick.fleet_capacity, 0)} % of the time."
@@ -241,7 +241,9 @@ class RunsSoFar:
             return Said(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
         if estimate is None:
             title = words.in_sentence(self.main)
-            return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
+            return Said(
+                verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered in the counted time.",)
+            )
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")
             text = instead([self.lasting], None if done is None else done.mean, self.model)

@@ -10,15 +10,13 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import refuse_other
 from desim_warehouse.look.palette import PAGE
-
-if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
 
 ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 """Characters that must be escaped in a script of a page."""

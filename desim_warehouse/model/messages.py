@@ -257,7 +257,9 @@ class Outline:
         near = self.meant(keys)
         if near is not None:
             return Problem(keys, f"unknown key, did you mean '{near}'?", at_key=True, meant=near)
-        return Problem(keys, f"unknown key, expected {spoken(self.keys_at(keys[:-1]), 'or')}", at_key=True)
+        beside = self.keys_at(keys[:-1])
+        rest = f", expected {spoken(beside, 'or')}" if beside else f": '{dotted(keys[:-1])}' has no keys below it"
+        return Problem(keys, f"unknown key{rest}", at_key=True)
 
     def named(self, word: str) -> str | None:
         """Return the key that has a name, or that people call so, wherever it is."""

@@ -117,11 +117,11 @@ class Units(Part):
 class Tasks(Part):
     """The work: which goods, where they are unloaded, how long handling takes."""
 
-    goods: GoodsRule | None = Field(None, description="the goods to fetch, one by one or drawn; this or flows")
+    goods: GoodsRule | None = Field(None, description="the goods to fetch, listed or drawn; this or flows")
     flows: Named[FlowSpec] = Field(FrozenMap(), description="instead of goods: what is brought from where to where")
     demand: Annotated[Positive, Quantity("share"), Usual(0.65, 10)] = Field(
         1.0,
-        description="multiplies all rates of arrival, schedules, and resampled orders; what is always open stays so",
+        description="multiplies all arrival rates, schedules and resampled orders; work that is always open stays so",
     )
     popularity: PopularityRule = Field(
         "uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights"
@@ -133,18 +133,19 @@ class Tasks(Part):
     )
     station_choice: Literal["each", "nearest", "least-loaded", "random"] = Field(
         "each",
-        description="each: one for all or one each, of flows the nearest; else any of several, chosen for every task",
+        description="each: the one of all robots or of each robot, for flows the nearest; otherwise one of several, "
+        "chosen for every task",
     )
     # a roller takes over a tote in 1 s; from an hour on it is LONG_HANDLING
     load_time: Annotated[Varying, Usual("1 s")] = Field(description="at the storage place")
     unload_time: Annotated[Varying, Usual("1 s")] = Field(description="at the station")
     clear_time: Annotated[Time, Usual(0, "10 min")] = Field(
-        0.0, description="after unloading, before driving on; the next task is assigned before it"
+        0.0, description="time after unloading before the robot drives on; its next task is assigned before that"
     )
     done_when: Literal["delivered", "worked"] = Field(
         "worked",
-        description="when a load is done, for due times and cycle times: delivered, or (worked) also worked on, where "
-        "it goes to a station with work_time",
+        description="when a load counts as done, for due times and cycle times: when it is delivered or, at a "
+        "station with work_time, (worked) when it has also been worked on",
     )
 
     def is_random(self, model: Model) -> bool:
@@ -345,7 +346,7 @@ class Prices(Part):
         Positive, Usual(400, 8784, words="hours a year", cure="all year are 8,760, a shift of 8 h on 250 days 2,000")
     ] = Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
     robot: Annotated[NotNegative, ROBOT_PRICE] = Field(
-        0.0, title="price of a robot", description="a robot, per year: price / years of use, and maintenance"
+        0.0, title="price of a robot", description="a robot, per year: price / years of use, plus maintenance"
     )
     kinds: Annotated[Named[NotNegative], ROBOT_PRICE] = Field(
         FrozenMap(), title="price of a robot", description="robots of a kind, per year; default: robot"
@@ -360,7 +361,7 @@ class Prices(Part):
     station_hour: _Wage = Field(
         0.0,
         title="price of a station hour",
-        description="an hour of a worker of a station that is open, or without `work_time` of a server there",
+        description="an hour of a worker at an open station or, without `work_time`, of a server there",
     )
     picker_hour: _Wage = Field(
         0.0,
@@ -373,7 +374,7 @@ class Prices(Part):
     ] = Field(
         0.0,
         title="price of a late order",
-        description="an order that is due and not done; a task that is in no order of a file counts as one",
+        description="an order that is due and not done; a task that belongs to no order of a file counts as one",
     )
     turned_aisle: NotNegative = Field(
         0.0, title="price of a turned aisle", description="an aisle turned by desim orient --indicator, once"
@@ -420,11 +421,11 @@ class Model(Part):
     policies: Policies = Field(Policies(), validate_default=True)
     run: RunSpec = Field(RunSpec(), validate_default=True)
     cost: Cost = Cost()
-    prices: Prices | None = Field(None, description="none: no costs are worked out")
+    prices: Prices | None = Field(None, description="none: no costs are calculated")
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
     accept: tuple[Acceptable, ...] = Field(
         (),
-        description="error codes of `desim check` to accept: it is simulated anyway, and the report says so",
+        description="error codes of `desim check` to accept: the model is simulated anyway, and the report says so",
     )
 
     @classmethod

@@ -10,22 +10,16 @@ Waiting in traffic is told from work with `log: all` only; without it a robot th
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from desim_warehouse.outcome.halts import Halt, halts, parts_of_robots, parts_of_time
+from desim_warehouse.outcome.history import History
 from desim_warehouse.states import CHARGER, FOR_PICKER, FOR_SERVER, OFF_DUTY, PICKER, SHOWN, WAITING, Phase
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from numpy.typing import NDArray
-
-    from desim_warehouse.outcome.history import History
-
-    Numbers = NDArray[np.float64]
+from desim_warehouse.values.arrays import Floats
 
 PART = 300.0
 """Seconds of a part, in runs of a usual length."""
@@ -83,13 +77,13 @@ class Day:
     """
 
     begin: float
-    bounds: Numbers
-    robots: dict[str, Numbers]
-    delivered: Numbers
-    open: Numbers
-    queue: Numbers
-    chargers: Numbers | None
-    battery: Numbers | None
+    bounds: Floats
+    robots: dict[str, Floats]
+    delivered: Floats
+    open: Floats
+    queue: Floats
+    chargers: Floats | None
+    battery: Floats | None
     worst: Halt | PileUp | None
 
 
@@ -121,14 +115,14 @@ def part_length(seconds: float) -> float:
     return next((length for length in (PART, *_COARSER) if length * MOST >= seconds), _COARSER[-1])
 
 
-def mean_number(spans: Iterable[tuple[float, float]], bounds: Numbers) -> Numbers:
+def mean_number(spans: Iterable[tuple[float, float]], bounds: Floats) -> Floats:
     """Return the mean number of spans of time that are under way in each part between two bounds."""
     table = np.array(list(spans), dtype=float).reshape(-1, 2)
     begun, over = _so_far(table[:, 0], bounds), _so_far(table[:, 1], bounds)
     return np.maximum(np.diff(begun - over), 0.0) / np.diff(bounds)
 
 
-def _so_far(starts: Numbers, times: Numbers) -> Numbers:
+def _so_far(starts: Floats, times: Floats) -> Floats:
     """Return the sum of the time since each start, at each time."""
     ordered = np.sort(starts)
     number = np.searchsorted(ordered, times, side="right")
@@ -136,7 +130,7 @@ def _so_far(starts: Numbers, times: Numbers) -> Numbers:
     return np.asarray(number * times - sums[number], dtype=float)
 
 
-def _bounds(history: History) -> Numbers:
+def _bounds(history: History) -> Floats:
     seconds = history.model.units.seconds
     step, begin, end = part_length(history.end * seconds) / seconds, history.begin, history.end
     first, last = -math.floor(begin / step), math.ceil((end - begin) / step)
@@ -155,14 +149,14 @@ def doing(part: str) -> str:
     return "off" if part in OFF_DUTY else _REST.get(state.phase, "work")
 
 
-def _robots(history: History, bounds: Numbers) -> dict[str, Numbers]:
+def _robots(history: History, bounds: Floats) -> dict[str, Floats]:
     spans_of: dict[str, list[tuple[float, float]]] = {name: [] for name in DOING}
     for start, end, part in parts_of_time(history):
         spans_of[doing(part)].append((start, end))
     return {name: mean_number(spans, bounds) for name, spans in spans_of.items() if spans}
 
 
-def shares_of_robots(history: History) -> dict[str, Numbers]:
+def shares_of_robots(history: History) -> dict[str, Floats]:
     """Return for each robot the shares of its evaluation period by what it does, in the order of `DOING`.
 
     They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
@@ -175,20 +169,20 @@ def shares_of_robots(history: History) -> dict[str, Numbers]:
     return {name: times / (history.counted or math.nan) for name, times in spent.items() if times.any()}
 
 
-def _queue(history: History, robots: dict[str, Numbers], bounds: Numbers) -> Numbers:
+def _queue(history: History, robots: dict[str, Floats], bounds: Floats) -> Floats:
     if not history.workplaces:
         return robots.get("queue", np.zeros(len(bounds) - 1))
     end = history.end
     return mean_number(((min(task.delivered, end), min(task.begun, end)) for task in history.put_down), bounds)
 
 
-def _chargers(history: History, bounds: Numbers) -> Numbers | None:
+def _chargers(history: History, bounds: Floats) -> Floats | None:
     if not history.batteries or not history.chargers:
         return None
     return mean_number(((charging.start, charging.end) for charging in history.chargings), bounds)
 
 
-def _battery(history: History, bounds: Numbers) -> Numbers | None:
+def _battery(history: History, bounds: Floats) -> Floats | None:
     if not history.batteries:
         return None
     levels = [
@@ -198,7 +192,7 @@ def _battery(history: History, bounds: Numbers) -> Numbers | None:
     return np.asarray(np.mean(levels, axis=0), dtype=float)
 
 
-def _mean_of_line(times: Numbers, values: Numbers, bounds: Numbers) -> Numbers:
+def _mean_of_line(times: Floats, values: Floats, bounds: Floats) -> Floats:
     """Return the mean of a curve of straight pieces in each part between two bounds."""
     points = np.sort(np.concatenate([times, bounds]))
     heights = np.interp(points, times, values)
@@ -206,7 +200,7 @@ def _mean_of_line(times: Numbers, values: Numbers, bounds: Numbers) -> Numbers:
     return np.asarray(np.diff(areas[np.searchsorted(points, bounds)]) / np.diff(bounds), dtype=float)
 
 
-def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[str, Numbers]) -> Halt | PileUp | None:
+def _worst(history: History, bounds: Floats, still_open: Floats, robots: dict[str, Floats]) -> Halt | PileUp | None:
     """Return the longest standstill of deliveries; else the stretch with most open tasks, if it is far from usual."""
     still = halts(history)
     if still:
@@ -225,7 +219,7 @@ def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[
     return PileUp(float(bounds[low]), float(bounds[high]), most, usual, name, share)
 
 
-def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, int]:
+def _around(values: Floats, top: int, least: float, first: int) -> tuple[int, int]:
     """Return the bounds of the stretch around part `top` with values of at least `least`, from part `first` on."""
     low = high = top
     while low > first and values[low - 1] >= least:
@@ -235,12 +229,12 @@ def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, i
     return low, high
 
 
-def _more_than_else(robots: dict[str, Numbers], bounds: Numbers, low: int, high: int) -> tuple[str, float]:
+def _more_than_else(robots: dict[str, Floats], bounds: Floats, low: int, high: int) -> tuple[str, float]:
     """Return the state that robots are in more between two parts than in the whole run, and the share of the fleet."""
     lengths = np.diff(bounds)
     fleet = float(sum(numbers[0] for numbers in robots.values())) or 1.0
 
-    def share(numbers: Numbers, which: slice) -> float:
+    def share(numbers: Floats, which: slice) -> float:
         return float(np.average(numbers[which], weights=lengths[which])) / fleet
 
     then, whole = slice(low, high), slice(None)

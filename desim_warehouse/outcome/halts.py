@@ -10,19 +10,16 @@ So a single task that takes long is none. Waits in traffic are known with `log: 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.outcome.account import booked
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, PICKER, SHOWN, Phase, Queue
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.history import History
 
 Cause = Literal["batteries", "off duty", "closed", "lanes", "broken", "queues", "pickers", "no task"]
 """What robots do meanwhile: charge or wait for that, rest outside their hours, wait for a station to open, ..."""

@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Iterator
 from functools import cached_property
 from itertools import islice, zip_longest
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.spec import StationSpec
@@ -27,6 +27,8 @@ from desim_warehouse.outcome.records import (
     Assignment,
     Blocked,
     ChargeSpan,
+    Deadline,
+    Edge,
     OrderHistory,
     PickerSpan,
     Rotation,
@@ -37,15 +39,13 @@ from desim_warehouse.outcome.records import (
     Whereabouts,
 )
 from desim_warehouse.states import APART, AT_START, CHARGER, SERVED, TOO_LOW, WAITING, Phase, names
+from desim_warehouse.values.calendars import Stretch
 from desim_warehouse.values.streams import Streams
 
-if TYPE_CHECKING:
-    from desim_warehouse.outcome.records import Deadline, Edge
-    from desim_warehouse.values.calendars import Stretch
-
-    Curve = tuple[list[float], list[float]]
+Curve: TypeAlias = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
+_DRIVING = names(lambda state: state.phase in {Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY})
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
@@ -353,6 +353,7 @@ class History:
     def served(self) -> list[tuple[str, float, float]]:
         """The intervals in which robots loaded or unloaded in stations: node of the station, begin, end."""
         stored = {row.task for row in self.rows("released") if row.value is not None and row.value >= 0}
+        comes_and_goes = self.model.pods is not None  # no robot is served twice before it drives again
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
         spans = []
@@ -370,8 +371,8 @@ class History:
                 continue
             if row.robot in since:
                 spans.append((inside[row.robot], since.pop(row.robot), row.time))
-            has_moved = row.node is not None and row.node != inside.get(row.robot)
-            if has_moved or (row.kind in _LOADING and row.task in stored):
+            has_left = (comes_and_goes and row.kind in _DRIVING) or row.node not in {None, inside.get(row.robot)}
+            if has_left or (row.kind in _LOADING and row.task in stored):
                 inside.pop(row.robot, None)  # it has left: goods of a storage place lie outside
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time

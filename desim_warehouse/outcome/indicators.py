@@ -11,17 +11,15 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest, spoken, synonym
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.outcome import measures, money
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
 from desim_warehouse.states import APART, AT_START, OPERATING, SERVER, STATES, TIMES, WAITING, State
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 Unit = Literal[
     "time",
@@ -160,7 +158,8 @@ INDICATORS = {
             "T",
             "Task time",
             "time",
-            "when the last robot is back with all goods delivered; lifelong demand: the run's length",
+            "time at which the last robot is back with all goods delivered; with lifelong demand, the length of the "
+            "run",
             "less",
             lambda history: history.end,
             with_robots="falls",
@@ -200,7 +199,7 @@ INDICATORS = {
             "distance",
             "Distance driven",
             "length",
-            "driven by all robots",
+            "distance driven by all robots",
             "less",
             measures.total("distance"),
             with_robots="rises",
@@ -209,7 +208,7 @@ INDICATORS = {
             "energy",
             "Energy drawn",
             "energy",
-            "used by all robots",
+            "energy used by all robots",
             "less",
             measures.total("energy"),
             with_robots="rises",
@@ -218,7 +217,7 @@ INDICATORS = {
             "waiting",
             "Time waited in traffic",
             "time",
-            "waited in traffic, all robots together",
+            "time waited in traffic, all robots together",
             "less",
             measures.total("waiting"),
             with_robots="rises",
@@ -228,8 +227,8 @@ INDICATORS = {
             "encounters_per_hour",
             "Encounters of robots and people",
             "encounters per hour",
-            "how often a person held a robot up before an aisle, or came into one with a robot in it; only with "
-            "`people`",
+            "times per hour that a person held a robot up in front of an aisle, or entered one with a robot in it; "
+            "only with `people`",
             "less",
             measures.encounters,
             measures.has_tally("encounters"),
@@ -239,7 +238,7 @@ INDICATORS = {
             "shared_time",
             "Time shared with robots",
             "share of people's time",
-            "share of the time of people in aisles in which a robot was in the same aisle; only with `people`",
+            "share of the time of people in aisles during which a robot was in the same aisle; only with `people`",
             "less",
             measures.shared_time,
             measures.has_tally("encounters"),
@@ -249,7 +248,7 @@ INDICATORS = {
             "cost",
             "Cost",
             "weighted",
-            "`w_d distance + w_t time + w_c S`, with the weights of the section `cost`; time: what is counted of T",
+            "`w_d distance + w_t time + w_c S`, with the weights of the section `cost`; time is the counted part of T",
             "less",
             measures.cost,
         ),
@@ -257,7 +256,7 @@ INDICATORS = {
             "rear_ends",
             "Waits behind a robot on an edge",
             "count",
-            "of these, those behind a robot on the same edge",
+            "waiting episodes behind a robot on the same edge",
             "less",
             measures.count("rear_ends"),
             with_robots="rises",
@@ -266,7 +265,7 @@ INDICATORS = {
             "crossings",
             "Waits before an intersection",
             "count",
-            "of these, those before an intersection",
+            "waiting episodes in front of an intersection",
             "less",
             measures.count("crossings"),
             with_robots="rises",
@@ -275,7 +274,7 @@ INDICATORS = {
             "rotations",
             "Gridlock rotations",
             "count",
-            "full rings that turned",
+            "full rings of waiting robots that turned by one position",
             "less",
             measures.rotations,
             with_robots="rises",
@@ -294,7 +293,7 @@ INDICATORS = {
             "cycle_time_mean",
             "Cycle time, mean",
             "time",
-            "from a task's release until it is done (`tasks.done_when`), mean",
+            "mean time from a task's release until it is done (`tasks.done_when`)",
             "less",
             measures.cycle_time,
             by_flow=measures.cycle_time,
@@ -304,7 +303,7 @@ INDICATORS = {
             "cycle_time_median",
             "Cycle time, median",
             "time",
-            "the same, median",
+            "median time from a task's release until it is done",
             "less",
             measures.cycle_time_median,
             by_flow=measures.cycle_time_median,
@@ -314,7 +313,7 @@ INDICATORS = {
             "cycle_time_p95",
             "Cycle time, 95 % quantile",
             "time",
-            "the same, 95 % quantile (linear between order statistics)",
+            "95 % quantile of the time from a task's release until it is done (linear between order statistics)",
             "less",
             measures.cycle_time_p95,
             by_flow=measures.cycle_time_p95,
@@ -324,7 +323,7 @@ INDICATORS = {
             "cycle_time_cv",
             "Cycle time, coefficient of variation",
             "ratio",
-            "the same, standard deviation / mean: how far tasks differ in time; only with `people`",
+            "standard deviation / mean of the time from a task's release until it is done; only with `people`",
             "less",
             measures.cycle_time_cv,
             measures.has_tally("encounters"),
@@ -333,7 +332,7 @@ INDICATORS = {
             "backlog",
             "Open orders at the end",
             "tasks",
-            "tasks released and not done, at the end",
+            "tasks released but not done at the end",
             "less",
             measures.backlog,
             by_flow=measures.backlog,
@@ -343,7 +342,7 @@ INDICATORS = {
             "backlog_growth_per_hour",
             "Backlog growth",
             "tasks per hour",
-            "tasks released less tasks done in the counted time, per hour; only where tasks arrive at random",
+            "tasks released minus tasks done in the counted time, per hour; only where tasks arrive at random",
             "less",
             measures.backlog_growth,
             measures.has_arrivals,
@@ -354,8 +353,8 @@ INDICATORS = {
             "tardiness_mean",
             "Tardiness, mean",
             "time",
-            "mean of `max(time when it was done − due, 0)` over the tasks that `on_time` is a share of; of one that is "
-            "not done the time up to the end of the run counts; only where tasks have due times",
+            "mean of `max(time when it was done − due, 0)` over the tasks that `on_time` is a share of; a task that "
+            "is not done counts up to the end of the run; only where tasks have due times",
             "less",
             measures.tardiness,
             measures.has_due_times,
@@ -366,12 +365,11 @@ INDICATORS = {
             "on_time",
             "Done on time",
             "share of tasks",
-            "of the tasks that come due in the counted time, its end included, the share done (`tasks.done_when`) by "
-            "then; only where tasks have due times. One that came due in the warm-up is left out, done or not, and so "
-            "is one that comes due after the end; where a run ends as all its work is done those count. Over several "
-            "runs "
-            "the mean of their shares, in which each run counts alike: where busy days are late more often, the share "
-            "of all tasks of all runs is smaller",
+            "share of the tasks coming due in the counted time, its end included, that are done (`tasks.done_when`) "
+            "by their due time; only where tasks have due times. Tasks that came due in the warm-up are left out, done "
+            "or not, and so are those due after the end, unless the run ends because all its work is done. Over "
+            "several runs it is the mean of their shares, with equal weights: if busy days are late more often, the "
+            "share of all tasks of all runs is smaller",
             "more",
             measures.on_time,
             measures.has_due_times,
@@ -383,7 +381,7 @@ INDICATORS = {
             "tasks_due",
             "Tasks come due",
             "count",
-            "the tasks that `on_time` is a share of; only where tasks have due times",
+            "number of tasks that `on_time` is a share of; only where tasks have due times",
             None,
             measures.tasks_due,
             measures.has_due_times,
@@ -394,8 +392,8 @@ INDICATORS = {
             "departure_lead",
             "Lead before departures",
             "time",
-            "the longest time before its departure (`due_at`) at which a task came that missed it, 0 if none did: what "
-            "came earlier was in time. Only where tasks of flows with `due_at` come due in the counted time",
+            "longest time before its departure (`due_at`) at which a task came that missed it, 0 if none did: all "
+            "that came earlier were in time. Only where tasks of flows with `due_at` come due in the counted time",
             "less",
             measures.departure_lead,
             measures.has_departures,
@@ -405,7 +403,7 @@ INDICATORS = {
             "worked",
             "Loads worked on",
             "count",
-            "load units put down in stations whose work was finished; only where a station has `work_time`",
+            "load units put down in stations on which work was finished; only where a station has `work_time`",
             "more",
             measures.worked,
             measures.has_work,
@@ -416,8 +414,9 @@ INDICATORS = {
             "worked_on_time",
             "Worked on in time",
             "share of load units",
-            "the same of load units for stations with workers, and of the work on them: one that comes due before it "
-            "is put down is late, too, if it can go nowhere else; only where loads have due times",
+            "share of the load units for stations with workers, coming due in the counted time, on which work is "
+            "finished by their due time; one that comes due before it is put down is also late, if it can go nowhere "
+            "else; only where loads have due times",
             "more",
             measures.worked_on_time,
             measures.has_due_work,
@@ -428,7 +427,7 @@ INDICATORS = {
             "loads_due",
             "Loads come due",
             "count",
-            "the load units that `worked_on_time` is a share of; only where loads have due times",
+            "number of load units that `worked_on_time` is a share of; only where loads have due times",
             None,
             measures.loads_due,
             measures.has_due_work,
@@ -438,8 +437,8 @@ INDICATORS = {
             "worker_utilisation",
             "Worker utilisation",
             "share of workers' time",
-            "share of the time of all workers, in the hours of their stations, in which they work on a load unit; of a "
-            "flow: on its load units",
+            "share of the time of all workers, in the hours of their stations, in which they work on a load unit; "
+            "for a flow, on its load units",
             None,
             measures.worker_utilisation,
             measures.has_work,
@@ -461,8 +460,8 @@ INDICATORS = {
             "lift_utilisation",
             "Lift utilisation",
             "share of capacity",
-            "share of the time of all lifts in which a robot has them, from the call of the cabin until the doors have "
-            "closed behind it; only with lifts",
+            "share of the time of all lifts in which a robot holds them, from the call of the cabin until the doors "
+            "have closed behind it; only with lifts",
             None,
             measures.lift_utilisation,
             lambda history: bool(history.layout.lifts),
@@ -472,8 +471,8 @@ INDICATORS = {
             "robots_busy",
             "Robots busy",
             "share of fleet time",
-            "share of the time of all robots, in their hours, in which they do not stand idle: waits, queues, charging "
-            "and repairs count, too, as each keeps a robot from a task",
+            "share of the time of all robots, in their hours, in which they are not idle: waits, queues, charging "
+            "and repairs also count, as each keeps a robot from a task",
             None,
             measures.robots_busy,
             by_time=measures.robots_busy,
@@ -483,7 +482,7 @@ INDICATORS = {
             "worker_wait",
             "Time waited for a worker",
             "time",
-            "time from when load units were put down until work on them began, all together",
+            "total time from when load units were put down until work on them began",
             "less",
             measures.worker_wait,
             measures.has_work,
@@ -493,7 +492,7 @@ INDICATORS = {
             "work_backlog",
             "Loads not worked on",
             "tasks",
-            "load units put down and not yet worked on, at the end",
+            "load units put down but not yet worked on at the end",
             "less",
             measures.work_backlog,
             measures.has_work,
@@ -551,7 +550,7 @@ INDICATORS = {
             "loads_per_trip",
             "Loads per trip",
             "tasks",
-            "tasks done on one tour, mean; only with `policies.batching`",
+            "mean number of tasks done on one tour; only with `policies.batching`",
             "more",
             lambda history: measures.mean([len(trip.tasks) for trip in measures.counted_trips(history)]),
             measures.has_batches,
@@ -560,7 +559,7 @@ INDICATORS = {
             "orders",
             "Orders delivered",
             "count",
-            "orders of which the last task was delivered; only with orders from a file or of `lines`",
+            "orders whose last task was delivered; only with orders from a file or of `lines`",
             "more",
             lambda history: len(history.counted_orders),
             measures.has_orders,
@@ -570,7 +569,7 @@ INDICATORS = {
             "order_cycle_time_mean",
             "Order cycle time, mean",
             "time",
-            "from an order's release until its last task is done, mean; only with orders from a file or of `lines`",
+            "mean time from an order's release until its last task is done; only with orders from a file or of `lines`",
             "less",
             lambda history: measures.mean([order.cycle_time for order in history.counted_orders]),
             measures.has_orders,
@@ -580,7 +579,8 @@ INDICATORS = {
             "order_cycle_time_p95",
             "Order cycle time, 95 % quantile",
             "time",
-            "the same, 95 % quantile; only with orders from a file or of `lines`",
+            "95 % quantile of the time from an order's release until its last task is done; only with orders from a "
+            "file or of `lines`",
             "less",
             lambda history: measures.quantile(sorted(order.cycle_time for order in history.counted_orders), 0.95),
             measures.has_orders,
@@ -590,8 +590,8 @@ INDICATORS = {
             "orders_on_time",
             "Orders on time",
             "share of orders",
-            "the same of orders: the share of which every task was done by its due time; an order comes due with the "
-            "first of its tasks that is late, else with the last; only with orders that have due times",
+            "share of orders of which every task was done by its due time; an order comes due with the first of its "
+            "tasks that is late, otherwise with the last; only with orders that have due times",
             "more",
             lambda history: measures.met(history.order_deadlines),
             measures.has_due_orders,
@@ -601,7 +601,7 @@ INDICATORS = {
             "orders_due",
             "Orders come due",
             "count",
-            "the orders that `orders_on_time` is a share of; only with orders that have due times",
+            "number of orders that `orders_on_time` is a share of; only with orders that have due times",
             None,
             lambda history: len(history.order_deadlines),
             measures.has_due_orders,
@@ -642,7 +642,7 @@ INDICATORS = {
             "charger_wait",
             "Time queued for a charger",
             "time",
-            "time in a bay waiting for a charger, all robots together; only with batteries and chargers",
+            "time waiting in a bay for a charger, all robots together; only with batteries and chargers",
             "less",
             lambda history: history.charger_wait,
             measures.has_chargers,
@@ -652,7 +652,7 @@ INDICATORS = {
             "station_wait",
             "Time queued for a server",
             "time",
-            "time in a station waiting for a server, all robots together; only with stations",
+            "time waiting in a station for a server, all robots together; only with stations",
             "less",
             measures.station_wait,
             measures.has_stations,
@@ -662,8 +662,7 @@ INDICATORS = {
             "picker_utilisation",
             "Pickers, picking",
             "share of pickers' time",
-            "share of the time of all pickers, in their hours, in which they handle what robots wait for; only with "
-            "`pickers`",
+            "share of the time of all pickers, in their hours, in which they handle loads; only with `pickers`",
             None,
             measures.picker_utilisation,
             measures.has_pickers,
@@ -684,7 +683,7 @@ INDICATORS = {
             "lines_per_picker",
             "Lines of a picker",
             "lines per hour",
-            "loads that pickers have handled, for each of their hours at work; only with `pickers`",
+            "loads handled per picker and hour at work; only with `pickers`",
             "more",
             measures.lines_per_picker,
             measures.has_pickers,
@@ -715,8 +714,8 @@ INDICATORS = {
             "annual_cost",
             "Annual cost",
             "money per year",
-            "robots, chargers, energy, people of stations and late orders at the prices of the section `prices`, for a "
-            "year of its `hours` like the counted time; only with prices",
+            "yearly cost of robots, chargers, energy, people of stations and late orders at the prices of the "
+            "section `prices`, for a year of its `hours` like the counted time; only with prices",
             "less",
             money.annual_cost,
             measures.has_prices,
@@ -726,7 +725,7 @@ INDICATORS = {
             "cost_per_task",
             "Cost per task",
             "money per task",
-            "`annual_cost` by the tasks that such a year delivers; only with prices",
+            "`annual_cost` / the tasks that such a year delivers; only with prices",
             "less",
             money.cost_per_task,
             measures.has_prices,

@@ -74,7 +74,7 @@ KINDS = {
         "tasks in the batch",
     ),
     "assigned": RowKind(
-        "tasks", "a robot takes up a task; one in its queue when it gets to it, those of a tour all at once", "energy"
+        "tasks", "a robot takes up a task: one in its queue when its turn comes, those of a tour all at once", "energy"
     ),
     "returned": RowKind(
         "tasks",
@@ -110,7 +110,7 @@ KINDS = {
     ),
     "collision": RowKind("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
     **{state.name: RowKind("all", state.begins, "how long") for state in states.APART.values()},
-    "edge_closed": RowKind("tasks", "an edge closes by its calendar, up to `until`", "none"),
+    "edge_closed": RowKind("tasks", "an edge closes by its calendar, until `until`", "none"),
     "edge_opened": RowKind("tasks", "it opens again", "none"),
     "person_in": RowKind("tasks", "a person comes into an aisle, a row for each of its edges", "number of the visit"),
     "person_out": RowKind("tasks", "the person leaves", "number of the visit"),

@@ -10,17 +10,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.lifts import beside, time_taken
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.parts import PartHistory
 from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
 from desim_warehouse.states import AT_START, BROKEN, IN_LIFT, OPERATING, RESTING, SERVER, names
-
-if TYPE_CHECKING:
-    from desim_warehouse.outcome.history import History
-    from desim_warehouse.outcome.parts import PartHistory
-    from desim_warehouse.values.calendars import Hours, Stretch
-
+from desim_warehouse.values.calendars import Hours, Stretch
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9

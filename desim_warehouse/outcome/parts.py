@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from operator import itemgetter
-from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.records import Deadline, TaskHistory
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.values.calendars import Stretch
+from desim_warehouse.values.calendars import Stretch
 
 
 class PartHistory:

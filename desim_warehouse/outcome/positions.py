@@ -14,24 +14,17 @@ import heapq
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.model.sections.fleet import Start
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.log import LogRow
 from desim_warehouse.outcome.zones import Zone, zones
 from desim_warehouse.states import BROKEN, STATES
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from desim_warehouse.model.sections.fleet import Start
-    from desim_warehouse.outcome.history import History
-
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
-
+from desim_warehouse.values.arrays import Floats, Ints
 
 EPS = 1e-6
 """Length units from the end of an edge within which a robot is at its end."""

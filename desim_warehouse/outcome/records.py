@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from desim_warehouse.states import WAITING, State, seen
 
-if TYPE_CHECKING:
-    Edge = tuple[str, str]
+Edge: TypeAlias = tuple[str, str]
 
 
 class Deadline(NamedTuple):

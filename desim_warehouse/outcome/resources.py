@@ -12,7 +12,7 @@ import math
 from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.outcome.history import History
@@ -20,8 +20,7 @@ from desim_warehouse.outcome.pieces import pieces
 from desim_warehouse.states import SHOWN, Place
 from desim_warehouse.values.calendars import ALWAYS, Hours
 
-if TYPE_CHECKING:
-    Steps = tuple[list[float], list[int]]
+Steps: TypeAlias = tuple[list[float], list[int]]
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,8 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.history import History
 
 _NAME = re.compile(r"r(\d+)c(\d+)")
 """A node of a floor drawn in rows: its row and its aisle."""

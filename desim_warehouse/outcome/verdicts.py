@@ -179,9 +179,10 @@ RULES = {
         "backlog",
         "cannot keep up: open orders grow by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
-        f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
-        "by more than one task a robot; what comes in the longest time outside the hours of a station, or of robots "
-        "on average, does not count; or as many load units lie in stations (`work_time`) and are not worked on",
+        f"{ERRORS_OF_ARRIVALS} √n, where n is the number of tasks that arrived in it (√n is the standard deviation of "
+        "that number), and by more than one task per robot, leaving out what comes on average in the longest time "
+        "outside the hours of a station, or of robots; or as many load units pile up in stations (`work_time`) without "
+        "being worked on",
         _cannot_keep_up,
     ),
     "BATTERIES_FALL": VerdictRule(
@@ -195,27 +196,28 @@ RULES = {
     ),
     "NOT_SETTLED": VerdictRule(
         "not settled",
-        "not settled: batteries {} % an hour while counted; {}",
+        "not settled: batteries {} % an hour in the counted time; {}",
         "work never ends, and in the counted time the fleet's mean level falls, or rises, by at least "
         f"{100 * LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * CONFIDENCE:g} % "
-        "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
-        "run of a design, has no interval. Not said of fleets that begin settled, nor of one whole day after which "
-        "hours and rates repeat. Where it rises a fleet looks worse than it will be. Not said beside the one above. "
-        "Neither is said of a day by the clock that begins full, if chargers fill the batteries before the next",
+        "confidence interval: for a run from the changes of its robots, for a design from those of its runs; one robot "
+        "alone, or one run of a design, has no interval. Fleets that begin settled, a whole day after which hours and "
+        "rates repeat, and runs with the verdict above do not get this one. If the level rises, a fleet looks worse "
+        "than it will be. A day by the clock that begins with full batteries gets neither verdict if chargers fill "
+        "them before the next",
         None,
     ),
     "JAMMED": VerdictRule(
         "jammed",
-        "jammed: {} % of the time is waiting",
+        "jammed: robots wait in traffic {} % of the time",
         f"the robots wait in traffic for at least {100 * MOST_WAITING:g} % of their time",
         _jammed,
         scale=100,
     ),
     "PAST_KNEE": VerdictRule(
         "past the knee",
-        "past the knee: a cap of {} robots under way (traffic.most_out) would do more than {} do",
-        "of a run alone, where its log shows it: in the counted time the number of robots under way changes, and at "
-        f"least {LEAST_WINDOWS} windows of time with fewer of them (up to {10 * FEWER} % of the most) get more done on "
+        "past the knee: at most {} robots under way (traffic.most_out) would get more done than {} do",
+        "only for a run whose log shows it: in the counted time the number of robots under way changes, and at least "
+        f"{LEAST_WINDOWS} windows of time with fewer of them (up to {10 * FEWER} % of the most) get more done on "
         f"average than at least {LEAST_WINDOWS} with the most, by {100 * LEAST_GAIN:g} % and {STANDARD_ERRORS} "
         f"standard errors; a window lasts as long as a robot takes for {TASKS_A_WINDOW} tasks, and the robots wait for "
         f"at least {100 * LEAST_WAITING:g} % of their time",
@@ -223,7 +225,7 @@ RULES = {
     ),
     "ENDS_IN_WARM_UP": VerdictRule(
         "warm-up",
-        "over before its warm-up: the indicators count the whole run, its start too",
+        "the run ended before its warm-up: the indicators count the whole run, its start too",
         "the work is done before `run.warm_up` is over; nothing is left out then",
         _ends_in_warm_up,
     ),
@@ -350,15 +352,15 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
     away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
     drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
     if not chargers or not math.isfinite(drawn):
-        return "what charging costs is not seen"
+        return "the cost of charging does not show"
     charging = model.fleet.size * drawn / (drawn + charging_rate(model))
     if charging > chargers:
         chargers_in_words = number_of(chargers, "charger")
-        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {chargers_in_words}"
+        return f"in the long run {amount_of(charging)} robots would have to charge at a time, with {chargers_in_words}"
     used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
     return (
-        f"once settled, chargers are in use {used} % of the time by estimate (here {now} %), and "
-        f"{amount_of(charging)} of {number_of(model.fleet.size, 'robot')} charge"
+        f"once settled, chargers would be in use about {used} % of the time (here {now} %), and about "
+        f"{amount_of(charging)} of {number_of(model.fleet.size, 'robot')} would be charging"
     )
 
 

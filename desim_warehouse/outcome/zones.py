@@ -11,13 +11,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import BayPlaces
-    from desim_warehouse.model import Model
-
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import BayPlaces
+from desim_warehouse.model import Model
 
 Point = tuple[float, float]
 

@@ -1,11 +1,11 @@
 """DXF drawings for `desim import`: lanes are lines of some layers, marks are blocks and points by their names.
 
-- Needs ezdxf, the extra `dxf`. The drawing is saved as DXF, not as DWG. Units are those of the drawing ($INSUNITS), y
+- This needs ezdxf (the extra `dxf`) and a drawing saved as DXF, not DWG. Units are those of the drawing ($INSUNITS), y
   is upwards. Layers that are off or frozen are left out.
-- Lines, polylines, arcs, circles, ellipses and splines of the model space are read; those inside inserted blocks,
-  and points there, where their layer is one of lanes, or nothing else has lines. Without `--lanes` those layers
-  count whose names have lane, path, route, track, aisle or AGV in them.
-- Lines on a layer that is called one-way lead from their first point to the last; all others both ways.
+- Lines, polylines, arcs, circles, ellipses and splines of the model space are read; those inside inserted blocks, and
+  points there, only if they are on a layer of lanes or nothing else has lines. Without `--lanes`, layers of lanes are
+  those with lane, path, route, track, aisle or AGV in their names.
+- Lines on a layer called one-way lead from their first point to the last; all others lead both ways.
 - Blocks or layers say what places are: CHARGER, `pick`, `drop`, or what `--operation` says.
 """
 

@@ -1,16 +1,15 @@
 """GeoJSON for `desim import`: lanes as LineString and MultiLineString, marks as Point, with properties.
 
-- A file whose lines name their ends, `startid` and `endid` as route graphs of Nav2 do, or `from` and `to`, is a graph:
-  its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say `two_way`. They
-  meet at nodes only, and need no coordinates.
-- Degrees are projected onto a plane that touches the globe in their middle. What lies within half a unit is in degrees,
-  anything larger in metres: no plant is 50 km wide, and none half a metre. Where `crs` says web Mercator (EPSG:3857),
-  coordinates are metres times cosh(y / 6378137), and shrink by that.
-- In all other files:
-- Lines are two-way unless they say `oneway` or `two_way`, and may have a `speed`. A place has a `role` (or `layer`) and
-  a `name`, and belongs to the nearest point of a lane up to 2 m off.
-- A floor is flat: where lines cross or end on another they are joined. Ends within 5 cm of each other are one point.
-- Corners are points. Curves become chords up to 25 cm beside them, with the length of the curve.
+- A file whose lines name their ends, by `startid` and `endid` as in route graphs of Nav2 or by `from` and `to`, is a
+  graph: its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say
+  `two_way`. Edges meet at nodes only and need no coordinates.
+- Degrees are projected onto a plane that touches the globe in their middle. A file that lies within half a unit is in
+  degrees, a larger one in metres: no plant is 50 km wide, and none half a metre. If `crs` says web Mercator
+  (EPSG:3857), coordinates are metres times cosh(y / 6378137), and are divided by that factor.
+- In all other files, lines are two-way unless they say `oneway` or `two_way`, and may have a `speed`. A place has a
+  `role` (or `layer`) and a `name`, and belongs to the nearest point of a lane up to 2 m away.
+- Floors are flat: lines that cross, or end on another, are joined. Ends within 5 cm of each other are one point.
+- Corners are points. Curves become chords up to 25 cm off, with the length of the curve.
 
 Source: RFC 7946; crs: The GeoJSON Format Specification 1.0 (2008), section 3; Nav2, Route Server: graph file formats.
 """

@@ -1,11 +1,11 @@
 """Graphs as plants for `desim import`: graphs of networkx, and GraphML files, which are read safely.
 
-Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
-without direction is a two-way lane. Without a length `weight` is one, as networkx calls it, where every edge has one
-and none is shorter than the straight line. In JSON a graph is as `networkx.node_link_data` writes it: nodes with id,
-and links (or edges) with source and target.
+Nodes have x and y (or pos) and optionally role and station; edges optionally have length, speed, two_way and
+side_by_side. An edge without direction is a two-way lane. Without a length, `weight`, as networkx calls it, is the
+length if every edge has one and none is shorter than the straight line. JSON graphs are as `networkx.node_link_data`
+writes them: nodes with id, and links (or edges) with source and target.
 
-Source: GraphML Primer (graphml.graphdrafting.org); yEd's y:Geometry and y:NodeLabel are read where nodes have no x.
+Source: GraphML Primer (graphml.graphdrafting.org); yEd's y:Geometry and y:NodeLabel are read if nodes have no x.
 """
 
 from __future__ import annotations

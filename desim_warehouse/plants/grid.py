@@ -1,10 +1,10 @@
-"""Grids of cells for `desim import`, as in path finding: free cells are points, joined by two-way lanes.
+"""Read grids of cells for `desim import`, as in path finding: free cells are points, joined by two-way lanes.
 
 A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a
 plant of the `Grid` that a reader fills in.
 
-A grid that names no places of work has goods and stations in every cell, as an assumption to change. Cells that robots
-cannot reach are named.
+If a grid names no places of work, every cell is assumed to have goods and a station, for you to change. Cells that
+robots cannot reach are reported.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Warehouses of guidance graph optimisation (GGO, PIBT benchmarks) for `desim import`: JSON with rows of a grid.
 
 `layout` holds the rows: `@` shelf, `T` blocked, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods
-are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` counts where
-`weight` is true. It begins with the weights of waiting: one, or one a cell. Then follow those of driving east, north,
-west and south from every free cell, row by row, as far as these neighbours are free.
+are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` is used if `weight`
+is true. It begins with the weights of waiting: one, or one per cell. Then follow the weights of driving east, north,
+west and south from every free cell, row by row, if these neighbours are free.
 Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent path finding, 2024, and its maps.
 """
 

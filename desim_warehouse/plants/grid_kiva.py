@@ -2,7 +2,7 @@
 
 A map has four lines of numbers: its size in rows and columns, endpoints, agents, horizon. Then come the rows: `@`
 shelf, `e` endpoint (goods are picked and delivered there), `r` home of a robot, `.` aisle. A file of tasks has their
-number, perhaps a line with the horizon, then lines `release pickup delivery ...`. An endpoint's number is its rank
+number, optionally a line with the horizon, then lines `release pickup delivery ...`. An endpoint's number is its rank
 among the `e` cells, row by row from 0.
 Source: H. Ma et al., Lifelong multi-agent path finding for online pickup and delivery tasks, 2017.
 """

@@ -1,8 +1,8 @@
 """Problems of the League of Robot Runners for `desim import`: JSON that names a map, the robots and the tasks.
 
 Robots start in the cells that the agents file lists. A task is a list of cells that one robot visits in this order: it
-loads in the first and unloads in the last. A cell's number counts row by row from 0, blocked cells too. Lines with `#`
-are comments.
+loads in the first and unloads in the last. Cells, including blocked ones, are numbered row by row from 0. Lines with
+`#` are comments.
 Source: the start kit of the League of Robot Runners, 2023 to 2026.
 """
 

@@ -1,7 +1,8 @@
 """Grid maps (`.map`) of the MovingAI benchmarks and the League of Robot Runners, for `desim import`.
 
-`type octile`, `height H`, `width W`, `map`, then H rows. `@`, `O`, `T` and `W` cannot be entered, `.`, `G` and `S` can.
-Where there are `E` cells, goods are delivered there and picked in the `S` cells (League of Robot Runners).
+A file has `type octile`, `height H`, `width W`, `map`, then H rows. Robots can enter `.`, `G` and `S`, but not `@`,
+`O`, `T` and `W`. If there are `E` cells, goods are delivered there and picked in the `S` cells (League of Robot
+Runners).
 Source: N. Sturtevant, Benchmarks for grid-based pathfinding, 2012; the start kit of the League of Robot Runners.
 """
 

@@ -1,8 +1,8 @@
 """Road networks of RHCR (`.grid`) for `desim import`, as of its sorting centre: a weight for each direction.
 
-`Grid size (x, y)`, `W,H`, the names of the columns, then a line for every cell, column by column: id, type, station, x,
-y (upwards), and the weights of driving north, west, south and east, and of waiting; `inf` where robots may not.
-Robots take parcels at cells of the type Induct and drop them at those of the type Eject.
+A file has `Grid size (x, y)`, `W,H`, the names of the columns, then a line for every cell, column by column: id, type,
+station, x, y (upwards), and the weights of driving north, west, south and east, and of waiting; `inf` forbids it.
+Robots take parcels at cells of the type Induct and drop them at cells of the type Eject.
 Source: J. Li et al., Lifelong multi-agent path finding in large-scale warehouses, 2021, and its maps.
 """
 

@@ -1,19 +1,20 @@
 """Layouts in the VDMA's LIF for `desim import`: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
 
-- A file says nothing of batteries, fleets and tasks. It is read leniently, as many files are not as the schema says:
-  what is clear is put right, such as a number written as text or a missing list of stations, and named under `changed`.
-  `--strict` refuses it instead.
+- A file says nothing about batteries, fleets and tasks. Many files break the schema, so reading is lenient: clear
+  errors, such as a number written as text or a missing list of stations, are corrected and reported under `changed`.
+  `--strict` refuses them instead.
 - An edge is one-way, and two opposite ones are a two-way aisle; `--two-way` makes every edge lead both ways.
-- A vehicle type that an edge or node does not list may not use it. The type with most edges is read, or that of
-  `--vehicle-type NAME`.
-- Several layouts are read together: an edge from level to level is a lift, in both directions, and an edge between
-  layouts of one level a ramp. Levels that lie over each other are drawn side by side. `--layout NAME` reads one.
-- An edge with a trajectory is as long as its curve. One whose curve is none, or leads elsewhere, is taken to be
-  straight, and doubted, as are angles beyond a full turn and links of hundreds of metres (degrees, or millimetres?).
-- The actions of a station's nodes (`pick`, `drop`, `startCharging`, ...) say what robots do there; where there are
-  none, the station's name does. `--operation` maps either.
-- What it says of directions of driving, rotation, heights and loads is named as left out: robots turn at nodes and may
-  use every lane, loaded or not.
+- A vehicle type may not use edges or nodes that do not list it. The type with most edges is read, or `--vehicle-type
+  NAME`.
+- Several layouts are read together: an edge between levels is a lift, in both directions, and an edge between layouts
+  of one level is a ramp. Levels that lie over each other are drawn side by side. `--layout NAME` reads one layout.
+- An edge with a trajectory is as long as its curve. If the curve is invalid, or leads elsewhere, the edge is taken to
+  be straight and reported as doubtful, as are angles beyond a full turn and links of hundreds of metres (degrees, or
+  millimetres?).
+- The actions of a station's nodes (`pick`, `drop`, `startCharging`, ...) say what robots do there, or else the
+  station's name. `--operation` maps either.
+- Directions of driving, rotation, heights and loads are reported as left out: robots turn at nodes and may use every
+  lane, loaded or not.
 
 Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024.
 """

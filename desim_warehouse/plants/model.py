@@ -1,18 +1,18 @@
-"""Making a model of a plant for `desim import`: the layout as drawn, and marked assumptions for what drawings lack.
+"""Make a model of a plant for `desim import`: the layout as drawn, with marked assumptions for what drawings lack.
 
-- The length that is drawn counts, not the straight distance. Two points on one spot are drawn 1 cm apart.
-- Two edges that join the same points there and back are a two-way lane, unless their lengths differ by more than 5 %:
-  then they are two lanes side by side. Each direction has its own speed (`speed_back`).
-- A place where robots load is a storage place, one where they unload a station, chargers and parking positions are
-  bays. Bays and stations stand beside their points, so a robot there does not keep others from passing.
-- Where no parking is drawn, robots park where they work; where no work is drawn, they work where they park, or else
-  everywhere. Stations have room for all robots. All of that is marked as assumed.
-- Points on several levels that a lift joins are the nodes of a lift, with assumed times. Where robots work or pass at
-  such a point, the cabin stands beside it.
+- Lengths are those of the drawing, not straight distances. Two points on one spot are drawn 1 cm apart.
+- Two opposite edges between the same points are a two-way lane, unless their lengths differ by more than 5 %: then they
+  are two lanes side by side. Each direction has its own speed (`speed_back`).
+- Places where robots load become storage places, places where they unload become stations, and chargers and parking
+  positions become bays. Bays and stations stand beside their points, so a robot there lets others pass.
+- If no parking is drawn, robots park where they work; if no work is drawn, they work where they park, or else
+  everywhere. Stations have room for all robots. All of this is marked as assumed.
+- Points on several levels that a lift joins are the nodes of a lift, with assumed times. If robots work or pass at such
+  a point, the cabin stands beside it.
 - Accelerations and angles are not read.
-- Areas that robots use one at a time, or in one direction at a time, are zones.
+- Areas for one robot at a time, or one direction at a time, are zones.
 
-What drawings do not say of the robots may come from a file with the keys `robot` and `battery` of a model.
+A file with the keys `robot` and `battery` of a model may supply what drawings do not say about the robots.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from typing import Any
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.zones import examine
 from desim_warehouse.model import Model, load
-from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.messages import Keys, Outline
 from desim_warehouse.model.parse import from_file, valid
 from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
 from desim_warehouse.plants.checks import DIGITS, distance, floor_of, put_right
@@ -40,7 +40,6 @@ from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside,
 from desim_warehouse.values.fields import Part
 
 Content = dict[str, Any]
-Keys = tuple[str | int, ...]
 
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle without them in the drawing: metres, m/s
 _HANDLING = 15

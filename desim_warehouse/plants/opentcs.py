@@ -1,10 +1,11 @@
 """Plant models of openTCS for `desim import`: XML, versions 0.0.2 to 7.0.0, in mm and mm/s, y upwards.
 
-- A path with a reverse velocity is used in both directions. One that is driven back at less than a tenth of the speed
-  is named: it is meant one-way, as a rule. A velocity of 0 forbids a direction, and locked paths are not used at all.
-- Blocks are zones: one robot at a time, or one direction at a time. In a block of one vehicle the points at the ends of
-  its paths belong to it, too.
-- Of transport orders what is loaded and then unloaded is a task, by way of the stops between, with the deadline of its
+- A path with a reverse velocity is used in both directions. If the reverse velocity is less than a tenth of the speed,
+  the path is reported, as it is usually meant to be one-way. A velocity of 0 forbids a direction, and locked paths are
+  not used at all.
+- Blocks are zones for one robot or one direction at a time. A block for one vehicle includes the points at the ends of
+  its paths.
+- In a transport order, loading and then unloading make a task, by way of the stops in between, with the deadline of the
   order.
 
 Source: the XML schemas of openTCS and its user's guide.

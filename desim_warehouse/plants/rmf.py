@@ -1,15 +1,15 @@
 """Maps of Open-RMF for `desim import`: building maps of the traffic editor, and navigation graphs; YAML.
 
-- Building maps are in pixels, y downwards, or in metres, y upwards, as are navigation graphs, or in degrees. Pixels are
-  metres by the mean of the measured distances; one that differs by more than 5 % is doubted.
-- Lanes of several fleets lie in one map, told apart by graph_idx. Those of most lanes are read, likewise the level with
-  most lanes, and the levels to which its lifts lead; `--graph N` reads others, `--layout NAME` one level.
+- Building maps are in pixels, y downwards; in metres, y upwards, as are navigation graphs; or in degrees. The mean of
+  the measured distances converts pixels to metres; a measurement that differs by more than 5 % is reported as doubtful.
+- One map may hold lanes of several fleets, told apart by graph_idx. The graph with most lanes is read, on the level
+  with most lanes and the levels to which its lifts lead; `--graph N` reads another graph, `--layout NAME` one level.
 - Vertices in the cabin of one lift on several levels become a lift, and levels that lie over each other are drawn side
   by side. No map says how long a ride takes.
 - A bidirectional lane is one two-way lane. A mutex group is a zone for one robot.
-- Robots begin where they are spawned, and there are as many of them. Chargers and parking spots are bays; robots load
-  at dispensers and unload at ingestors. Other places are mapped by their names: `--operation lounge=unload`.
-- Doors and docking take no time, and are named as left out.
+- Robots begin where the map spawns them, and there are as many of them. Chargers and parking spots are bays; robots
+  load at dispensers and unload at ingestors. Other places are mapped by name: `--operation lounge=unload`.
+- Doors and docking take no time, and are reported as left out.
 
 Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`).
 """
@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, did_you_mean, got
-from desim_warehouse.model.messages import report
+from desim_warehouse.model.messages import Keys, report
 from desim_warehouse.model.parse import Document, read_yaml
 from desim_warehouse.plants import globe
 from desim_warehouse.plants.levels import draw_apart
@@ -40,7 +40,6 @@ _DOOR = "it takes no time to drive through a door here"
 _UNNAMED = {"", "building", "site"}
 """What traffic editors call a map that nobody gave a name."""
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
-Keys = tuple[str | int, ...]
 Spot = tuple[float, float]
 
 

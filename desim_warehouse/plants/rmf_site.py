@@ -1,6 +1,6 @@
 """Sites of Open-RMF's site editor (`.site.json`) for `desim import`, read as Open-RMF's navigation graphs.
 
-Source: rmf_site_format of rmf_site. Coordinates are metres, y upwards. A lane leads both ways unless its reverse is
+Source: rmf_site_format of rmf_site. Coordinates are in metres, y upwards. A lane leads both ways unless its reverse is
 disabled, and belongs to all graphs, to some, or to all but some; graphs are counted from 0 in their ranking.
 """
 
@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
-from desim_warehouse.model.messages import FilePositions, Position
+from desim_warehouse.model.messages import FilePositions, Keys, Position
 from desim_warehouse.model.parse import Document
 from desim_warehouse.plants import rmf
 from desim_warehouse.plants.plant import Plant
@@ -138,7 +138,7 @@ class _Site:
             self.refuse(where, f"not an object (got {got(value)}), expected {EXPECTED}")
         return value
 
-    def stand(self, keys: rmf.Keys, where: str) -> None:
+    def stand(self, keys: Keys, where: str) -> None:
         position = Position(next(self.positions.ranks), 0, 0, f"{self.path}: {where}")
         self.positions.keys[keys] = self.positions.values[keys] = position
 

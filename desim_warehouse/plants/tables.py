@@ -1,16 +1,17 @@
 """Nodes and edges for `desim import` from two CSV files, as spreadsheets write them: `nodes.csv` and `edges.csv`.
 
-- A workbook of Excel has them as sheets `nodes` and `edges`.
-- Other names do, too, if one has `nodes` where the other has `edges`: `hall-nodes.csv` and `hall-edges.csv`. A folder
-  with both may be named instead.
-- Numbers are metres and metres a second, or have a unit, in the cell (`600 mm`) or in the header (`x [mm]`,
-  `speed [km/h]`). A comma, semicolon or tab may stand between cells; where it is no comma, `9,5` is a number.
+- An Excel workbook has them as sheets `nodes` and `edges`.
+- Other names work if one has `nodes` where the other has `edges`: `hall-nodes.csv` and `hall-edges.csv`. You may also
+  name a folder that has both.
+- Numbers are in metres and metres per second, or have a unit in the cell (`600 mm`) or in the header (`x [mm]`, `speed
+  [km/h]`). Cells are separated by commas, semicolons or tabs; without commas, `9,5` is a number.
 - `y` is downwards, as in model files. A column `north` in its place is upwards.
-- `role` is what robots do there: load, unload, charge, park, or several (`charge + park`). Words of your own are said
-  with `--operation "pick face=load"`. `station` gives a name; nodes with the same one are one station.
-- An edge is one-way unless `two_way` says yes; `--two-way` makes all that do not say so two-way. `side_by_side` is for
-  two lanes, one there and one back. Without a length it is the straight distance, without a speed there is no limit.
-- Other columns are left out, and named.
+- `role` is what robots do there: load, unload, charge, park, or several (`charge + park`). Translate words of your own
+  with `--operation "pick face=load"`. `station` gives a name; nodes with the same name are one station.
+- An edge is one-way unless `two_way` says yes; `--two-way` makes all edges two-way that do not say. `side_by_side` is
+  for two lanes in opposite directions. Without a length, the straight distance counts; without a speed, there is no
+  limit.
+- Other columns are left out and reported.
 """
 
 from __future__ import annotations

@@ -18,7 +18,8 @@ from desim_warehouse.run import RunData
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from desim_warehouse.outcome.day import Day, Numbers
+    from desim_warehouse.outcome.day import Day
+    from desim_warehouse.values.arrays import Floats
 
 _HIGH, _GAP = 3.2, 0.55
 """Height of the lane of robots, and of the gaps between lanes, as multiples of the height of a lane."""
@@ -71,7 +72,7 @@ def day(run: RunData, *, title: str | None = None, style: look.Style = "light", 
     return axes
 
 
-def _steps(values: Numbers) -> Numbers:
+def _steps(values: Floats) -> Floats:
     """Return the values with the last of them once more, for the end of its part."""
     return np.append(values, values[-1])
 

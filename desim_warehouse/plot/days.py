@@ -23,7 +23,8 @@ from desim_warehouse.study.fit import Fitted
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from desim_warehouse.fleet_log.ranks import Flags, Ranked
+    from desim_warehouse.fleet_log.ranks import Ranked
+    from desim_warehouse.values.arrays import Flags
 
 
 By = Literal["passed", "stood"]

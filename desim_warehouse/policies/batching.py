@@ -82,7 +82,7 @@ class TimeWindow:
 
 @dataclass(frozen=True)
 class ByOrder:
-    """Tasks of one order that are known together go together, as many as a robot carries; others by themselves.
+    """Known tasks of one order go together, as many as a robot carries; other tasks go by themselves.
 
     Source: strict order picking, in which an order is not mixed with others; with several `orders`, sort-while-pick;
     de Koster, Le-Duc and Roodbergen, European J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour;
@@ -144,9 +144,8 @@ def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
         last = tour[-1]
 
         def time(task: Task, last: Task = last) -> tuple[float, float]:
-            if task.edge == last.edge and task.offset >= last.offset:
-                return 0.0, task.offset
-            return travel.time(last.edge[1], task.edge[0]), task.offset
+            is_ahead = task.edge == last.edge and task.offset >= last.offset
+            return 0.0 if is_ahead else travel.time(last.edge[1], task.edge[0]), task.offset
 
         tour.append(min(left, key=time))
         left.remove(tour[-1])

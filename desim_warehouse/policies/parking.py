@@ -11,7 +11,7 @@ from desim_warehouse.policies.protocols import BayView, RobotView, Travel
 
 @dataclass(frozen=True)
 class Home:
-    """Back to the bay it started from (the paper); where that is full, to the nearest with a free slot.
+    """Back to the bay it started from (the paper); if that is full, to the nearest with a free slot.
 
     Source: Liu et al., ROBIO 2017, section IV.
     """
@@ -25,7 +25,7 @@ class Home:
 
 @dataclass(frozen=True)
 class Stay:
-    """Back to the bay it stood in last; where that is full, to the nearest with a free slot.
+    """Back to the bay it stood in last; if that is full, to the nearest with a free slot.
 
     Source: dwell points of idle vehicles; Egbelu, European J. Operational Research 71 (1993) 32-44.
     """
@@ -51,7 +51,7 @@ class NearestBay:
 
 @dataclass(frozen=True)
 class Spread:
-    """The bay with the fewest robots in it or on the way to it, of these the nearest: idle robots stand everywhere.
+    """The bay with the fewest robots in it or on the way, then the nearest, so that idle robots are spread out.
 
     Source: distributed dwell points; Egbelu (1993).
     """

@@ -153,7 +153,7 @@ class MostLines:
 
 @dataclass(frozen=True)
 class RandomPod:
-    """Any pod that has a line, each as likely: the yardstick of the others, whose lines a visit are known exactly.
+    """Any pod that has a line, all equally likely: a yardstick, as its lines per visit are known exactly.
 
     Source: random pod selection; Merschformann et al., Operations Research Perspectives 6 (2019) 100128.
     """
@@ -203,7 +203,7 @@ class OwnPlace:
 
 @dataclass(frozen=True)
 class RandomPlace:
-    """Any free place, each as likely.
+    """Any free place, all equally likely.
 
     Source: random storage; Merschformann et al. (2019).
     """
@@ -252,7 +252,7 @@ class FewestOrders:
 
 @dataclass(frozen=True)
 class MostLinesInCommon:
-    """The station whose open lines are of most of the order's items, so that one pod serves both; else the emptiest.
+    """The station whose open lines share most items with the order, so that one pod serves both; else the emptiest.
 
     Source: the rule that matters most in Merschformann et al. (2019): pods in common of orders at one station.
     """
@@ -280,7 +280,7 @@ class Emptiest:
 
 @dataclass(frozen=True)
 class AnyPod:
-    """Any pod, each as likely.
+    """Any pod, all equally likely.
 
     Source: random pod; Merschformann et al. (2019).
     """

@@ -14,19 +14,14 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import (
-    Callable,
-    Iterator,
-    Sequence,
-)
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, TypeAlias
 
 from desim_warehouse.policies.protocols import Roads
 
-if TYPE_CHECKING:
-    Closed = Callable[[tuple[str, str], float], float] | None
-    Waiting = Callable[[tuple[str, str]], float] | None
+Closed: TypeAlias = Callable[[tuple[str, str], float], float] | None
+Waiting: TypeAlias = Callable[[tuple[str, str]], float] | None
 
 NEVER = 1e12
 """Cost of an edge that does not open again: more than any other, and routes over it can still be compared."""
@@ -38,7 +33,7 @@ LESS = 1e-9
 
 @dataclass(frozen=True)
 class Highways:
-    """Algorithm 1 of the paper: breadth-first, fewest nodes; of several routes the first in the order of successors.
+    """The route with the fewest nodes, by breadth-first search (Algorithm 1 of the paper); ties by order of successors.
 
     Past lanes that are closed by `traffic.closures`, where waiting would take longer, leads the quickest other route.
     Source: Liu et al., ROBIO 2017, Algorithm 1.
@@ -55,7 +50,7 @@ class Highways:
 
 @dataclass(frozen=True)
 class Shortest:
-    """The shortest route; of several as short, `spread` of them in turn.
+    """The shortest route; of equally short ones, `spread` of them in turn.
 
     Past lanes that are closed by `traffic.closures`, where waiting would take longer, leads the quickest other route.
     Grids have many equally short routes, and robots that all take the same one jam it. Whichever is taken, length and
@@ -86,7 +81,7 @@ class Shortest:
 
 @dataclass(frozen=True)
 class Fastest(Shortest):
-    """The fastest route without traffic, node times and speed limits included; of several, `spread` of them in turn.
+    """The fastest route without traffic, with node times and speed limits; of several, `spread` of them in turn.
 
     Waiting is not counted, save before lanes that `traffic.closures` closes, as for `shortest`. Whichever is taken,
     length and time are the same. Source: Dijkstra (1959).

@@ -190,7 +190,7 @@ def answer(searched: SearchedDesigns) -> Answer:
         figure=_figure(searched),
         about=judged.about(f"{design(best)}{_NOT_SHOWN if unproven else ''}", searched.model, searched.seed),
         tables=(Folded(title="The search", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
-        promise=f"Values are of days that the search has not seen, with {100 * searched.confidence:g} % confidence.",
+        promise=f"Values are from days that the search did not use, with {100 * searched.confidence:g} % confidence.",
         runs=searched.runs,
         confidence=searched.confidence,
         made={"seed": str(searched.seed), "model": searched.model.digest()},
@@ -308,9 +308,9 @@ def sentences(searched: SearchedDesigns) -> list[str]:
     """Return the sentences: the answer first, then cheaper designs not shown to be enough, runner-up, and runs done."""
     lines = [_answer(searched)]
     for candidate in searched.cheaper:
-        why = candidate.vetoed or f"is not shown to give {_aim(searched)}"
+        why = candidate.vetoed or f"not shown to give {_aim(searched)}"
         lines.append(
-            sentence(f"Better by the search, but {why}: {design(candidate)} with {_values(searched, candidate)}")
+            sentence(f"Better in the search, but {why}: {design(candidate)} with {_values(searched, candidate)}")
         )
     if searched.runner_up is not None:
         lines.append(_runner_up(searched, searched.runner_up))
@@ -330,7 +330,7 @@ def _answer(searched: SearchedDesigns) -> str:
             f"The {_best(searched)} option shown to give {_aim(searched)} is {best}, {_days(searched.best)}"
         )
     wrong = f"; but {searched.best.vetoed}" if searched.best.vetoed else ""
-    return sentence(f"No option was shown to give {_aim(searched)}; best by the search is {best}{wrong}")
+    return sentence(f"No option was shown to give {_aim(searched)}; the best in the search is {best}{wrong}")
 
 
 def _runner_up(searched: SearchedDesigns, other: JudgedDesign) -> str:
@@ -363,7 +363,7 @@ def design(candidate: JudgedDesign | TriedDesign) -> str:
 def _values(searched: SearchedDesigns, candidate: JudgedDesign) -> str:
     """Return the value of the indicator, and of the target, with their intervals."""
     values = [words.reached(reading.of, reading.text) for reading in _numbers(searched, candidate)]
-    return ", ".join(values) or "no run that ended"
+    return ", ".join(values) or "no finished run"
 
 
 def _judged_by(searched: SearchedDesigns) -> list[str]:

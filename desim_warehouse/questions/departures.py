@@ -19,7 +19,8 @@ def in_time(model: Model, lead: Lead) -> str:
     if not lead.time:
         return f" {days} no order misses its departure."
     before = numbers.duration(lead.time, model.units.time)
-    return f" {days} orders that come more than {before} before a departure make it{_example(model, lead.time)}."
+    example = _example(model, lead.time)
+    return f" {days} orders that come more than {before} before a departure are in time for it{example}."
 
 
 def _example(model: Model, lead: float) -> str:

@@ -54,7 +54,7 @@ def aim(goal: Target) -> str:
     return f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
 
 
-_ONE_IN = {1: "once", 2: "one in two", 5: "one in five", 10: "one in ten", 20: "one in twenty", 50: "one in fifty"}
+_ONE_IN = {2: "one in two", 5: "one in five", 10: "one in ten", 20: "one in twenty", 50: "one in fifty"}
 
 
 def rarest(days: int) -> str:
@@ -64,12 +64,12 @@ def rarest(days: int) -> str:
 
 def covers(least: int, models: Iterable[Model]) -> str:
     """Return the sentence on how rare the days are that so many days cover, and which events of models are rarer."""
-    text = f"That covers days that come at least {rarest(least)}."
+    text = f"This covers days as rare as {rarest(least)}."
     more: dict[str, int] = {}
     for model in models:
         more |= beyond(model, least)
     for what, needed in more.items():
-        how = f"come more rarely, and are not covered (--first {needed})" if needed else "may come more rarely"
+        how = f"are rarer and not covered (--first {needed})" if needed else "may be rarer"
         text += f" {capital(what)} {how}."
     return text
 
@@ -94,11 +94,15 @@ def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
 
 
 def days(shown: Days | None, goal: Target, model: Model) -> str:
-    """Summarise the days behind a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for one, or all alike."""
+    """Return the sentence on the days behind a mean; empty for one day, or all alike.
+
+    Such as `The worst of 40 days had 35 %; 4 were below 95 %.`
+    """
     if shown is None:
         return ""
     aim, beyond = words.amount(goal.indicator, goal.value, goal.unit), "below" if goal.sign > 0 else "above"
-    return f"the worst of {shown.days} days {_worst(shown, goal, model)}, {shown.missed or 'none'} {beyond} {aim}"
+    missed = f"{shown.missed or 'none'} {'was' if shown.missed <= 1 else 'were'} {beyond} {aim}"
+    return f"The worst of {shown.days} days had {_worst(shown, goal, model)}; {missed}."
 
 
 def in_row(shown: Days | None, goal: Target, model: Model) -> str:
@@ -113,30 +117,30 @@ def _worst(shown: Days, goal: Target, model: Model) -> str:
 
 
 def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list[str]:
-    """Explain why options are not met whose interval holds the target: they are not better than it by the zone."""
+    """Explain why options are not met though their interval holds the target: none of it is better by the zone."""
     names = [
         option.name
         for option in options
-        if option.standing == "not met" and (value := option.number) is not None and _holds(value, goal.value)
+        if option.standing == "not met" and (value := option.number) is not None and _holds(value, goal)
     ]
     if not names:
         return []
     aim = words.amount(goal.indicator, goal.value, goal.unit)
-    why = f"the mean misses {aim}, and the interval, though it holds that, leaves out what is better by {zone} (--zone)"
-    if len(names) == 1:
-        return [f"{capital(names[0])} is not met: {why}."]
-    return [f"Not met are these: {'; '.join(names)}. Of each {why}."]
+    why = f"The mean misses {aim}, and the interval rules out anything better by {zone} (--zone)"
+    return [f"Not met, although the interval includes {aim}: {'; '.join(names)}. {why}."]
 
 
-def _holds(value: SaidNumber, aim: float) -> bool:
-    return value.low is not None and value.high is not None and value.low <= aim <= value.high
+def _holds(value: SaidNumber, goal: Target) -> bool:
+    """Whether a mean misses a target that its interval holds; of several targets the mean may meet this one."""
+    misses = goal.sign * (value.mean - goal.value) < 0
+    return misses and value.low is not None and value.high is not None and value.low <= goal.value <= value.high
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:
     """Return the promise of an answer: its joint confidence, or that each number is exact."""
     if exact:
         return "Nothing in this model is random: one run of each option is exact."
-    return f"All {what} hold at once with {100 * confidence:g} % confidence."
+    return f"All {what} hold together with {100 * confidence:g} % confidence."
 
 
 def each(confidence: float) -> str:

@@ -111,13 +111,13 @@ def answer(directions: SearchedDirections) -> Answer:
 def sentences(directions: SearchedDirections) -> list[str]:
     """Return the sentences on the aisles that are turned, the gain on fresh days, where it holds, and the price."""
     if directions.gain is None:
-        return [f"No better directions found than those drawn, in {number_of(directions.runs, 'run')}."]
+        return [f"No directions were found that are better than those drawn, in {number_of(directions.runs, 'run')}."]
     verdict = {True: "", False: ", which is worse", None: ", which may be chance"}[directions.gain.is_better]
     name = words.indicator_name(directions.indicator)
     gains = f"{name}: {_gain(directions.gain)} in {directions.gain.pairs} pairs of runs on fresh days"
     turned = f"{len(directions.turned)} of {directions.units} turned: {'; '.join(directions.turned)}."
     lines = [turned, f"{gains}{verdict}."]
-    for is_better, lead in ((True, "It holds"), (None, "It may be chance"), (False, "It is worse")):
+    for is_better, lead in ((True, "The gain holds"), (None, "The gain may be chance"), (False, "The result is worse")):
         places = [f"{place.where}, {_gain(place)}" for place in directions.elsewhere if place.is_better is is_better]
         if places:
             lines.append(f"{lead} with {'; '.join(places)}.")

@@ -10,9 +10,9 @@ from desim_warehouse.answer.standing import Standing, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.study.fleet import FleetSizes, OneKey, Sized
-from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.statistics.cheapest import Counts, rules_out, within_counts
 
-_LISTED = 4
+LISTED = 4
 """Fleets that are named one by one."""
 
 
@@ -33,7 +33,9 @@ def named(plan: FleetSizes, counts: Counts) -> str:
 def cells(sized: Sized) -> dict[Counts, Standing]:
     """Return the standing of each fleet: shown by its runs, or implied by other fleets where more never does worse."""
     best = None if sized.best is None else sized.best.counts
-    standings: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
+    standings: dict[Counts, Standing] = {
+        counts: "drained" if drained else "not met" for counts, drained in sized.failed_before.items()
+    }
     standings |= {shown.counts: lasts_not(shown.wrong) or standing(shown.verdict) for shown in sized.below}
     follows = sized.ordered
     return {counts: _stands(counts, best, standings, set(sized.open), follows=follows) for counts in sized.counts}
@@ -55,34 +57,27 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
     ]
     if len(counts) == math.prod(high - low + 1 for low, high in spans):
         return spoken(parts)
-    if len(counts) <= _LISTED:
+    if len(counts) <= LISTED:
         return spoken([named(plan, fleet) for fleet in counts], "or")
     return f"{len(counts)} other fleets, of {spoken(parts)},"
 
 
 def but(plan: FleetSizes) -> str:
-    """The smaller fleets that a promise leaves out, as they may be enough: `, but for 2 robots and 1 charger,`."""
+    """Return the end of a promise, the fleets that may be enough: `, except perhaps 2 robots and 1 charger`."""
     named = [sized for sized in (plan.today, plan.grown) if sized is not None and sized.best is not None]
     names = dict.fromkeys(name.removesuffix(",") for sized in named if (name := left(plan, sized, "open")))
-    return f", but for {spoken(list(names))}," if names else ""
+    return f", except perhaps {spoken(list(names))}" if names else ""
 
 
 def _stands(
     counts: Counts, best: Counts | None, standings: Mapping[Counts, Standing], untold: set[Counts], *, follows: bool
 ) -> Standing:
-    """Return the standing of a fleet; if it `follows`, fleets below a failing one fail, fleets above the best meet.
-
-    Where batteries fall fewer robots may last with as many chargers.
-    """
+    """Return the standing of a fleet; if it `follows`, fleets below a failing one fail, fleets above the best meet."""
     if counts == best or (follows and best is not None and within_counts(best, counts)):
         return "met"
     if counts in standings or not follows:
         return standings.get(counts, "open" if counts in untold else "untried")
-    over = {
-        verdict
-        for other, verdict in standings.items()
-        if within_counts(counts, other) and (verdict != "drained" or other[0] == counts[0])
-    }
+    over = {verdict for other, verdict in standings.items() if rules_out(other, counts, drained=verdict == "drained")}
     if over & {"not met", "overloaded", "drained", "fails"}:
         return "not met"
     if counts in untold or "open" in over:

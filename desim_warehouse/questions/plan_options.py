@@ -146,7 +146,7 @@ def _compared(compared: ComparedOptions) -> str:
         parts = [f"{compared.first} is cheaper {spoken(than)}{close}"] if than else []
         parts += [f"{compared.first} costs as much as {spoken(same)}"] if same else []
         return f"{'; '.join(parts)}."
-    by = spoken([f"with that of {gap.name} by {_difference(compared, gap)}" for gap in compared.against])
+    by = spoken([f"from that of {gap.name} by {_difference(compared, gap)}" for gap in compared.against])
     what = words.in_sentence(compared.indicator)
     return f"{compared.first} needs the fewest robots. On the same days {what} differs {by}{close}."
 
@@ -172,9 +172,9 @@ def _promise(compared: ComparedOptions) -> str:
     first = next(iter(compared.plans.values()))
     zone = words.amount(first.target.indicator, first.zone, first.target.unit)
     left = next(filter(None, map(plan_cells.but, compared.plans.values())), "")
-    saves = " Costs allow for fewer, where those are not shown to miss it." if compared.indicator == COST else ""
+    saves = " Costs allow for smaller fleets that are not shown to miss it." if compared.indicator == COST else ""
     return (
-        f"With {100 * compared.confidence:g} % confidence all of this holds at once: each fleet reaches "
-        f"{_target(compared)}, and no smaller one{left} is better than that by {zone} or more.{saves} This takes it "
-        "that more never does worse."
+        f"With {100 * compared.confidence:g} % confidence all of this holds together: each fleet shown to be enough "
+        f"reaches {_target(compared)}, and no smaller fleet beats this target by {zone} or more{left}.{saves} "
+        "Assumption: a larger fleet never does worse."
     )

@@ -14,7 +14,7 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import judged
 from desim_warehouse.study.fleet import FleetSizes, Strategy
 
-CHANGES, RESTS = "What would change the answer", "What it rests on"
+CHANGES, RESTS = "What would change the answer", "What the answer rests on"
 GUESSES, OTHER_GUESSES = "Guesses that are wrong", "Other guesses that are wrong"
 _NEVER = "robots that overtake, ageing batteries, people who fall ill, rules of your fleet manager"
 """What no model has, of docs/cannot.md, in the words of somebody who buys robots."""
@@ -46,7 +46,7 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
         grown: what more demand makes of the answer, in words.
         guesses: keys of the model that are guesses; None: it is not known which are.
     """
-    tried = ((f"Dispatching by {_choice(strategy)}", _with(strategy, plan.strategy)) for strategy in plan.strategies)
+    tried = ((f"Dispatching by {choice(strategy)}", _with(strategy, plan.strategy)) for strategy in plan.strategies)
     changes = [*grown, *tried]
     if guesses:
         changes.append((GUESSES, "not tried"))
@@ -56,13 +56,14 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
     )
 
 
-def _choice(strategy: Strategy) -> str:
+def choice(strategy: Strategy) -> str:
+    """Name a strategy: `hungarian`."""
     return words.named_policy(strategy.label)
 
 
 def _with(tried: Strategy, chosen: Strategy | None) -> str:
     if tried is chosen:
-        return "fewer are enough: the answer is with it"
+        return "fewer are enough: the answer uses it"
     return "fewer are enough" if tried.saves else "as many" if tried.shown else "no change"
 
 

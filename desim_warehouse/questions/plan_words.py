@@ -20,15 +20,12 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
 from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study import rare
-from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized, Strategy
+from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
 from desim_warehouse.study.fleet.loads import TRIP
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
-
-_LISTED = 4
-"""Fleets that are named one by one."""
 
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
@@ -124,22 +121,22 @@ class _Planned:
             return self._none(sized)
         cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
         reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
-        name = capital(self._fleet(sized.best.counts))
-        designs, best = self.plan.designs, sized.best.counts
-        are = "is" if not designs.is_fleet or (designs.value(best) == 1 and not any(best[1:])) else "are"
-        line = f"{name} {are} the {'cheapest' if cost else 'smallest'} {self.noun} shown to be enough"
+        line = f"{self._are(sized.best.counts)} the {'cheapest' if cost else 'smallest'} {self.noun} shown to be enough"
         number = "" if self.plan.beside else f": {reached}"
-        line = f"{line}{self._in_time(sized)}{number}{cost}{self._days(sized.best)}.{self._worst(sized)}"
+        line = f"{line}{self._in_time(sized)}{number}{cost}.{self._days(sized.best)}{self._worst(sized)}"
         if close := plan_cells.left(self.plan, sized, "open"):
             line += f" {capital(close)} may also be enough; {self._would_tell(sized)}."
         if edge := plan_cells.left(self.plan, sized, "edge"):
-            line += f" {capital(edge)} may also be enough, within {self._zone()} of the target, where no run will tell."
+            line += f" {capital(edge)} may also be enough; {self._too_close()}."
         return line + self._worse(sized) + self._against(sized) + self._most(sized)
 
     def _days(self, shown: Shown) -> str:
-        """Return the worst day of a fleet, to follow its mean; empty where there are several targets."""
+        """Return the sentence on the worst day of a fleet, after a blank; empty where there are several targets."""
         text = "" if self.plan.beside else judged.days(shown.days, self.goal, self.model)
-        return text and f"; {text}"
+        return text and f" {text}"
+
+    def _too_close(self) -> str:
+        return f"within {self._zone()} of the target, no number of runs will tell"
 
     def _would_tell(self, sized: Sized) -> str:
         """Estimate how many runs would tell whether an open fleet is enough."""
@@ -147,13 +144,15 @@ class _Planned:
         told_by = [runs for runs in needed if runs is not None]
         if not told_by or len(told_by) < len(needed):
             return "even many more runs may not tell"
-        return f"some {10 * math.ceil(max(told_by) / 10)} runs of a {self.noun} would tell (--cap)"
+        return f"about {10 * math.ceil(max(told_by) / 10)} runs of each {self.noun} would tell (--cap)"
 
     def _ended(self, sized: Sized) -> str:
         """Say which fleets are enough, too few or open when the runs allowed ended before an answer."""
-        few = [self._fleet(shown.counts) for shown in sized.below]
-        shown_enough = f" {capital(self._fleet(sized.best.counts))} are enough." if sized.best else ""
-        shown_enough += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
+        shown_enough = f" {self._are(sized.best.counts)} enough." if sized.best else ""
+        if 0 < len(sized.below) <= plan_cells.LISTED:
+            *others, last = (shown.counts for shown in sized.below)
+            few = spoken([*map(self._fleet, others), self._are(last)])
+            shown_enough += f" {capital(few)} too few."
         left = f"{len(sized.open)} of {number_of(len(sized.counts), self.noun)} remain open"
         runs = number_of(self.plan.runs, "run")
         return f"{self._then(sized, f'undecided after {runs}')}.{shown_enough} {left}."
@@ -170,8 +169,7 @@ class _Planned:
         if self.plan.beside and not self._lasting(largest) and not largest.vetoed:
             none = self._then(sized, f"no {self.noun} is shown to be enough for all targets")
             return f"{none}. This is what {self._fleet(largest.counts)} would do:"
-        line += text if self._lasting(largest) else words.reached(self.goal.indicator, text) + self._days(largest)
-        line += "."
+        line += f"{text}." if self._lasting(largest) else self._reached_by(largest, text)
         if sized.fewer:
             return line
         line += self._most(sized) + self._worse(sized)
@@ -205,15 +203,18 @@ class _Planned:
             fleet, reason = self._fleet(largest.counts), judged.perfect(verdict, self.goal)
             return f"{self._then(sized, f'no {self.noun} can be shown to be enough')}. {capital(fleet)}: {reason}"
         days = number_of(verdict.n, "day")
-        line = f"{self._then(sized, f'not decided after {days}')}:"
+        line = f"{self._then(sized, f'not decided after {days}')}."
         if left := plan_cells.left(self.plan, sized, "open"):
-            line += f" {left} may be enough; {self._would_tell(sized)}."
+            line += f" {capital(left)} may be enough; {self._would_tell(sized)}."
         if edge := plan_cells.left(self.plan, sized, "edge"):
-            line += f" {edge} may be enough, within {self._zone()} of the target, where no run will tell."
+            line += f" {capital(edge)} may be enough; {self._too_close()}."
         if self.plan.beside:
             return f"{line} This is what {self._fleet(largest.counts)} would do:"
-        reached = words.reached(self.goal.indicator, self._text(sized, largest)) + self._days(largest)
-        return f"{line} {name}: {reached}."
+        return f"{line} {name}: {self._reached_by(largest, self._text(sized, largest))}"
+
+    def _reached_by(self, shown: Shown, text: str) -> str:
+        """End a sentence with what a fleet reaches; the sentence on its worst day follows."""
+        return f"{words.reached(self.goal.indicator, text)}.{self._days(shown)}"
 
     def _nearest(self, sized: Sized) -> Shown:
         """Return the largest fleet judged; where fewer robots do better, the fleet nearest to the target."""
@@ -227,9 +228,9 @@ class _Planned:
         if not sized.against:
             return ""
         if sized.fewer:
-            return " Fewer robots usually do better, not here, so each fleet was judged by itself."
+            return " Fewer robots usually do better, but not here, so each fleet was judged by itself."
         more = "More robots usually do" if self.plan.designs.is_fleet else "More usually does"
-        return f" {more} better, not here: the smallest {self.noun} is enough, the largest is not."
+        return f" {more} better, but not here: the smallest {self.noun} is enough and the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
         """Say how long a trip takes, beside the time allowed, where no resource is scarce."""
@@ -267,13 +268,13 @@ class _Planned:
         lines = []
         if plan.strategy is not None:
             own = self._own()
-            lines = [f"This is with {_choice(plan.strategy)}, which needs fewer than {own}."]
+            lines = [f"The strategy is {plan_sheet.choice(plan.strategy)}, which needs fewer than {own}."]
         elif plan.strategies:
-            tried = [_choice(strategy) for strategy in plan.strategies if strategy.shown]
-            same = [_choice(strategy) for strategy in plan.strategies if not strategy.shown]
-            parts = [f"{spoken(tried)} need{'s' * (len(tried) == 1)} as many"] if tried else []
+            tried = [plan_sheet.choice(strategy) for strategy in plan.strategies if strategy.shown]
+            same = [plan_sheet.choice(strategy) for strategy in plan.strategies if not strategy.shown]
+            parts = [f"{spoken(tried)} need{'s' * (len(tried) == 1)} as large a fleet"] if tried else []
             parts += [f"{spoken(same)} change{'s' * (len(same) == 1)} nothing"] if same else []
-            lines = [f"Other strategies than {self._own()} do not help: {', '.join(parts)}."]
+            lines = [f"Strategies other than {self._own()} do not help: {', '.join(parts)}."]
         return lines + ([f"No runs were left to try {spoken(plan.untried)}."] if plan.untried else [])
 
     def _own(self) -> str:
@@ -299,13 +300,14 @@ class _Planned:
         most = [sized.most.up_to for sized in self.demands if sized.most is not None]
         up_to = f", up to {min(most)} robots" if most else ""
         is_ordered = all(sized.ordered for sized in self.demands)
-        alike = f" Assumed: a larger {self.noun} never does worse{up_to}." if is_ordered else ""
+        alike = f" Assumption: a larger {self.noun} never does worse{up_to}." if is_ordered else ""
         alike = f"{self._covers()}{alike}"
         if self.yearly:
-            alike += " What fails with less demand is taken to fail with more."
+            alike += " A fleet that fails with less demand is assumed to fail with more."
+        aim = "these targets" if plan.beside else "this target"
         return (
-            f"With {sure}, each {self.noun} reaches {self._targets()}, and no smaller one{plan_cells.but(plan)} "
-            f"is better than that by {self._zone()} or more.{alike}"
+            f"With {sure}, the {self.noun} shown to be enough reaches {self._targets()}, and no smaller {self.noun} "
+            f"beats {aim} by {self._zone()} or more{plan_cells.but(plan)}.{alike}"
         )
 
     def _covers(self) -> str:
@@ -322,8 +324,9 @@ class _Planned:
         return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
 
     def _beside(self, options: Sequence[Option]) -> list[str]:
-        """Say why an interval that holds the target is no verdict, and which closures never fall into a run."""
-        return [*judged.holds_the_target(options, self.goal, self._zone()), *map(sentence, rare.closed(self.model))]
+        """Say why fleets are not met though their interval holds the target, and which closures fall into no run."""
+        zone = words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
+        return [*judged.holds_the_target(options, self.goal, zone), *map(sentence, rare.closed(self.model))]
 
     # Numbers
 
@@ -386,7 +389,7 @@ class _Planned:
         for strategy in self.plan.strategies if last else ():
             for shown in strategy.shown:
                 changes = {**self._without_better(sized), **strategy.overrides}
-                name = f"{self._fleet(shown.counts)}, {_choice(strategy)}"
+                name = f"{self._fleet(shown.counts)}, {plan_sheet.choice(strategy)}"
                 options.append(self._option(sized, shown, name, changes, []))
         return options
 
@@ -500,6 +503,12 @@ class _Planned:
         """The counts of a design: `6 robots, 2 chargers and 3 packers`."""
         return plan_cells.named(self.plan, counts)
 
+    def _are(self, counts: Counts) -> str:
+        """Begin a sentence on a design: `6 robots and 1 charger are`, or of one key `Battery threshold 2 is`."""
+        designs = self.plan.designs
+        is_one = not designs.is_fleet or (designs.value(counts) == 1 and not any(counts[1:]))
+        return f"{capital(self._fleet(counts))} {'is' if is_one else 'are'}"
+
     def _counted(self, counts: Counts) -> dict[str, Any]:
         """The counts of a design as JSON has them, people in all nodes of their station."""
         if self.key is not None:
@@ -533,7 +542,7 @@ class _Planned:
         if sized is None or sized.best is None or not sized.hours:
             return []
         rows = [(hour.named, numbers.number(hour.orders), self._on_time(hour)) for hour in sized.hours]
-        note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
+        note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold together."
         if self.goal.indicator == ON_TIME:
             worst = replace(self.goal, measure=find(self._worst_of(sized).indicator))
             note += f' A fleet for the worst part: --target "{worst.text}".'
@@ -576,11 +585,6 @@ class _Planned:
 def _bound(goal: Target) -> dict[str, Any]:
     """A target as JSON has it."""
     return {"indicator": goal.indicator, "sense": goal.sense, "value": goal.value}
-
-
-def _choice(strategy: Strategy) -> str:
-    """A strategy by its name: `hungarian`."""
-    return words.named_policy(strategy.label)
 
 
 def _time(sized: Sized) -> str:

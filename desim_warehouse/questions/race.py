@@ -125,8 +125,8 @@ def _as_good(raced: Raced, zone: str) -> list[str]:
     same = [words.design_spoken(point.labels) for point in raced.within if point.number in equal]
     names = [words.design_spoken(point.labels) for point in raced.within if point.number not in equal]
     runs = number_of(raced.selection.samples[raced.selection.best], "run")
-    parts = [f"The same in all {runs}, so take any: {spoken(same)}."] if same else []
-    return [*parts, *([f"Less than {zone} from it, so take any: {spoken(names)}."] if names else [])]
+    parts = [f"The same in all {runs}, so just as good: {spoken(same)}."] if same else []
+    return [*parts, *([f"Worse by less than {zone}, so as good: {spoken(names)}."] if names else [])]
 
 
 def _options(raced: Raced) -> list[Option]:
@@ -156,8 +156,11 @@ def _promise(selection: Selection, zone: str) -> str:
     """Return the guarantee of a choice, with its indifference zone in the unit of the indicator."""
     if not selection.guaranteed:
         left = len(selection.survivors)
-        return f"Cap of {max(selection.samples)} replications, {left} designs left: best mean, no guarantee."
+        most = max(selection.samples)
+        return (
+            f"{left} options were left at the cap of {most} replications: this is the best mean, without a guarantee."
+        )
     if selection.deterministic:
-        return "Deterministic: compared as exact numbers."
+        return "Nothing in this model is random: the options are compared by exact numbers."
     sure = f"{100 * selection.confidence:g} %"
-    return f"The best with {sure} confidence if it leads by at least {zone} (KN, Kim & Nelson 2001)."
+    return f"With {sure} confidence this is the best option, if it leads by at least {zone} (KN, Kim & Nelson 2001)."

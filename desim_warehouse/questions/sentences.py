@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.verdicts import RULES
-from desim_warehouse.study.fleet.capped import KEY
+from desim_warehouse.study.fleet.capped import KEY, Capped
+from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.fleet.capped import Capped
-    from desim_warehouse.study.results import ResultsData
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
 """Of a design whose warm-up was to be found."""
@@ -117,6 +114,6 @@ def capped(tried: Capped, model: Model | None) -> str:
     gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"
     return (
-        f"With at most {tried.cap} of {number_of(tried.robots, 'robot')} under way {is_now}: better by "
+        f"With at most {tried.cap} of {number_of(tried.robots, 'robot')} under way, {is_now}: better by "
         f"{scale.value(gain.mean)}{ends}; desim size --key {KEY} finds the best cap"
     )

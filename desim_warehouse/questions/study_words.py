@@ -11,7 +11,7 @@ from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import Scale, capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
-from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.verdicts import is_no_answer
@@ -174,7 +174,7 @@ class _Studied:
         """Return sentences on the first, or cheapest, option for each demand that meets the target, and its name."""
         judged_ones = [design for design in self.tried if design in self.study.judged]
         if not judged_ones:
-            return [f"No run has a value that {self.study.plan.target} could be judged by."], None
+            return [f"No run has a value by which {self.study.plan.target} could be judged."], None
         groups: dict[str, list[str]] = {}
         for design in sorted(judged_ones, key=lambda name: self.options[name].cost or 0.0):
             groups.setdefault(self.options[design].group, []).append(design)
@@ -207,7 +207,8 @@ class _Studied:
         if len(designs) == 1 and self.options[designs[0]].standing != "open":
             return []
         met = Counter(self.options[design].standing for design in designs)
-        forms = {"met": "{} meet{} the target", "not met": "{} miss{} it", "open": "{} need{} more runs"}
+        missed = "it" if met["met"] else "the target"
+        forms = {"met": "{} meet{} the target", "not met": f"{{}} miss{{}} {missed}", "open": "{} need{} more runs"}
         parts = []
         for kind, many in ((kind, met[kind]) for kind in WORDS if met[kind]):
             form = forms.get(kind, f"{{}} {WORDS[kind]}")
@@ -215,21 +216,21 @@ class _Studied:
             parts.append(form.format(many, end))
         if len(parts) == 1:
             every = parts[0].removeprefix(f"{len(designs)} ")
-            whole = "Both options" if len(designs) == 2 else f"All {number_of(len(designs), 'option')}"  # noqa: PLR2004
+            whole = {1: "The option", 2: "Both options"}.get(len(designs), f"All {len(designs):,} options")
             return [f"{whole} {every}.{self._runs_to_tell()}"]
-        return [f"Of {number_of(len(designs), 'option')} {spoken(parts)}.{self._runs_to_tell()}"]
+        return [f"Of {len(designs):,} options, {spoken(parts)}.{self._runs_to_tell()}"]
 
     def _runs_to_tell(self) -> str:
         needed = list(self.study.runs_to_tell.values())
         counts = [runs for runs in needed if runs is not None]
-        each = "it" if len(needed) == 1 else "each"
+        of_each, them = ("", "that option") if len(needed) == 1 else (" of each", "them")
         if not needed:
             return ""
         if not counts:
-            return f" Even {numbers.number(MOST_TO_TELL)} runs of {each} might not tell."
+            return f" Even {numbers.number(MOST_TO_TELL)} runs{of_each} might not decide {them}."
         beyond = len(needed) - len(counts)
         close = f"; {beyond} may need more than {numbers.number(MOST_TO_TELL)}" if beyond else ""
-        return f" About {numbers.number(max(counts))} runs of {each} would probably tell{close}."
+        return f" About {numbers.number(max(counts))} runs{of_each} would probably decide {them}{close}."
 
     # Sentences without a target
 
@@ -256,7 +257,7 @@ class _Studied:
         extreme = "largest" if sense == "more" else "smallest"
         name = words.in_sentence(indicator)
         if len(means) > 1 and len(alike) == len(means) - 1:
-            return [f"No option is shown to be better in {name} than another.", *self._wrong(lasting=True)], None
+            return [f"In {name}, no option is shown to be better than another.", *self._wrong(lasting=True)], None
         most = f"{capital(name)} is {extreme}, {self._found(best, indicator)}, with {self.options[best].name}."
         lines = [most] + ([f"Not shown to be worse: {self._names(alike)}."] if alike else []) + self._costs(best)
         return [*lines, *knee_of_throughput(study), *self._wrong(lasting=True)], best
@@ -369,7 +370,7 @@ class _Studied:
         if study.deterministic:
             return judged.promise("", sure, exact=True)
         if max(len(study.runs(design)) for design in self.tried) == 1:
-            return "One run of a random model says little: more runs give intervals."
+            return "One run of a random model says little; more runs give intervals."
         if self.goal is not None:
             return judged.promise("verdicts", sure, exact=False)
         return judged.each(sure)
@@ -385,7 +386,7 @@ class _Studied:
             starts = [
                 f"{words.in_unit(time, unit)} with {name_of(study, design)}" for design, time in study.warm_ups.items()
             ]
-            lines.append(f"Counted from {'; '.join(starts[:_LISTED])}.")
+            lines.append(f"Counting began at {'; '.join(starts[:_LISTED])}.")
         lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
         made = simulated_with(study.version)
         return [*lines, *map(sentence, study.rare[:_RARE]), *([f"{capital(made)}."] if made else [])]

@@ -85,7 +85,7 @@ class Why(Answered, HeldUp):
         if 0 in self.failures:
             return fails(self.failures[0])
         if not self.is_held_up:
-            return "nothing holds it up"
+            return "no bottleneck"
         return f"{self.bottleneck or 'not clear yet'}: {self.indicator}"
 
 
@@ -151,7 +151,7 @@ class _Held:
             kind="why",
             name=model.name,
             description=model.description,
-            question="What holds it up?",
+            question="What is the bottleneck?",
             measures={costs.indicator: "gain, per 10 %"},
             answer=tuple(filter(None, lines)),
             tiles=() if broken else (*self._as_it_is(), *self._health()),
@@ -183,10 +183,11 @@ class _Held:
         """Name the bottleneck and its cost, or say that there is none."""
         costs, failure = self.costs, self.costs.failures.get(0)
         if failure is not None:
-            return f"As it is, it {fails(failure)}. {sentence(failure.text.partition(': ')[2] or failure.text)}"
+            reason = sentence(failure.text.partition(": ")[2] or failure.text)
+            return f"As it is, the warehouse {fails(failure)}. {reason}"
         if not costs.is_held_up and costs.state is not None:
             is_known = costs.gains.none or costs.is_clear
-            return f"Nothing holds it up: {_state(costs.state)}.{f' {self._gains()}' if is_known else ''}"
+            return f"There is no bottleneck: {_state(costs.state)}.{f' {self._gains()}' if is_known else ''}"
         return self._gains()
 
     def _gains(self) -> str:
@@ -202,7 +203,7 @@ class _Held:
         listed = spoken([f"{suspect.relief} {self._number(gain.each).text}" for suspect, gain in near])
         per = f", {_PER}" if any(suspect.dose is not None for suspect, _ in near) else ""
         runs = number_of(self.competing[0][1].n, "run")
-        unclear = f"{runs} cannot yet say what helps most. Gain in {self.of}{per}: {listed}."
+        unclear = f"{runs} do not yet show what helps most. Gain in {self.of}{per}: {listed}."
         return unclear + self._largest([suspect for suspect, _ in near])
 
     def _best(self, suspect: Suspect, most: Gain) -> str:
@@ -212,16 +213,16 @@ class _Held:
         per = "" if suspect.dose is None else " per 10 %"
         line = f"{capital(suspect.relief)}: {self.of} {falls} by {self._number(most.each).text}{per}"
         if costs.is_held_up:
-            line = f"{capital(suspect.name)} {_holds(suspect.name)} it up most. {line}"
+            line = f"{capital(suspect.name)} {_is(suspect.name)} the main bottleneck. {line}"
         rest = max((gain.each.high for other, gain in self.competing if other.name != suspect.name), default=None)
         if rest is not None and rest >= most.each.low:
-            line += "; every other change gains less on the same days"
+            line += "; on the same days every other change gains less"
         elif rest is not None:
             doses = any(other.dose is not None for other, _ in self.competing)
             line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
         elif len(costs.found) > 1 and all(gain.same for _, gain in costs.found[1:]):
             line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
-        whole = f" As a whole it gains {self._number(most).text}." if suspect.dose is not None else ""
+        whole = f" The whole change gains {self._number(most).text}." if suspect.dose is not None else ""
         return f"{line}.{whole}{self._largest([suspect])}"
 
     def _largest(self, named: list[Suspect]) -> str:
@@ -230,7 +231,7 @@ class _Held:
         others = [gain for other, gain in self.competing if other in named and other is not suspect]
         if suspect is named[0] or any(gain.high >= most.low for gain in others):
             return ""
-        return f" As a whole {suspect.relief} gains most: {self._number(most).text}."
+        return f" Of whole changes, {suspect.relief} gains most: {self._number(most).text}."
 
     def _at_most(self, value: float) -> str:
         """Return a bound, rounded up."""
@@ -249,14 +250,14 @@ class _Held:
             return ""
         most = [f"{numbers.PERCENT.value(part)} {root(loss, self.model)}" for loss, part in list(lost.items())[:_ROOTS]]
         whole = numbers.PERCENT.value(math.fsum(lost.values()))
-        return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
+        return f"In the run looked at, robots spent {whole} of their time waiting: {spoken(most)}."
 
     def _batched(self) -> str:
         """Return the sentence on the share of time that tasks waited for a batch to fill; empty where no task did."""
         if not self.costs.batched:
             return ""
         share = numbers.PERCENT.value(self.costs.batched)
-        return f"{share} of a task's time was waiting for a batch in the run looked at."
+        return f"In the run looked at, tasks spent {share} of their time waiting for a batch."
 
     # Numbers
 
@@ -354,13 +355,13 @@ def dose(suspect: Suspect) -> str:
 def _state(now: Health) -> str:
     """Return the idle share of robots and the share on time of the warehouse as it is, in words."""
     due = [] if now.on_time is None else [f"{numbers.PERCENT.value(now.on_time)} on time"]
-    return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
+    return ", ".join([f"robots idle {100 * now.idle:.0f} % of the time", *due])
 
 
-def _holds(name: str) -> str:
-    """Return the verb for a suspect: intersections hold, an intersection holds."""
+def _is(name: str) -> str:
+    """Return the verb for a suspect: intersections are, an intersection is."""
     first = name.split(maxsplit=1)[0]
-    return "hold" if first.endswith("s") or name.endswith("lanes") or first == "people" else "holds"
+    return "are" if first.endswith("s") or name.endswith("lanes") or first == "people" else "is"
 
 
 def _facts(suspect: Suspect, gain: Gain) -> dict[str, Any]:

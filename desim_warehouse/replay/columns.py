@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim_warehouse.values.arrays import Ints
+
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
 
 LARGEST = 2**31 - 1
@@ -23,7 +25,7 @@ MORE = 128
 LEVEL = 9
 
 
-def zigzag(values: NDArray[np.int64]) -> NDArray[np.int64]:
+def zigzag(values: Ints) -> Ints:
     """Numbers of either sign as 0, 1, 2, ... for 0, -1, 1, ...: those near 0 stay small."""
     return np.where(values < 0, -2 * values - 1, 2 * values)
 

@@ -14,13 +14,14 @@ import datetime as dt
 import heapq
 import itertools
 from collections import defaultdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import plural
 from desim_warehouse.answer.root_words import root as in_words
+from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.outcome import chains
@@ -35,14 +36,9 @@ from desim_warehouse.replay.scale import MapScale, scale_of
 from desim_warehouse.replay.stops import stops
 from desim_warehouse.replay.tiles import Tile, figures, tile_columns, tiles
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase, State
+from desim_warehouse.values.arrays import Floats, Ints
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.pods import Shelves
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from desim_warehouse.layout import Layout
-
 
 _ROOTS = 60
 """Roots in the list."""
@@ -237,7 +233,7 @@ def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, A
     return columns
 
 
-def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: MapScale) -> list[tuple[int, int]]:
+def _window(times: Floats, first: Ints, scale: MapScale) -> list[tuple[int, int]]:
     """Per robot, the rows from the last before the window to the first after it."""
     rows = []
     for low, high in itertools.pairwise(first):
@@ -276,9 +272,7 @@ def _leg_columns(positions: Positions, scale: MapScale) -> Columns:
     }
 
 
-def _edge_codes(
-    positions: Positions, legs: Legs, keep: NDArray[np.int64], heads: NDArray[np.int64]
-) -> tuple[list[int], list[int]]:
+def _edge_codes(positions: Positions, legs: Legs, keep: Ints, heads: Ints) -> tuple[list[int], list[int]]:
     edges = positions.edges
     out: dict[str, list[int]] = {}
     for number in range(edges.real):
@@ -338,7 +332,7 @@ def _energy_columns(history: History, scale: MapScale) -> Columns:
     }
 
 
-def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], NDArray[np.float64]]:
+def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], Floats]:
     """Cut rows (time, ...), grouped by robot, to the window: rows kept of each robot, and columns (width, rows)."""
     flat = np.array(rows, dtype=float)
     windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
@@ -439,7 +433,7 @@ def _storage_columns(history: History, scale: MapScale) -> Columns:
     }
 
 
-def _steps(values: NDArray[np.int64]) -> NDArray[np.int64]:
+def _steps(values: Ints) -> Ints:
     """The differences between neighbours, the first from 0."""
     return np.diff(values, prepend=0)
 

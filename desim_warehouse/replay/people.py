@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.errors import number_of
-from desim_warehouse.layout.walking import at_start, walking_on, zones_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from desim_warehouse.layout.walking import Spot
-    from desim_warehouse.outcome.history import History
-    from desim_warehouse.outcome.records import PickerSpan
-    from desim_warehouse.replay.scale import MapScale
+from desim_warehouse.layout.walking import Spot, at_start, walking_on, zones_of
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.records import PickerSpan
+from desim_warehouse.replay.scale import MapScale
+from desim_warehouse.values.arrays import Ints
 
 
 def picker_columns(history: History, scale: MapScale) -> dict[str, Any]:
@@ -65,7 +60,7 @@ def picker_columns(history: History, scale: MapScale) -> dict[str, Any]:
 
 def _spots(
     name: str, spots: Sequence[Spot], number: dict[tuple[str, str], int], scale: MapScale
-) -> dict[str, list[int] | NDArray[np.int64]]:
+) -> dict[str, list[int] | Ints]:
     return {
         f"{name}_edge": [number[edge] for edge, _ in spots],
         f"{name}_at": scale.lengths([offset for _, offset in spots]),

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.zones import robot_radii
 from desim_warehouse.replay.columns import LARGEST
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from desim_warehouse.outcome.history import History
+from desim_warehouse.values.arrays import Ints
 
 FINENESS = 100
 """Grains in the radius of the smallest robot."""
@@ -28,11 +25,11 @@ class MapScale:
     start: float
     end: float
 
-    def times(self, values: Any) -> NDArray[np.int64]:
+    def times(self, values: Any) -> Ints:
         """Times in ticks since the start of the window."""
         return np.rint((np.asarray(values, dtype=float) - self.start) / self.tick).astype(np.int64)
 
-    def lengths(self, values: Any) -> NDArray[np.int64]:
+    def lengths(self, values: Any) -> Ints:
         """Lengths in grains."""
         return np.rint(np.asarray(values, dtype=float) / self.grain).astype(np.int64)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.busiest import was
@@ -18,14 +18,10 @@ from desim_warehouse.outcome.halts import halts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import kpis
 from desim_warehouse.outcome.loads import loads
-from desim_warehouse.outcome.resources import steps
+from desim_warehouse.outcome.resources import Resource, Steps, steps
 from desim_warehouse.outcome.verdicts import is_no_answer, judge
 from desim_warehouse.replay.people import busiest_picker
-
-if TYPE_CHECKING:
-    from desim_warehouse.outcome.resources import Resource, Steps
-    from desim_warehouse.replay.scale import MapScale
-
+from desim_warehouse.replay.scale import MapScale
 
 _TOLD: dict[str, tuple[bool, Callable[[float, str], str]]] = {
     "on_time": (True, lambda value, _: f"{numbers.PERCENT.value(value)} on time"),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from desim_warehouse.model.sections.goods import SaturatedGoods
-from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.history import Curve, History
 from desim_warehouse.outcome.indicators import INDICATORS, kpis
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.replay.scale import MapScale
@@ -29,8 +29,6 @@ _IN_COURSE = {"open", "rate", "battery", "chargers", "tasks", "C"}
 """Forms and keys of tiles of which the course of the run by the clock has a lane."""
 _STEPS = 500
 """About so many steps of the curve of waiting are kept: more than can be seen, and far less than there are waits."""
-
-Curve = tuple[list[float], list[float]]
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def _of_why(content: Mapping[str, Any]) -> dict[str, Any]:
     rows = tuple((name, NONE if gain is None else number(gain), runs) for name, gain, runs in gains)
     head = ("change", f"gain in {content['indicator']}", "runs")
     table = Folded(title="Everything tried", head=head, rows=rows)
-    return {"question": "What holds it up?", "answer": (content["answer"],), "tables": (table,)}
+    return {"question": "What is the bottleneck?", "answer": (content["answer"],), "tables": (table,)}
 
 
 def _of_plan(content: Mapping[str, Any]) -> dict[str, Any]:

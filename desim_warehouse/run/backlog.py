@@ -8,26 +8,21 @@ numbers let it, and no pattern of the floor does.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simpy.events import Timeout
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import demand, listed
 from desim_warehouse.model.facts.places import own_destinations, place_shares
-from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import FlowSpec, OrdersArrivals, StorageEnd
 from desim_warehouse.policies import Task
+from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.flows import Flows
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from simpy import Environment
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.flows import FlowSpec
-    from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.traffic.events import Clock
 
 BY_OTHERS = {"least-loaded", "each"}
 """Choices of a station that go by other robots: one by itself goes to them in turn."""
@@ -50,7 +45,7 @@ class Backlog:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         model: Model,
         layout: Layout,
         streams: Streams,

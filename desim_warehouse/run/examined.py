@@ -6,17 +6,14 @@ Commands that simulate a model warn by it, too.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import examine
+from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.findings import Finding
 from desim_warehouse.layout import checks
+from desim_warehouse.model import Model
 from desim_warehouse.run import night
 from desim_warehouse.run.quick import measured
-
-if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.findings import Finding
-    from desim_warehouse.model import Model
 
 
 def examined(model: Model) -> tuple[list[Finding], QuickEstimate | None]:

@@ -7,24 +7,20 @@ Arithmetic sees whether chargers give what robots draw, but not who is given a c
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from simpy.events import Timeout
 
 from desim_warehouse.errors import BatteryError
 from desim_warehouse.feasibility.power import at_rest
 from desim_warehouse.findings import Finding
-from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.charging import chargers_at, slots_at
 from desim_warehouse.model.facts.hours import has_nights, longest_rest
 from desim_warehouse.world import World
 from desim_warehouse.world.orders.demand import NoOrders
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 DAY = 24.0
 """Hours without orders that are tried at least."""
@@ -96,6 +92,8 @@ def findings(model: Model, layout: Layout) -> Iterator[Finding]:
             f"{at_rest(model, layout)}"
         )
         cure = "more chargers, faster ones, or less consumption standing"
+        if sum(slots_at(model, layout).values()) <= model.fleet.size:
+            cure = f"one more slot than robots, as none can change places while all rest (places); {cure}"
         if has_nights(model):
             yield Finding("NIGHT_FLAT", "layout.bays", text, cure)
         else:

@@ -8,33 +8,31 @@ from __future__ import annotations
 
 import gc
 import math
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
 from statistics import fmean, stdev
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simpy.events import Timeout
 
 from desim_warehouse.errors import PolicyError, SimulationError
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.riders import RidersSpec
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
 from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.sections.fleet import Consumption, Kind
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run.backlog import Backlog, flows_of
 from desim_warehouse.states import STATES, Phase
 from desim_warehouse.values.fields import FrozenMap
 from desim_warehouse.world import World
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import Consumption, Kind
-    from desim_warehouse.outcome.log import Log
 
 LOOKS, MOST = (250, 500), 1000
 """Tasks after which a probe may be over, and those after which it is: of flows always, as pairs of these differ."""
@@ -262,9 +260,25 @@ def log_of(
 
 
 def always_there(model: Model) -> Model:
-    """Return the model with robots and stations always on duty, never broken, no batteries; its work comes apart."""
+    """Return the model with robots and stations always on duty, never broken, no batteries; its work comes apart.
+
+    People ride in lifts at all hours, as many as on average.
+    """
     kinds = {name: kind.model_copy(update={"battery": None}) for name, kind in model.fleet.kinds.items()}
-    return _undisturbed(model, kinds, {"start_energy": 1.0}).model_copy(update={"battery": None})
+    made = _undisturbed(model, kinds, {"start_energy": 1.0}).model_copy(update={"battery": None})
+    lifts = {
+        name: lift.model_copy(update={"people": _at_all_hours(model, was.people)})
+        for (name, lift), was in zip(made.layout.lifts.items(), model.layout.lifts.values(), strict=True)
+    }
+    return made.model_copy(update={"layout": made.layout.model_copy(update={"lifts": FrozenMap(lifts)})})
+
+
+def _at_all_hours(model: Model, people: RidersSpec | None) -> RidersSpec | None:
+    """Return people who ride at all hours, as many as on average; None where nobody does."""
+    share = 0.0 if people is None else model.hours(people.hours).share(0.0, model.run.end)
+    if people is None or not share:
+        return None
+    return people.model_copy(update={"per_hour": people.per_hour * share, "hours": None})
 
 
 def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
@@ -334,7 +348,6 @@ def _measured(
     log: Log, layout: Layout, begin: float, end: float, draws: Consumption | None, *, at_rest: bool = True
 ) -> Probe:
     """Measure the mean task between two times from a log; `at_rest`: time at rest counts."""
-    rides = {">".join(ride) for ride in layout.rides}
     done = [row for row in log.of("delivered") if begin < row.time <= end]
     tasks = len(done)
     phases: dict[Phase, float] = {}
@@ -367,9 +380,15 @@ def _measured(
         visits=FrozenMap({node: (len(t) / tasks, math.fsum(t) / len(t)) for node, t in handled.items()}),
         put_down=FrozenMap(put_down),
         passages=FrozenMap({row["node"]: row["passages"] / every for row in log.nodes}),
-        rides=FrozenMap({row["edge"]: row["passages"] / every for row in log.edges if row["edge"] in rides}),
+        rides=ridden(log, layout),
         tasks=tasks,
     )
+
+
+def ridden(log: Log, layout: Layout) -> FrozenMap[str, float]:
+    """Return by edge of a lift the rides for each task that was delivered."""
+    rides, tasks = {">".join(ride) for ride in layout.rides}, sum(1 for _ in log.of("delivered"))
+    return FrozenMap({row["edge"]: row["passages"] / tasks for row in log.edges if row["edge"] in rides})
 
 
 def _drawn(log: Log, begin: float, end: float) -> float:

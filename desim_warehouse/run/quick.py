@@ -6,9 +6,11 @@ For `desim check`, `desim new`, the live page, and the fleet with which the sear
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.feasibility.asked import most_loads
@@ -18,11 +20,13 @@ from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, m
 from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
-from desim_warehouse.layout import checks
+from desim_warehouse.layout import Layout, checks
+from desim_warehouse.layout.layout import Lift
 from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.disturbances import closures, disturbances, shared_lifts
+from desim_warehouse.model.facts.disturbances import closures, disturbances, failing_lifts, ridden_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
@@ -32,13 +36,6 @@ from desim_warehouse.run.probe import Probe, calm, probe
 from desim_warehouse.run.together import MOST_ROBOTS, TASKS, together
 from desim_warehouse.states import Phase
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-
 
 BY_TIME = {"in-order", "earliest-due"}
 """Allocations that go by no distance."""
@@ -106,7 +103,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         None if peak is None else peak / model.units.hour,
         duty,
         unbroken=unbroken,
-        lifts=_lifts(model, layout, probes, count),
+        lifts=_used_lifts(model, probes, count, rate),
         pickers=picker_load(model),
     )
 
@@ -123,6 +120,7 @@ def measured(model: Model) -> QuickEstimate:
     paces = together(model, _known(model))
     if paces is None or model.fleet.size > MOST_ROBOTS or not 0 < quick.most < math.inf:
         return quick
+    quick = replace(quick, lifts=_in_a_crowd(model, quick.lifts, paces.many.rides))
     bound, charging = quick.fleet_capacity * quick.round / quick.cycle.time, quick.charging or 0.0
     free = replace(quick, charging=None, power=None, fleet_capacity=bound)
     slow = quick.throughput_of_queues / free.throughput_of_queues
@@ -261,24 +259,60 @@ def _stations(
     return tuple(loads)
 
 
-def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
-    """List the lifts that robots of the probes used, by how often.
+def _used_lifts(
+    model: Model, probes: Mapping[str, Probe], count: Mapping[str, int], rate: float | None
+) -> tuple[LiftLoad, ...]:
+    """List the lifts that robots of the probes used, by how often; where robots would queue, also by their choice."""
+    robots, rides = sum(count.values()), defaultdict[str, float](float)
+    for kind, probed in probes.items():
+        for edge, number in probed.rides.items():
+            rides[edge] += count[kind] * number / robots
+    loads = _lifts(model, rides)
+    if rate is None or all(rate * load.share * load.time <= 1 for load in loads):
+        return loads
+    paces = together(model, _known(model))
+    return loads if paces is None else _in_a_crowd(model, loads, paces.many.rides)
 
-    Of a lift with several cabins all are used alike where routes see queues.
+
+def _lifts(model: Model, ridden: Mapping[str, float]) -> tuple[LiftLoad, ...]:
+    """List the lifts that are used, by the rides for each task along each of their edges.
+
+    Where routes see queues, lifts to the same floors share the rides so that all are equally busy.
     """
-    robots, loads = sum(count.values()), []
-    spread = model.policies.routing.name == "congestion-aware"
-    for lift in layout.lifts:
-        alike = [other for other in layout.lifts if other.model_name == lift.model_name] if spread else [lift]
-        rides = dict.fromkeys(permutations(lift.nodes, 2), 0.0)
-        for other in alike:
-            for ride, same in zip(rides, permutations(other.nodes, 2), strict=True):
-                by_kind_of = (count[kind] * probed.rides.get(">".join(same), 0.0) for kind, probed in probes.items())
-                rides[ride] += math.fsum(by_kind_of) / robots / len(alike)
-        if share := math.fsum(rides.values()):
-            time = time_taken(model, lift, rides) / left_for_robots(model, lift)
-            loads.append(LiftLoad(lift.name, share, time / share))
-    return tuple(loads)
+    groups: dict[object, list[Lift]] = {}
+    loads: dict[str, LiftLoad] = {}
+    for lift in model.floor.lifts:
+        groups.setdefault(_shared_by(model, lift), []).append(lift)
+    for lifts in groups.values():
+        ways = [list(permutations(lift.nodes, 2)) for lift in lifts]
+        rides = [math.fsum(ridden.get(">".join(way), 0.0) for way in alike) for alike in zip(*ways, strict=True)]
+        if not (share := math.fsum(rides)):
+            continue
+        times = [_time_in(model, lift, rides) for lift in lifts]
+        does = [1 / time if time else 1.0 for time in times]
+        for lift, time, each in zip(lifts, times, does, strict=True):
+            loads[lift.name] = LiftLoad(lift.name, share * each / math.fsum(does), time / share)
+    return tuple(loads[lift.name] for lift in model.floor.lifts if lift.name in loads)
+
+
+def _shared_by(model: Model, lift: Lift) -> object:
+    """Return whatever lifts have in common that share their rides: their floors, where routes see queues."""
+    if model.policies.routing.name != "congestion-aware":
+        return lift.name
+    floors = tuple(model.floor.floors[node] for node in lift.nodes)
+    return floors if len({*floors}) == len(floors) else lift.model_name
+
+
+def _time_in(model: Model, lift: Lift, rides: Sequence[float]) -> float:
+    """Return for how long a lift is taken by so many rides each way, with what people and repairs take."""
+    along = dict(zip(permutations(lift.nodes, 2), rides, strict=True))
+    return time_taken(model, lift, along) / left_for_robots(model, lift)
+
+
+def _in_a_crowd(model: Model, alone: Sequence[LiftLoad], rides: Mapping[str, float]) -> tuple[LiftLoad, ...]:
+    """Return the loads of lifts with what robots that choose among many tasks ride for each of them."""
+    crowd = {load.name: load.share * load.time for load in _lifts(model, rides)}
+    return tuple(replace(load, crowd=crowd.get(load.name)) for load in alone)
 
 
 def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, float | None]:
@@ -299,20 +333,23 @@ def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, fl
 # What the estimate leaves out, and what another layout would save
 
 
-UNKNOWN = "; estimates do not know of it"
+UNKNOWN = "; estimates leave this out"
 WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
+WAITS_OF_FLEET = "; estimates of batteries do not know of these waits"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List the causes that keep robots or chargers from work at times, and what the estimate leaves out."""
-    shared = [f"{text}{WAITS_LEFT_OUT}" for text in shared_lifts(model, layout)]
+    with_people = WAITS_OF_FLEET if model.fleet.size <= MOST_ROBOTS else WAITS_LEFT_OUT
+    shared = [f"{text}{WAITS_LEFT_OUT}" for text in failing_lifts(model, layout)]
+    shared += [f"{text}{with_people}" for text in ridden_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
-        lines.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
+        lines.append(f"robots draw energy while they are broken, and then begin anew what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
-        lines.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
+        lines.append(f"robots finish their tasks and charge after their hours, or those of stations, are over{UNKNOWN}")
     if model.pickers is not None and model.battery is not None:
-        lines.append(f"robots draw on while they wait for pickers, which batteries do not foresee{UNKNOWN}")
+        lines.append(f"robots draw energy while they wait for pickers, which they do not foresee{UNKNOWN}")
     lines += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
     ]

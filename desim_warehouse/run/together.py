@@ -9,21 +9,19 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.sections.flows import SaturatedArrivals
 from desim_warehouse.model.sections.goods import SaturatedGoods
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.run.backlog import Backlog
-from desim_warehouse.run.probe import always_there, log_of, shares_of_flows
+from desim_warehouse.run.probe import always_there, log_of, ridden, shares_of_flows
 from desim_warehouse.states import STATES, Phase
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.log import Log
-    from desim_warehouse.values.fields import FrozenMap
+from desim_warehouse.values.fields import FrozenMap
 
 TASKS = 400
 """Tasks that are counted, about."""
@@ -43,7 +41,7 @@ class Pace:
 
     `rate`: tasks per time unit. `empty`: time of the empty drives of a task. `work`: time that a task takes a robot,
     without its queues. `free`: the share of their time in which robots have no task. `lines`: picked at a visit of a
-    pod.
+    pod. `rides`: by edge of a lift, rides for each task.
     """
 
     rate: float
@@ -51,6 +49,7 @@ class Pace:
     work: float
     free: float
     lines: float
+    rides: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -131,6 +130,7 @@ def _pace(model: Model, waiting: int, rates: FrozenMap[str, float]) -> Pace | No
         work=(every - free - spent[Phase.QUEUE]) / count,
         free=free / every,
         lines=count / visits if visits else 1.0,
+        rides=ridden(log, model.floor),
     )
 
 

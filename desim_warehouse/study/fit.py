@@ -11,11 +11,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError, did_you_mean, got, reason
+from desim_warehouse.values.arrays import Floats, Ints
 from desim_warehouse.values.distributions import (
     Distribution,
     ExponentialTime,
@@ -25,10 +26,6 @@ from desim_warehouse.values.distributions import (
     UniformTime,
     WeibullTime,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 Parameters: TypeAlias = tuple[float, ...]
 """As scipy has them."""
@@ -66,18 +63,18 @@ class Counted(NamedTuple):
     that are as likely.
     """
 
-    times: NDArray[np.float64]
-    often: NDArray[np.int64]
-    ends: NDArray[np.float64] | None
+    times: Floats
+    often: Ints
+    ends: Floats | None
 
     @classmethod
-    def of(cls, times: NDArray[np.float64], step: float) -> Counted:
+    def of(cls, times: Floats, step: float) -> Counted:
         """Count the times of a sample that a clock has rounded to this step (0: to none)."""
         each, often = np.unique(times, return_counts=True)
         return cls(each, often, np.stack([each - step / 2, each + step / 2])[:, :, None] if step else None)
 
     @classmethod
-    def between(cls, begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Counted:
+    def between(cls, begun: Floats, ended: Floats) -> Counted:
         """Count times whose begin and end each lie between two known instants (interval-censored times).
 
         Both arguments are arrays with a row of two instants for each time.
@@ -107,8 +104,8 @@ class Family:
     below: Callable[..., Any]
     free: int
     ours: Callable[..., Distribution]
-    guess: Callable[[NDArray[np.float64], float], list[float]]
-    made: Callable[[NDArray[np.float64]], Parameters]
+    guess: Callable[[Floats, float], list[float]]
+    made: Callable[[Floats], Parameters]
 
     def frozen(self, parameters: Parameters) -> Any:
         """Scipy's distribution with these parameters."""
@@ -126,7 +123,7 @@ class Family:
                 logs = np.log((below[1] - below[0]) @ WEIGHTS[ends.shape[2]])
         return float(-(often * logs).sum())
 
-    def most_likely(self, times: NDArray[np.float64], step: float) -> Parameters:
+    def most_likely(self, times: Floats, step: float) -> Parameters:
         """Return the maximum likelihood parameters of times that are rounded to a step."""
         if not step and self.scipy.name != "triang":
             fixed = {} if self.scipy.name == "uniform" else {"floc": 0.0}
@@ -137,7 +134,7 @@ class Family:
         """Return the maximum likelihood parameters of interval-censored times, from a first guess."""
         from scipy.optimize import minimize
 
-        def cost(free: NDArray[np.float64]) -> float:
+        def cost(free: Floats) -> float:
             with np.errstate(over="ignore", invalid="ignore"):
                 minus_log = self.cost(self.made(free), counted)
             return minus_log if math.isfinite(minus_log) else IMPOSSIBLE
@@ -146,7 +143,7 @@ class Family:
         return self.made(best.x)
 
 
-def clock_step(times: NDArray[np.float64]) -> float:
+def clock_step(times: Floats) -> float:
     """Return the step to which times were rounded, if it matters beside their spread; else 0."""
     for step in STEPS:
         if np.allclose(times / step, np.round(times / step), rtol=0.0, atol=1e-6):
@@ -210,7 +207,7 @@ def families() -> dict[str, Family]:
     }
 
 
-def _moments(times: NDArray[np.float64]) -> tuple[float, float]:
+def _moments(times: Floats) -> tuple[float, float]:
     """Return mean and coefficient of variation of times."""
     mean = float(times.mean())
     return mean, max(float(times.std()) / mean, 0.01)
@@ -220,34 +217,34 @@ def _logs(*values: float) -> list[float]:
     return [math.log(value) for value in values]
 
 
-def _gamma_guess(times: NDArray[np.float64], _: float) -> list[float]:
+def _gamma_guess(times: Floats, _: float) -> list[float]:
     mean, cv = _moments(times)
     return _logs(cv**-2, mean * cv**2)
 
 
-def _lognormal_guess(times: NDArray[np.float64], _: float) -> list[float]:
+def _lognormal_guess(times: Floats, _: float) -> list[float]:
     mean, cv = _moments(times)
     square = math.log1p(cv**2)
     return _logs(math.sqrt(square), mean * math.exp(-square / 2))
 
 
-def _weibull_guess(times: NDArray[np.float64], _: float) -> list[float]:
+def _weibull_guess(times: Floats, _: float) -> list[float]:
     mean, cv = _moments(times)
     return _logs(cv**-1.086, mean / math.gamma(1 + cv**1.086))
 
 
-def _from_logs(free: NDArray[np.float64]) -> Parameters:
+def _from_logs(free: Floats) -> Parameters:
     """Return shape and scale from their logarithms, which have no limits."""
     first, second = np.exp(np.clip(free, -30, 30))
     return float(first), 0.0, float(second)
 
 
-def _ends(times: NDArray[np.float64], step: float) -> list[float]:
+def _ends(times: Floats, step: float) -> list[float]:
     """Return a guess of the ends of a uniform distribution: a little beyond the smallest and the largest time."""
     return [float(times.min()) - step / 4, float(times.max()) + step / 4]
 
 
-def _corners(times: NDArray[np.float64], step: float) -> list[float]:
+def _corners(times: Floats, step: float) -> list[float]:
     """Return a guess of the corners of a triangular distribution, from the extremes and the mean."""
     beyond = max(step / 2, 0.05 * float(np.ptp(times)))
     least, most = float(times.min()) - beyond, float(times.max()) + beyond
@@ -255,17 +252,17 @@ def _corners(times: NDArray[np.float64], step: float) -> list[float]:
     return [least, usual, most]
 
 
-def _triangle_logs(x: NDArray[np.float64], usual: float) -> NDArray[np.float64]:
+def _triangle_logs(x: Floats, usual: float) -> Floats:
     up, down = x / max(usual, TINY), (1 - x) / max(1 - usual, TINY)
     return np.where((x >= 0) & (x <= 1), np.log(np.clip(2 * np.minimum(up, down), 0.0, 2.0)), -np.inf)
 
 
-def _triangle_below(x: NDArray[np.float64], usual: float) -> NDArray[np.float64]:
+def _triangle_below(x: Floats, usual: float) -> Floats:
     x = np.minimum(x, 1.0)
     return np.where(x < usual, x**2 / max(usual, TINY), 1 - (1 - x) ** 2 / max(1 - usual, TINY))
 
 
-def _triangle(free: NDArray[np.float64]) -> Parameters:
+def _triangle(free: Floats) -> Parameters:
     """Return scipy's mode, least and width from the corners of a triangle."""
     least, usual, most = float(max(free[0], 0.0)), float(free[1]), float(free[2])
     width = max(most - least, 1e-9)
@@ -304,7 +301,7 @@ class Candidate:
 
     distribution: Distribution
     aic: float
-    share_below: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    share_below: Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -319,7 +316,7 @@ class Fitted:
         step: to which the times were rounded, 0: they were not.
     """
 
-    times: NDArray[np.float64]
+    times: Floats
     candidates: tuple[Candidate, ...]
     statistic: float
     p_value: float
@@ -336,7 +333,7 @@ class Fitted:
         return self.p_value >= LEVEL
 
 
-def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
+def fit(times: Sequence[float] | Floats) -> Fitted:
     """Fit exponential, gamma, lognormal, Weibull, uniform and triangular distributions to measured times.
 
     Times that a clock has rounded, to whole seconds or tenths, are taken for what they are: somewhere between half a
@@ -381,7 +378,7 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
     return Fitted(x, candidates, statistic, p_value, step)
 
 
-def fit_between(begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Distribution:
+def fit_between(begun: Floats, ended: Floats) -> Distribution:
     """Fit exponential, gamma, lognormal and Weibull distributions to interval-censored times; return the most likely.
 
     Args:
@@ -401,7 +398,7 @@ def fit_between(begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Distr
     return min(fitted)[2]
 
 
-def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.random.Generator) -> tuple[float, float]:
+def _tested(family: Family, times: Floats, step: float, rng: np.random.Generator) -> tuple[float, float]:
     """Return Cramér and von Mises' statistic of a family, and the p-value: the share of samples that fit no better."""
     likely = family.most_likely(times, step)
     ours = _distance(family, likely, times, step)
@@ -414,7 +411,7 @@ def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.ran
     return ours, (worse + 1) / (SAMPLES + 1)
 
 
-def _distance(family: Family, parameters: Parameters, times: NDArray[np.float64], step: float) -> float:
+def _distance(family: Family, parameters: Parameters, times: Floats, step: float) -> float:
     """Return Cramér and von Mises' distance of times from a distribution, by steps where times are rounded."""
     n = len(times)
     if not step:

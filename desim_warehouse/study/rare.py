@@ -6,6 +6,7 @@ So it is known before any run how many days a verdict needs, and of what days a 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
@@ -26,21 +27,19 @@ def expected(model: Model, length: float) -> dict[str, float]:
 
     Robots break down while they operate, so for breakdowns it is an upper bound.
     """
-    often: dict[str, float] = {}
+    often = defaultdict[str, float](float)
     for robot in model.fleet.robots():
         if robot.breakdowns is not None:
-            often["breakdowns"] = often.get("breakdowns", 0.0) + length / mean_of(robot.breakdowns.every)
+            often["breakdowns"] += length / mean_of(robot.breakdowns.every)
     layout = model.floor
     for node, chargers in chargers_at(model, layout).items():
         outages = layout.bays[node].outages
         if outages is not None:
-            here = chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
-            often["outages of chargers"] = often.get("outages of chargers", 0.0) + here
+            often["outages of chargers"] += chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
     for lift in layout.lifts:
         if (outages := lift.outages) is not None:
-            here = length / (mean_of(outages.every) + mean_of(outages.repair))
-            often["outages of lifts"] = often.get("outages of lifts", 0.0) + here
-    return often
+            often["outages of lifts"] += length / (mean_of(outages.every) + mean_of(outages.repair))
+    return dict(often)
 
 
 def chances(model: Model, length: float | None) -> dict[str, float]:
@@ -85,7 +84,7 @@ def closed(model: Model, length: float | None = None) -> list[str]:
     """
     end = length or model.run.length or math.inf
     return [
-        f"closures of {name} never fall into a run: nothing here says what they cost"
+        f"closures of {name} never fall into a run: their cost does not show here"
         for name, closure in model.traffic.closures.items()
         if end < math.inf and not model.hours(closure.hours).share(model.run.warm_up, end)
     ]
@@ -106,6 +105,6 @@ def unknown(model: Model, runs: int, length: float) -> list[str]:
     lines = closed(model, length)
     for what, chance in chances(model, length).items():
         if 0 < chance < _OFTEN and runs < min(FEW, days_for(chance)):
-            know = "one run does not know" if runs == 1 else f"intervals of times from {runs} runs do not know"
-            lines.append(f"{what} come on one day in {round(1 / chance)}: {know} such days")
+            cover = "one run does not cover" if runs == 1 else f"intervals of times from {runs} runs do not cover"
+            lines.append(f"{what} come on one day in {round(1 / chance)}: {cover} such days")
     return lines

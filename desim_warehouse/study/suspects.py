@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.feasibility.pods import stations_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
+from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.facts.workers import Kind, groups
@@ -75,6 +76,8 @@ SOONER, FEWER = 0.1, 0.05
 LEAST_CHARGING = 0.05
 """Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
 HALF = 0.5
+LEAST_LOADED = "least-loaded"
+"""The chargers with the fewest robots for each, as a charging policy chooses them."""
 DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
 """Decisions that move the lines for each visit of a pod; where pods are stored hardly does."""
 AT_PLACES = names(lambda state: state.phase in (Phase.LOADING, Phase.UNLOADING) or state.queue == PICKER)
@@ -237,10 +240,15 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
 
 
 def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
-    designs = Designs(model)
+    """Yield a charger more, and those with the fewest robots where robots queue and chargers stand at several nodes."""
+    designs, own = Designs(model), model.policies.charging
     if designs.zone is not None:
         more = designs.of_chargers(designs.today + 1)
         yield Suspect("chargers", "one charger more", more, queued, 1 / designs.today)
+    apart = len(chargers_at(model, model.floor)) > 1
+    if apart and queued >= LEAST_WAITING and not own.own and own.params.get("charger") != LEAST_LOADED:
+        spread = {"policies.charging": {"name": own.name, **own.params, "charger": LEAST_LOADED}}
+        yield Suspect("the choice of chargers", "each to the chargers with the fewest robots", spread, queued)
 
 
 def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:

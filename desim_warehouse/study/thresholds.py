@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,9 +24,7 @@ from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.thresholds import crossing
 from desim_warehouse.study.study import searched
 from desim_warehouse.study.target import read_target
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from desim_warehouse.values.arrays import Floats
 
 DAYS, EXACT_DAYS = 10, 2
 """Runs at each probe; and where nothing is random."""
@@ -118,7 +115,7 @@ class _Input:
     def __init__(self, key: str, low: float, high: float, goal: Target) -> None:
         self.key, self.low, self.high, self.goal = key, low, high, goal
         self.below, self.above, self.middle = low, high, (low + high) / 2
-        self.days: dict[float, NDArray[np.float64]] = {}
+        self.days: dict[float, Floats] = {}
 
     def is_enough(self, probe: float) -> bool:
         """Whether the mean at a probe meets the target."""

@@ -195,13 +195,11 @@ class Shifts(Part):
     """`open: ["06:00-14:00", "14:30-22:00"]`: by the clock, on some days of the week, breaks taken out."""
 
     open: tuple[Annotated[Name, AfterValidator(_span)], ...] = Field(
-        min_length=1, description="stretches of the day, such as '06:00-14:00'"
+        min_length=1, description="periods of the day, such as '06:00-14:00'"
     )
-    breaks: tuple[Annotated[Name, AfterValidator(_span)], ...] = Field(
-        (), description="stretches of the day to take out"
-    )
+    breaks: tuple[Annotated[Name, AfterValidator(_span)], ...] = Field((), description="periods of the day to take out")
     days: tuple[Weekday, ...] = Field(
-        DAYS, min_length=1, description="days of the week on which a stretch begins; default: all"
+        DAYS, min_length=1, description="days of the week on which a period begins; default: all"
     )
 
     def hours(self, start: str, second: float) -> Hours:
@@ -231,14 +229,14 @@ class Shifts(Part):
 
 
 class Pattern(Part):
-    """`every: 8 h, lasts: 30 min`: again and again from the start of the run."""
+    """`every: 8 h, lasts: 30 min`: repeated from the start of the run."""
 
     every: Annotated[Duration, Usual("5 min", "366 d")] = Field(
-        description="from the beginning of one to the beginning of the next"
+        description="time from the start of one period to the start of the next"
     )
-    lasts: Annotated[Duration, Usual("1 min", "366 d")] = Field(description="how long each lasts")
+    lasts: Annotated[Duration, Usual("1 min", "366 d")] = Field(description="length of each period")
     first: Annotated[Time, Usual("1 min", instant=True)] = Field(
-        0.0, description="when the first begins, from the start of the run"
+        0.0, description="start of the first period, counted from the start of the run"
     )
 
     @field_validator("lasts")
@@ -260,7 +258,7 @@ class Pattern(Part):
 
 
 class Stretches(Part):
-    """`between: [[2 h, 3 h], [5 h, 6 h]]`: these times of the run, and then no more."""
+    """`between: [[2 h, 3 h], [5 h, 6 h]]`: these periods of the run only."""
 
     between: Annotated[tuple[tuple[Time, Time], ...], Usual("1 min", instant=True)] = Field(
         min_length=1, description="[from, to], from the start of the run"

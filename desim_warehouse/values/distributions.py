@@ -96,7 +96,7 @@ class Distribution(Part, ABC):
 
 
 class UniformTime(Distribution):
-    """`uniform: [4, 12]`: any time between two is as likely."""
+    """`uniform: [4, 12]`: all times between two bounds are equally likely."""
 
     uniform: tuple[Time, Time] = Field(description="the least and the largest time")
 
@@ -124,7 +124,7 @@ class UniformTime(Distribution):
 
 
 class TriangularTime(Distribution):
-    """`triangular: [4, 6, 12]`: what people say who were asked for the least, the usual and the largest time."""
+    """`triangular: [4, 6, 12]`: from the least, the usual and the largest time, as people estimate them."""
 
     triangular: tuple[Time, Time, Time] = Field(description="the least, the most likely and the largest time")
 
@@ -177,7 +177,7 @@ class MeanAndCv(Part):
 
 
 class GammaTime(Distribution):
-    """`gamma: {mean: 8, cv: 0.5}`: the sum of several stages; for cv 1 / sqrt(k) Erlang's distribution of k stages."""
+    """`gamma: {mean: 8, cv: 0.5}`: the sum of several stages; for cv 1 / sqrt(k), Erlang's of k stages."""
 
     gamma: MeanAndCv = Field(description="mean and cv")
 
@@ -195,7 +195,7 @@ class GammaTime(Distribution):
 
 
 class LognormalTime(Distribution):
-    """`lognormal: {mean: 8, cv: 0.4}`: mostly near the median, now and then much longer, as the times of people are."""
+    """`lognormal: {mean: 8, cv: 0.4}`: mostly near the median, now and then much longer, like people's times."""
 
     lognormal: MeanAndCv = Field(description="mean and cv, of the times, not of their logarithms")
 
@@ -253,7 +253,7 @@ class BetaShape(Part):
 
 
 class BetaTime(Distribution):
-    """`beta: {alpha: 2, beta: 5, least: 4, most: 30}`: between two times, and of nearly any shape there."""
+    """`beta: {alpha: 2, beta: 5, least: 4, most: 30}`: nearly any shape between two times."""
 
     beta: BetaShape = Field(description="alpha, beta, least and most")
 
@@ -281,7 +281,7 @@ class ValuesAndWeights(Part):
     """Some times, and how often each comes in comparison with the others."""
 
     values: tuple[Time, ...] = Field(min_length=1, description="the times")
-    weights: Weights = Field((), description="one for each; default: all alike")
+    weights: Weights = Field((), description="one for each value; default: all equal")
 
 
 class DiscreteTime(Distribution):
@@ -323,7 +323,7 @@ class ObservedFile(Part):
 
 
 class EmpiricalTime(Distribution):
-    """`empirical: {file: x.csv, column: load_s}`: one of the times that were measured, each as likely."""
+    """`empirical: {file: x.csv, column: load_s}`: one of the measured times, all equally likely."""
 
     empirical: Annotated[Observed, Forms("a section with file and column, or with values", ObservedFile)] = Field(
         description="file and column, or values"

@@ -24,13 +24,12 @@ Between = Annotated[Varying, AfterValidator(_not_at_once)]
 class BreakdownSpec(Part):
     """How often a robot breaks down, and how long it stands until it is repaired.
 
-    A breakdown takes effect where the robot next stops or passes: at the end of its edge, behind the robot ahead,
-    before it sets off from where it loads or unloads. There it stands, and goes on with what it was doing when it is
-    repaired. Cleared once, it is repaired in its place if it breaks down there again. Routes by `congestion-aware` go
-    round it where the way round takes less than what is left, on average, until it is repaired or cleared; tasks to
-    which all ways lead past it are not given out as long as that takes longer than the way there. Charge levels and
-    forecasts know nothing of breakdowns to come: a robot with a small battery may run flat as it waits for a repair,
-    and the error says so.
+    A breakdown takes effect where the robot next stops or passes: at the end of its edge, behind the robot ahead, or
+    before it sets off from where it loads or unloads. It stands there until it is repaired, and then resumes what it
+    was doing. A robot that was cleared once is repaired in its place if it breaks down there again. `congestion-aware`
+    routes go round it if the detour takes less than the mean time left until it is repaired or cleared. Tasks that can
+    only be reached past it are held back as long as that time exceeds the way there. Charge levels and forecasts do not
+    foresee breakdowns: a robot with a small battery may run flat while it waits for a repair, and the error says so.
     """
 
     # AMRs run for some hundred hours between failures, worn fleets need help several times a shift
@@ -44,17 +43,17 @@ class BreakdownSpec(Part):
     clear: Annotated[Varying | None, Usual("1 min", "1 d")] = Field(
         None,
         title="time until cleared",
-        description="from a breakdown until the robot is off the lanes, where it is in nobody's way until it is "
-        "repaired; it comes back at the node ahead, or, if it has still to stop on its lane, at the node behind, and "
-        "drives the lane again; default: it is repaired where it stands",
+        description="time from a breakdown until the robot is moved off the lanes, where it is in nobody's way until "
+        "it is repaired; it returns at the node ahead or, if it still has to stop on its lane, at the node behind, "
+        "and drives the lane again; default: it is repaired where it stands",
     )
 
 
 class OutageSpec(Part):
     """How often a charger or a lift fails, and how long until it is repaired.
 
-    It fails by the calendar, in use or not. A robot at a charger is first in the queue for the next that works. Who
-    rides in a lift comes to the end of the ride.
+    Failures follow the clock, in use or not. A robot at a charger that fails is first in the queue for the next working
+    one. A rider in a lift completes the ride.
     """
 
     every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
@@ -73,14 +72,10 @@ def availability(spec: BreakdownSpec | OutageSpec) -> float:
 
 
 class DelaySpec(Part):
-    """Time that a robot loses at some of the nodes it passes: it slips, plans anew, or has to read a mark again."""
+    """Time that a robot loses at some of the nodes it passes, because it slips, replans, or rereads a mark."""
 
-    share: Share = Field(
-        title="share of nodes with a delay", description="the share of the nodes at which it loses time"
-    )
-    time: Annotated[Varying, Usual("0.1 s", "10 min")] = Field(
-        title="delay at a node", description="how much it loses there"
-    )
+    share: Share = Field(title="share of nodes with a delay", description="share of the nodes at which it loses time")
+    time: Annotated[Varying, Usual("0.1 s", "10 min")] = Field(title="delay at a node", description="time lost there")
 
     def is_random(self, model: Any) -> bool:
         """Whether chance decides at which nodes time is lost, or how much."""

@@ -11,18 +11,16 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import PLACES, Log
 from desim_warehouse.values.calendars import merged
 from desim_warehouse.world.traffic.people import PeopleSource, Visit
-
-if TYPE_CHECKING:
-    Edge = tuple[str, str]
 
 
 def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, list[tuple[float, float]]]:

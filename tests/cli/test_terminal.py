@@ -84,4 +84,4 @@ def test_check_of_a_first_draft_is_one_screen_of_80_by_24(tmp_path, capsys, monk
     assert len(lines) < 24
     assert max(map(len, lines)) <= 80
     assert lines[0] == "no errors"
-    assert lines[2] == "Asked for: 200 an hour = 4,800 orders a day."
+    assert lines[2] == "Demand: 200 an hour = 4,800 orders a day."

@@ -74,9 +74,9 @@ def test_a_draft_and_its_check_say_how_many_orders_a_day_has(tmp_path):
     assert "100 orders an hour from 06:00 to 22:00 = 1,600 orders a day" in said.output
     assert "25 loads an hour = 400 a day put away." in said.output
     model = dw.load(tmp_path / "w.yaml")
-    assert list(orders_a_day(model)) == ["asked for: orders 1,600, inbound 400 = 2,000 orders a day"]
+    assert list(orders_a_day(model)) == ["demand: orders 1,600, inbound 400 = 2,000 orders a day"]
     around = model.replace({"tasks.flows": dw.UNSET, "tasks.goods": {"poisson": 50}, "tasks.unload_at": ["packing"]})
-    assert list(orders_a_day(around)) == ["asked for: 50 an hour = 1,200 orders a day"]
+    assert list(orders_a_day(around)) == ["demand: 50 an hour = 1,200 orders a day"]
 
 
 def test_fleet_and_packers_are_for_the_busiest_hour(drafted):

@@ -33,13 +33,15 @@ def counted(model, seeds):
 
 
 def differences(model, few, many):
-    """How the counted time differs from hours 6 to 9; none where a verdict says that it is not like what is to come."""
+    """How the counted time differs from hours after the sixth; none where a verdict says that it is unlike them."""
     hour = model.units.hour
     model = model.replace({"log": "tasks"})
     here = counted(model, range(many))
     if judge_design(here, model):
         return {}
-    later = counted(model.replace({"run.warm_up": 6 * hour, "run.length": 9 * hour}), range(100, 100 + few))
+    # As long as the counted time, since chargers may be busier in every second hour, in all runs alike.
+    hours = max(3 * hour, model.run.length - model.run.warm_up)
+    later = counted(model.replace({"run.warm_up": 6 * hour, "run.length": 6 * hour + hours}), range(100, 100 + few))
     found = {}
     for name, least in TELLING.items():
         one, other = ([run[name] for run in runs if math.isfinite(run.get(name, math.nan))] for runs in (here, later))

@@ -55,8 +55,9 @@ def test_the_first_departure_may_be_after_the_run_and_may_be_its_end():
 def test_the_latest_order_is_told_by_the_clock():
     day = model(["10:00", "18:00"])
     assert in_time(day, Lead(840.0, 24)) == (
-        " In 95 % of days orders that come more than 14 min before a departure make it: until 17:46 for 18:00."
+        " In 95 % of days orders that come more than 14 min before a departure are in time for it: until 17:46 for "
+        "18:00."
     )
     assert in_time(day, Lead(840.0, 8)).startswith(" On all 8 days run orders that come more than 14 min before ")
-    assert in_time(model(["4 h"]), Lead(840.0, 24)).endswith("14 min before a departure make it.")
+    assert in_time(model(["4 h"]), Lead(840.0, 24)).endswith("14 min before a departure are in time for it.")
     assert in_time(day, Lead(0.0, 24)) == " In 95 % of days no order misses its departure."

@@ -293,5 +293,8 @@ def test_slots_beside_chargers_without_one_are_noted():
     found = codes({"layout.bays.chargers": bays})["CHARGER_SLOTS"]
     assert found.level == "note"
     assert "2 slots beside chargers without one" in found.text
+    assert "charger: least-loaded" in found.cure
+    spread = {"layout.bays.chargers": bays, "policies.charging": {"name": "threshold", "charger": "least-loaded"}}
+    assert "least-loaded" not in codes(spread)["CHARGER_SLOTS"].cure
     assert "CHARGER_SLOTS" not in codes({"layout.bays.chargers": {**bays, "places": None}})
     assert "CHARGER_SLOTS" not in codes({})

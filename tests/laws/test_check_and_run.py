@@ -20,7 +20,7 @@ def test_check_and_run_agree_on_a_load(number):
     model, load = loaded_hall(number, "4 h")
     overloads = [finding.code for finding in dw.check(model).findings if finding.code in OVERLOADS]
     run = dw.simulate(model, number)
-    keeps_up = any(line.startswith("It keeps up") for line in words.sentences(run))
+    keeps_up = any(line.startswith("The warehouse keeps up") for line in words.sentences(run))
     assert not (overloads and keeps_up)
     assert overloads or not piles_up(run.verdicts)
     if load < FEW:

@@ -14,7 +14,7 @@ from desim_warehouse.model.facts.keys import containers, kind_of, sections, whol
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.model.schema import Model
 from desim_warehouse.questions.run import simulate
-from desim_warehouse.run.quick import BY_TIME, UNKNOWN, WAITS_LEFT_OUT, estimate, left_out
+from desim_warehouse.run.quick import BY_TIME, UNKNOWN, WAITS_LEFT_OUT, WAITS_OF_FLEET, estimate, left_out
 from desim_warehouse.values.distributions import Distribution
 from tests.daily import some
 from tests.world.test_lifts import building
@@ -214,7 +214,7 @@ APART = {"fleet.robot.breakdowns.every": ["energy"], "fleet.hours": ["tasks"], "
 def named(model, of):
     """Whether a line of check says that the estimate does not know of it."""
     lines = set(left_out(model, model.floor)) - set(left_out(of(), of().floor))
-    return any(line.endswith((UNKNOWN, WAITS_LEFT_OUT)) for line in lines)
+    return any(line.endswith((UNKNOWN, WAITS_LEFT_OUT, WAITS_OF_FLEET)) for line in lines)
 
 
 @pytest.mark.slow

@@ -100,7 +100,7 @@ def test_other_sections_may_name_what_a_lift_adds():
         ({"at": ["D"], "lane": 3}, "main.at: too few floors (got [D]), expected a node on each of two or more"),
         ({"at": ["D", "D"], "lane": 3}, "main.at: a node twice (got 'D')"),
         ({"at": ["D", "E1"], "lane": 3}, "no such node (got 'E1')"),
-        ({"at": ["D", "D1"], "nodes": ["A", "A1"], "lane": 3}, "main.at: both this and nodes"),
+        ({"at": ["D", "D1"], "nodes": ["A", "A1"], "lane": 3}, "main.at: given together with nodes"),
         ({"nodes": ["A", "A1"], "lane": 3}, "main.lane: without at, which it belongs to"),
         ({}, "main.nodes: too few floors (got [])"),
         ({"at": ["D", "D1"], "lane": 3, "rests": "A"}, "main.rests: no stop of the lift (got 'A'), expected D or D1"),

@@ -26,7 +26,7 @@ def test_more_than_there_are_places_is_refused():
 
 
 def test_not_both():
-    with pytest.raises(ModelError, match=r"layout.bays.charging.total_chargers: both this and chargers"):
+    with pytest.raises(ModelError, match=r"layout.bays.charging.total_chargers: given together with chargers"):
         chargers(3, chargers=1)
 
 

@@ -66,6 +66,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ({"flet.size": 3}, "override flet.size: unknown key, did you mean 'fleet.size'?"),
         ({"fleet.sise": 3}, "override fleet.sise: unknown key, did you mean 'fleet.size'?"),
         ({"size": 3}, "override size: unknown key, did you mean 'fleet.size'?"),
+        ({"fleet.size.of": 3}, "override fleet.size.of: unknown key: 'fleet.size' has no keys below it"),
         (
             {"layout.bays.charging.charger": 3},
             ("override layout.bays.charging.charger: unknown key, did you mean 'layout.bays.charging.chargers'?"),

@@ -134,15 +134,15 @@ def test_more_is_asked_for_than_can_be_done():
     changes = {"layout.stations.packing.work_time": 65, "run.length": "40 h", "log": "tasks"}
     model = dw.load(HALL, changes)
     (line,) = [line for line in check(model).sentences if "busiest" in line]
-    assert line.startswith("The packers are busiest: 108 % of what they can do is asked for; ")
+    assert line.startswith("The packers are busiest: demand is 108 % of their capacity; ")
     run = dw.simulate(model, 1)
     (load,) = busiest(loads(run.history, run.kpis))
     came = sum(task.released >= 3600 for task in run.history.tasks.values())
     assert load.mean == pytest.approx(came * 65 / run.history.counted, rel=0.01)
     (line,) = [line for line in words.sentences(run) if "busiest" in line]
-    assert re.match(r"The packers were the busiest, with 1[01]\d(\.\d)? % of what they can do asked for\. ", line)
+    assert re.match(r"The packers were the busiest, with demand at 1[01]\d(\.\d)? % of their capacity\. ", line)
     plan = plan_fleet(model.replace({"run.length": "5 h"}), "backlog <= 1", robots=[4], search=dw.Search(runs=30))
-    assert "The packers are busiest: 108 % of what they can do is asked for" in plan.answer.answer[0]
+    assert "The packers are busiest: demand is 108 % of their capacity" in plan.answer.answer[0]
 
 
 def test_the_drive_back_to_parking_is_no_work():
@@ -155,7 +155,7 @@ def test_the_drive_back_to_parking_is_no_work():
     assert time.work == pytest.approx(36 * (30 + 2 + 20 + 2) / run.T)
     assert time.back == pytest.approx(36 * 10 / run.T)
     assert math.isclose(time.held, 0, abs_tol=1e-9)
-    assert ", at work 54.5 % of the time, beside 10.1 % driving back to parking. " in " ".join(words.sentences(run))
+    assert ", at work 54.5 % of the time, plus 10.1 % driving back to parking. " in " ".join(words.sentences(run))
 
 
 def test_loads_that_differ_by_five_points_are_both_the_largest():

@@ -27,10 +27,10 @@ def said(**changes):
 
 def test_a_fleet_that_is_too_small():
     lines = said()
-    assert lines[1] == "Asked for: 60 an hour = 1,440 orders a day."
+    assert lines[1] == "Demand: 60 an hour = 1,440 orders a day."
     assert lines[2:4] == [
         "1 robot can do about 48 loads an hour; you need 60.",
-        "Robots: 2 are needed, you have 1.",
+        "Robots: 2 are needed; you have 1.",
     ]
 
 
@@ -43,11 +43,11 @@ def test_hours_are_said_in_hours():
 @pytest.mark.parametrize(
     ("chargers", "needed", "draws", "slack", "line"),
     [
-        (4, 2, 1.0, 0.0, "2 are enough, you have 4"),
-        (1, 1, 1.0, 0.0, "1 is enough, you have 1"),
-        (2, 0, 0.0, 0.0, "none is enough, you have 2"),
-        (0, 1, 1.0, 0.0, "1 is needed, you have none"),
-        (2, 3, 2.5, 0.0, "3 are needed, you have 2"),
+        (4, 2, 1.0, 0.0, "2 are enough; you have 4"),
+        (1, 1, 1.0, 0.0, "1 is enough; you have 1"),
+        (2, 0, 0.0, 0.0, "none is enough; you have 2"),
+        (0, 1, 1.0, 0.0, "1 is needed; you have none"),
+        (2, 3, 2.5, 0.0, "3 are needed; you have 2"),
         (2, 3, 2.5, 0.6, "2 just give what the fleet draws"),
         (2, 3, 2.5, math.inf, "2 give less than the fleet draws by day, and the night fills the batteries"),
     ],
@@ -67,4 +67,4 @@ def test_chargers_that_are_enough_and_that_are_not(chargers, needed, draws, slac
         slack=slack,
     )
     told = sentences(model, replace(estimate(model), power=power))
-    assert f"Chargers: {line}; a full battery lasts 2 h of work." in told
+    assert f"Chargers: {line}. A full battery lasts 2 h of work." in told

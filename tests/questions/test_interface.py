@@ -100,7 +100,7 @@ def test_each_policy_is_compared_with_the_baseline_at_its_own_fleet(study):
     for one in matched.differences:
         base, ours = (study.results.values(str(of), "T") for of in (one.baseline, one.design))
         assert one.estimate.mean == pytest.approx((ours - base).mean())
-    assert "all intervals hold at once" in matched.statement
+    assert "all intervals hold together" in matched.statement
     assert "dispatching: in-order, all else equal" in str(matched)
     whole = study.compare("T", baseline={"policies.allocation": "in-order", "fleet.size": 3})
     assert len(whole.differences) == 3
@@ -182,7 +182,7 @@ def test_a_large_study_prints_what_says_most_and_where_the_rest_is(tmp_path):
     for thing in (results, compared):
         assert 1000 < len(str(thing).encode()) <= MOST
     assert re.search(
-        r"^\d+ options( and tables)? more: all are on the page and in the table \(\.table; --json\)\.$",
+        r"^\d+ more options( and more tables)? are on the page and in the table \(\.table; --json\)\.$",
         str(results),
         re.MULTILINE,
     )
@@ -193,4 +193,4 @@ def test_a_large_study_prints_what_says_most_and_where_the_rest_is(tmp_path):
     assert command("study", study.folder, "--quiet") == str(results)
     many = answer_text.printed_rows("", ("level", "effect"), [(str(level), "+1") for level in range(500)])
     assert len(many.encode()) <= MOST
-    assert re.search(r"\d+ rows more: all are in the table", many)
+    assert re.search(r"\d+ more rows are in the table", many)

@@ -26,7 +26,7 @@ def told(model):
 
 def test_check_measures_what_robots_lose_that_load_in_their_lanes():
     [sentence] = told(busy())
-    assert sentence.startswith("Robots that load hold up others: beside their lanes they would do about ")
+    assert sentence.startswith("Robots hold up others while they load: beside their lanes they would do about ")
     assert sentence.endswith(" % more (layout.aisles: wide).")
     share = int(sentence.split("about ")[1].split()[0]) / 100
     wide, narrow = (dw.simulate(busy(aisles)).kpis["throughput_per_hour"] for aisles in ("wide", "narrow"))

@@ -92,5 +92,6 @@ def test_what_cannot_keep_up_is_said_as_what_it_delivers():
     assert standing.instead([grows], 61.0, model) == grows.text  # what piles up is not the orders
     rises = Verdict("NOT_SETTLED", "not settled: batteries rise", -0.01)
     assert standing.instead([grows, rises], None, model) == grows.text
-    falls = Verdict("NOT_SETTLED", "not settled: batteries fall by 5.6 % an hour while counted; settled, by hand", 0.06)
+    text = "not settled: batteries fall by 5.6 % an hour in the counted time; settled, by hand"
+    falls = Verdict("NOT_SETTLED", text, 0.06)
     assert standing.instead([falls], 1.0, model) == "batteries fall by 5.6 % an hour"

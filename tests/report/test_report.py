@@ -314,7 +314,7 @@ def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
         "robots: day, 06:00-14:00 without 09:00-09:15 on mon, tue",
         "station desk: wash, 360 of every 3600 s, from 60 on; what has begun pauses",
         "tasks: once, 0 to 60, 90 to 120 s",
-        "traffic.closures.gate is closed for 10 % of the time",
+        "the lanes of gate are closed for 10 % of the time",
         "10 h, begun at 06:00",
     ):
         assert value in values

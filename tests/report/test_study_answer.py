@@ -108,7 +108,7 @@ def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_
     assert [(one.name, one.standing) for one in answer.options] == [
         ("1 robot", "not met"), ("3 robots", "met"), ("4 robots", "met"),
     ]  # fmt: skip
-    assert answer.answer[1] == "Of 3 options 2 meet the target and 1 misses it."
+    assert answer.answer[1] == "Of 3 options, 2 meet the target and 1 misses it."
     assert answer.about.model["fleet"]["size"] == 3
     assert [one.what for one in answer.tiles] == [
         "done on time",
@@ -140,8 +140,8 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     verdicts = [one.verdict for one in results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
     assert answer.answer[2] == (
-        "Of 6 options 3 meet the target, 1 misses it, 1 needs more runs and 1 cannot keep up. "
-        "About 104 runs of it would probably tell."
+        "Of 6 options, 3 meet the target, 1 misses it, 1 needs more runs and 1 cannot keep up. "
+        "About 104 runs would probably decide that option."
     )
     terminal = printed(answer, 80)
     assert "\n\nDemand 1\n" in terminal

@@ -156,7 +156,7 @@ def test_the_worst_stretch_is_when_the_hall_stood_still_and_says_why(stopped):
     assert not course.delivered[then].any()
     said = worst(course, stopped.model, stopped.history.chargers)
     assert said.startswith("Deliveries stood still from 07:")
-    assert "robots charged or waited for that, with 2 chargers" in said
+    assert "robots charged or waited to charge, with 2 chargers" in said
     page = str(figure(course, stopped.model, stopped.history.chargers))
     assert said in page
     assert "nothing delivered" in page
@@ -182,7 +182,7 @@ def test_without_a_standstill_it_is_when_most_tasks_were_open():
 
 def test_a_run_in_which_nothing_stands_out_says_so():
     run = paper_run()
-    assert worst(day(run.history), run.model, run.history.chargers) == "No stretch stands out."
+    assert worst(day(run.history), run.model, run.history.chargers) == "No part of the run stands out."
     assert 'class="band"' not in str(figure(day(run.history), run.model, run.history.chargers))
 
 
@@ -227,8 +227,8 @@ def test_waits_add_up_by_the_rows_of_a_floor():
 @pytest.mark.parametrize(
     ("made", "said"),
     [
-        (due_run, "02:20 to 03:20: 40 tasks were open on average, over the whole run 17.3."),
-        (busy_run, "01:00 to 02:00: 6 loads were delivered, over the whole run 17.3 an hour."),
+        (due_run, "02:20 to 03:20: 40 tasks were open on average, against 17.3 over the whole run."),
+        (busy_run, "01:00 to 02:00: 6 loads were delivered, against 17.3 an hour over the whole run."),
     ],
     ids=["orders come", "work never ends"],
 )

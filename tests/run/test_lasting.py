@@ -31,38 +31,38 @@ def said(model, seed=1):
 def test_a_queue_that_grows_without_bound_by_the_check_does_not_keep_up(rate, seed):
     """The growth of 8 hours, 1 to 3 tasks an hour, stays below three standard errors of 250 arrivals."""
     line = said(hall(tasks__goods={"poisson": rate}), seed)
-    assert line.startswith("8 h do not show whether it keeps up: ")
-    assert f"({100 * rate / 30:.1f} % of what the packers can give)" in line
+    assert line.startswith("8 h do not show whether the warehouse keeps up: ")
+    assert f"({100 * rate / 30:.1f} % of the capacity of the packers)" in line
 
 
 def test_nothing_is_shown_by_a_packer_who_is_always_busy():
     """29.5 of 30: the queue of such a packer is long before it is stationary, which takes days."""
     line = said(hall(tasks__goods={"poisson": 29.5}))
-    assert line.endswith(", and 98.7 % of what the packers can give is asked for.")
+    assert line.endswith(", and demand is 98.7 % of the capacity of the packers.")
 
 
 @pytest.mark.parametrize("rate", [15, 21, 24])
 def test_what_has_time_to_spare_keeps_up(rate):
-    assert said(hall(tasks__goods={"poisson": rate})).startswith("It keeps up: ")
+    assert said(hall(tasks__goods={"poisson": rate})).startswith("The warehouse keeps up: ")
 
 
 def test_workers_behind_a_station_count():
     """Put down in 10 s, worked on for 2 minutes: 30 an hour, too."""
     line = said(hall(tasks__unload_time=10, layout__stations__packing__work_time=120, tasks__goods={"poisson": 29.5}))
-    assert line.endswith(", and 98.6 % of what the packers can give is asked for.")
+    assert line.endswith(", and demand is 98.6 % of the capacity of the packers.")
 
 
 def test_robots_count():
     """A round of 60 m takes one robot 40 s, loading and unloading 20 s: 60 an hour, of which 58 are asked for."""
     one = {"fleet__size": 1, "tasks__unload_time": 10}
-    assert "of what the robots can give is asked for" in said(hall(tasks__goods={"poisson": 58}, **one))
-    assert said(hall(tasks__goods={"poisson": 30}, **one)).startswith("It keeps up: ")
+    assert "of the capacity of the robots" in said(hall(tasks__goods={"poisson": 58}, **one))
+    assert said(hall(tasks__goods={"poisson": 30}, **one)).startswith("The warehouse keeps up: ")
 
 
 def test_chargers_count_before_batteries_are_low():
     """Full batteries of 200 hours of work hide in a run of half an hour that they are not filled again."""
     model = dw.load(RING, {**CHARGED, "tasks.goods": {"poisson": 60}, "run.length": 1800})
-    assert "by the check more is asked for than can be done" in said(model)
+    assert "by the check demand exceeds capacity" in said(model)
 
 
 def test_a_backlog_that_grew_by_more_than_the_root_of_the_arrivals_is_no_proof():
@@ -74,7 +74,7 @@ def test_a_backlog_that_grew_by_more_than_the_root_of_the_arrivals_is_no_proof()
     judged = lasting(run)
     assert judged.grown > judged.allowed
     assert not judged.keeps_up
-    assert any("more without a robot than as counting began" in line for line in words.sentences(run))
+    assert any("more are waiting for a robot than when counting began" in line for line in words.sentences(run))
 
 
 def test_a_day_that_keeps_up_by_its_end_says_so_of_its_peak():
@@ -83,7 +83,7 @@ def test_a_day_that_keeps_up_by_its_end_says_so_of_its_peak():
     flows = {"orders": {"from": "storage", "to": "packing", "arrivals": profile}}
     tasks = {"flows": flows, "load_time": 10, "unload_time": 10}
     line = said(dw.load(RING, {"tasks": tasks, "run.length": "6 h", "fleet.size": 1}))
-    assert line.startswith("It keeps up by the end, not in the busiest hour: ")
+    assert line.startswith("The warehouse keeps up by the end, but not in the busiest hour: ")
 
 
 def test_tasks_that_robots_have_in_hand_are_no_backlog():

@@ -8,6 +8,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.facts.costs import year_of
+from desim_warehouse.study.fleet import Designs
 from desim_warehouse.study.procedures import race
 from tests.world import test_pickers
 from tests.world.test_flows import RING
@@ -110,3 +111,14 @@ def test_pickers_are_paid_for_their_hours():
     hours = {"calendars": {"half": {"every": 200, "lasts": 100}}, "pickers": {"count": 2, "speed": 1, "hours": "half"}}
     model = dw.load({**test_pickers.RING, **hours}, {"run.length": 400, "prices": {"hours": 1000, "picker_hour": 30}})
     assert year_of(model) == pytest.approx(2 * 30 * 500)
+
+
+def test_chargers_that_nobody_uses_and_nobody_counted_cost_nothing():
+    # without batteries: by default each of the 4 slots has a charger, which is there only if the model counts them
+    prices = {"hours": 1, "robot": 1000, "charger": 100}
+    model = dw.load(RING, {"prices": prices, "tasks.flows": SETTING["tasks.flows"], "layout.bays.home.places": 4})
+    assert model.battery is None
+    robots = 1000 * model.fleet.size
+    assert year_of(model) == Designs(model).cost((model.fleet.size, 0)) == robots
+    counted = model.replace({"layout.bays.home.chargers": 2})
+    assert year_of(counted) == robots + 200

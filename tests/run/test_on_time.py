@@ -161,7 +161,7 @@ def test_a_run_that_cannot_keep_up_does_not_begin_with_its_share_on_time():
     assert "on time" not in first
     assert any(line.startswith("Cannot keep up") for line in rest)
     open_now = int(run.kpis["backlog"])
-    assert f"Cycle times are of loads done: the {open_now} loads still open are in none of them." in rest
+    assert f"Cycle times are those of finished loads: the {open_now} loads still open are not included." in rest
     assert not any("on time" in tile.what for tile in run_words.numbers_of(run))
     fine = dw.simulate(model.replace({"tasks.flows": {"out": flow(20)}}), 1)
     assert "on time" in run_words.sentences(fine)[0]

@@ -46,8 +46,8 @@ def test_nothing_else_does(monkeypatch, why, found, waiting):
 def test_a_run_past_its_knee_after_hours_with_fewer_robots_says_so():
     run = dw.simulate(dw.load(waves(60, 0, calm=1.15, length=1500, burst=1500)), 0)
     assert [verdict.text for verdict in run.verdicts] == [
-        "jammed: 55 % of the time is waiting",
-        "past the knee: a cap of 27 robots under way (traffic.most_out) would do more than 60 do",
+        "jammed: robots wait in traffic 55 % of the time",
+        "past the knee: at most 27 robots under way (traffic.most_out) would get more done than 60 do",
     ]
 
 

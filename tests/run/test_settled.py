@@ -38,10 +38,11 @@ def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
         "charger_utilisation": 8 * share / 2,
     }
     assert verdicts.expected(kpis, warehouse) == (
-        "once settled, chargers are in use 80 % of the time by estimate (here 60 %), and 1.6 of 8 robots charge"
+        "once settled, chargers would be in use about 80 % of the time (here 60 %), and about 1.6 of 8 robots would be "
+        "charging"
     )
     lone = warehouse.replace({"layout.bays.charging.total_chargers": 1})
-    assert verdicts.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 charger"
+    assert verdicts.expected(kpis, lone) == "in the long run 1.6 robots would have to charge at a time, with 1 charger"
 
 
 def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):
@@ -65,7 +66,7 @@ def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     study.run()
     [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
     assert found.text.startswith("not settled: batteries fall by ")
-    assert "once settled, chargers are in use 80 % of the time by estimate" in found.text
+    assert "once settled, chargers would be in use about 80 % of the time" in found.text
     assert study.results.judged["fleet.size=8"].verdict == "fails"
 
 

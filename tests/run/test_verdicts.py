@@ -82,7 +82,7 @@ def test_work_that_ends_may_use_up_the_batteries():
 
 def test_a_fleet_that_waits_half_of_its_time_is_jammed():
     assert [verdict.text for verdict in judge({"share_waiting": 0.83}, TUTORIAL)] == [
-        "jammed: 83 % of the time is waiting"
+        "jammed: robots wait in traffic 83 % of the time"
     ]
     assert codes({"share_waiting": 0.49}) == []
 

@@ -114,6 +114,12 @@ def test_chargers_stand_at_the_nodes_chosen_and_robots_park_where_they_left(mode
     assert nodes.many == math.comb(7, 2)
 
 
+def test_chargers_placed_stand_in_for_the_number_at_each_node(model):
+    at_each_node = model.replace({"layout.bays.charging": {"at": ["B"], "places": 2, "chargers": 2}})
+    changed = at_each_node.replace(ChargerNodes(at_each_node, 1).changes(("E",)))
+    assert [(node, bay.chargers) for node, bay in changed.floor.bays.items() if bay.zone == "charging"] == [("E", 1)]
+
+
 def test_designs_drawn_can_be_simulated(model):
     space, draw = DesignSpace(model, parts(model)), Random(1)
     for _ in range(5):
@@ -156,7 +162,7 @@ def test_where_no_design_is_enough_that_is_said(file):
     words = ["best", str(file), "--indicator", "annual_cost", "--target", "on_time >= 99.9 %", "--runs", "50"]
     done = CliRunner().invoke(desim, [*words, "--vary", "fleet.size=1,2", "--directions", "--quiet"])
     assert done.exit_code == 3, done.output
-    assert "No option was shown to give at least 99.9 % on time; best by the search is " in done.output
+    assert "No option was shown to give at least 99.9 % on time; the best in the search is " in done.output
     assert "on fresh days: shown to" not in done.output
 
 

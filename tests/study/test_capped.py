@@ -54,12 +54,12 @@ def test_what_a_cap_gives_in_words():
     gain = Gain(1, 500.0, 450.0, 550.0, 6)
     found = Capped(60, 30, "throughput_per_hour", 3900.0, gain)
     assert capped(found, None) == (
-        "With at most 30 of 60 robots under way throughput is 3,900 tasks/h: better by 500 tasks/h "
+        "With at most 30 of 60 robots under way, throughput is 3,900 tasks/h: better by 500 tasks/h "
         "(450 to 550); desim size --key traffic.most_out finds the best cap"
     )
     share = Capped(60, 30, "on_time", 0.9, replace(gain, mean=0.1, low=0.1, high=0.1))
     assert capped(share, None).startswith(
-        "With at most 30 of 60 robots under way done on time is 90.0 %: better by 10.0 %; "
+        "With at most 30 of 60 robots under way, done on time is 90.0 %: better by 10.0 %; "
     )
 
 

@@ -92,11 +92,11 @@ def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
     vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "T"]
     result = call("what-if", MULTIBOTS, *vary, "--out", tmp_path)
     assert "more runs give intervals" in result.stdout
-    assert "hold at once" not in call("compare", tmp_path).stdout
+    assert "hold together" not in call("compare", tmp_path).stdout
     result = call("what-if", MULTIBOTS, *vary, "--replications", "3", "--out", tmp_path)
     assert "Each interval holds with 95 % confidence." in result.stdout
     assert "more replications" not in result.stdout
-    assert "1 difference, its interval holds with 95 %" in call("compare", tmp_path).stdout
+    assert "1 difference; its interval holds with 95 % confidence" in call("compare", tmp_path).stdout
 
 
 def test_only_single_runs_are_said_to_say_little(tmp_path):
@@ -266,7 +266,7 @@ def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
     call("what-if", MULTIBOTS, *plan, "--out", tmp_path, "--quiet")
     result = call("best", tmp_path, "--indicator", "T", "--delta", "100", "--quiet")
     assert result.stdout.startswith("Task time is smallest, ")
-    assert "The best with 80 % confidence" in result.stdout
+    assert "With 80 % confidence this is the best option, if " in result.stdout
     assert set(pd.read_parquet(tmp_path / "results.parquet")["seed"]) >= {run_seed(7, 0)}
     for command in (["study"], ["best", "--indicator", "T", "--delta", "5"]):
         with pytest.raises(WarehouseError, match="whose model is fixed; --set is for study files"):

@@ -2,10 +2,12 @@
 
 import pytest
 
-from desim_warehouse.study.design import points
+import desim_warehouse as dw
+from desim_warehouse.errors import ModelError
+from desim_warehouse.study.design import Point, points
 from desim_warehouse.study.factors import Factor, Level, label
 from desim_warehouse.study.file import StudyFile
-from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.plan import models, run_seed
 
 
 def factor(key, spec):
@@ -98,3 +100,14 @@ def test_run_seeds_differ_between_replications_and_studies_and_are_exact_floats(
     assert len(set(seeds)) == len(seeds)
     assert all(int(float(seed)) == seed for seed in seeds)
     assert run_seed(0, 0) == 276170154685457  # golden: another value makes all stored runs useless
+
+
+def test_a_problem_elsewhere_in_a_changed_model_is_one_of_its_design():
+    """Robots have hours by a calendar that is taken away. A design that a search adds is in no study file."""
+    base = dw.load("models/tutorial.yaml", {"calendars.shift": {"every": 1000, "lasts": 800}, "fleet.hours": "shift"})
+    without = {"hours": {"cases": {"none": {"calendars": {}}}}}
+    with pytest.raises(ModelError, match=r"^study: design hours=none: .*fleet\.hours: no such calendar"):
+        dw.Study(base, without)
+    plan = dw.Study(base, {"fleet.size": [1]}).plan
+    with pytest.raises(ModelError, match=r"^design hours=none: .*fleet\.hours: no such calendar"):
+        models(plan, [Point(1, {"hours": "none"}, {"calendars": {}}, {})])

@@ -110,7 +110,7 @@ def test_a_floor_that_is_best_as_drawn_is_not_written(file):
     words = ["orient", str(file), "-o", str(out), "--indicator", "throughput_per_hour", "--runs", "80", "--quiet"]
     done = CliRunner().invoke(desim, words)
     assert done.exit_code == 3
-    assert done.output.startswith("No better directions found than those drawn, in ")
+    assert done.output.startswith("No directions were found that are better than those drawn, in ")
     assert not out.exists()
 
 

@@ -26,7 +26,7 @@ from desim_warehouse.study.execution.pool import Worker
 from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import Store
-from desim_warehouse.study.execution.work import Simulator, Wanted
+from desim_warehouse.study.execution.work import ENOUGH, Simulator, Wanted
 from tests.daily import some
 
 from .conftest import MULTIBOTS, PATIENCE, ample, wait_for
@@ -413,6 +413,21 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
         batches.finish(handles, outcomes)
     assert [told.get().wanted.seed for _ in range(5)] == [0, 1, 2, 3, 4]
     assert not batches.open
+
+
+@pytest.mark.parametrize(("runs", "before"), [(1, 0), (2, ENOUGH), (3, ENOUGH)])
+def test_a_run_in_a_batch_may_have_to_wait_for_the_others_of_it(runs, before):
+    worker = Worker.__new__(Worker)
+    worker.handles = [None] * runs
+    assert worker._before == before
+
+
+def test_a_process_keeps_the_models_of_the_last_few_designs_only(monkeypatch):
+    monkeypatch.setattr("desim_warehouse.study.execution.work._KEPT", 2)
+    base, simulator = study(1).plan.base, Simulator(KeptFleets())
+    for robots in (1, 2, 3):
+        assert simulator.model(base, Wanted(robots, {"fleet.size": robots}, 0)).fleet.size == robots
+    assert [number for _, number in simulator.models] == [2, 3]
 
 
 @pytest.mark.long

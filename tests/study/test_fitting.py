@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.fit import Counted, families, fit
+from desim_warehouse.study.fit import Counted, _distance, families, fit, fit_between
+from desim_warehouse.values.distributions import UniformTime
 from tests.daily import some
 
 pytestmark = pytest.mark.usefixtures("fewer_samples")
@@ -93,6 +94,33 @@ def test_a_likelihood_is_scipys(kind, parameters):
 def test_a_time_beyond_the_ends_is_impossible(kind):
     for beyond in (3.0, 12.5):
         assert families()[kind].cost(PARAMETERS[kind][0], Counted.of(np.array([beyond]), 0.0)) == np.inf
+
+
+def test_the_distance_is_that_of_cramer_and_von_mises_by_hand():
+    """Four times between 0 and 1: in the middle of each quarter 1/48; all at 0.5 it is 2 (3/8² + 1/8²) more."""
+    uniform = families()["uniform"]
+    assert _distance(uniform, (0.0, 1.0), np.array([0.875, 0.125, 0.625, 0.375]), 0.0) == pytest.approx(1 / 48)
+    assert _distance(uniform, (0.0, 1.0), np.full(4, 0.5), 0.0) == pytest.approx(1 / 48 + 20 / 64)
+
+
+def test_the_distance_of_rounded_times_is_measured_where_their_steps_end():
+    """Twice 1 and twice 3 s of 0 to 4: up to 1.5, 2.5 and 3.5 s it is 3, 5 and 7 of 8, each 1/8 off what was seen."""
+    times = np.array([1.0, 3.0, 1.0, 3.0])
+    assert _distance(families()["uniform"], (0.0, 4.0), times, 1.0) == pytest.approx(4 * 7 / 8 / 8**2)
+
+
+def test_a_uniform_time_is_tried_from_its_least_to_its_largest_and_never_below_0():
+    made = families()["uniform"].made
+    assert made(np.array([10.0, 40.0])) == (10, 30)
+    assert made(np.array([-1.0, 40.0])) == (0, 40)
+
+
+def test_times_between_two_looks_of_a_clock_have_no_ends_where_the_clock_put_them():
+    """Of 40 times between 10 and 20 s, none likelier than another, begin and end are known to a second."""
+    times = np.linspace(10, 20, 40)[:, None]
+    begun = np.tile([0.0, 1.0], (40, 1))
+    assert fit(times[:, 0]).best == UniformTime(uniform=(10, 20))
+    assert not isinstance(fit_between(begun, times + begun), UniformTime)
 
 
 def test_two_kinds_of_picks_fit_no_curve():

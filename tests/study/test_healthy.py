@@ -35,7 +35,7 @@ def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orde
     found, said = answer(
         drafted({"fleet.start_energy": "settled", "battery.capacity": 30}, orders=orders, robots=8, chargers=6)
     )
-    assert said.startswith("Nothing holds it up: robots idle ")
+    assert said.startswith("There is no bottleneck: robots idle ")
     assert " 100 % on time." in said
     assert "andling" not in said
     assert not found.is_held_up
@@ -68,7 +68,7 @@ def test_fewer_robots_and_the_same_warehouse_is_held_up():
         drafted({"tasks.goods": {"poisson": 100, "due_within": 120}}, orders=100, robots=3, chargers=3)
     )
     assert found.is_held_up
-    assert said.startswith("The number of robots holds it up most. One robot more: ")
+    assert said.startswith("The number of robots is the main bottleneck. One robot more: ")
     assert " per 10 %" in said
 
 
@@ -95,9 +95,9 @@ def test_a_worker_too_few_is_named():
         }
     )
     found, said = answer(model)
-    assert said.startswith("Workers of packing hold it up most. One worker more at each node of packing: ")
+    assert said.startswith("Workers of packing are the main bottleneck. One worker more at each node of packing: ")
     # what was equal in ten runs has no bound, and none is said
-    assert " per 10 %. As a whole it gains " in said
+    assert " per 10 %. The whole change gains " in said
     assert all(suspect.beside or (gain.same and math.isnan(gain.high)) for suspect, gain in found.found[1:])
 
 
@@ -127,7 +127,7 @@ def test_peaks_are_a_suspect_and_named():
     """A ring of 80 m and two robots do some 70 tasks an hour: 180 in ten minutes of each forty wait for an hour."""
     profile = {"profile": {"per_hour": [120, 20, 20, 20], "every": "15 min"}}
     found, said = answer(dw.load(FLOOR, {ARRIVALS: profile}), indicator="cycle_time_p95")
-    assert said.startswith("Peaks hold it up most. ")
+    assert said.startswith("Peaks are the main bottleneck. ")
     assert found.found[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
 
 
@@ -186,7 +186,7 @@ def test_a_break_longer_than_orders_may_take_is_named():
     """Whatever comes in the first twenty minutes of half an hour is late; no robot more helps."""
     day = {"calendars": {"day": {"open": ["08:00-10:00", "10:30-12:00"]}}, "fleet.hours": "day", "run.start": "08:00"}
     found, said = answer(dw.load(FLOOR, day), indicator="on_time")
-    assert said.startswith("Breaks in day hold it up most. No breaks in day: done on time rises by ")
+    assert said.startswith("Breaks in day are the main bottleneck. No breaks in day: done on time rises by ")
     assert "shifts of robots" not in {suspect.name for suspect, _ in found.found}  # always at work is the same here
 
 
@@ -217,13 +217,27 @@ def test_a_two_way_lane_that_all_must_cross_is_named_with_what_it_costs():
     """D is 12 m: on one-way lanes of 20 m nobody can make way, so one robot at a time is beyond the bridge."""
     model = bridge(4).replace({"fleet.robot.radius": 6})
     found, said = answer(model)
-    assert said.startswith("Two-way lane A - B holds it up most. ")
+    assert said.startswith("Two-way lane A - B is the main bottleneck. ")
     suspect, gain = found.found[0]
     assert suspect.overrides == {
         "layout.edges.6": {"from": "A", "to": "B", "length": 21, "two_way": True, "side_by_side": True}
     }
     both = dw.simulate(model.replace(suspect.overrides)).kpis["throughput_per_hour"]
     assert both - dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(gain.mean)
+
+
+def test_all_two_way_lanes_are_relieved_together_where_robots_use_two_of_them():
+    """The bridge in two halves; of a third lane, which nobody drives, there is nothing to gain."""
+    content = bridge(1).content()
+    content["layout"]["nodes"] |= {"M": [10, 0], "N": [10, 20]}
+    halves = [{"from": a, "to": b, "two_way": True} for a, b in ("AM", "MB", "MN")]
+    content["layout"]["edges"] = [*content["layout"]["edges"][:6], *halves]
+    relief = {one.name: one.relief for one in suspects(dw.simulate(dw.load(content))) if "two-way lane" in one.name}
+    assert relief == {
+        "two-way lane A - M": "two lanes for A - M",
+        "two-way lane M - B": "two lanes for M - B",
+        "two-way lanes": "two lanes for each of 3 two-way lanes",
+    }
 
 
 def test_a_relief_for_which_there_is_no_room_is_said():

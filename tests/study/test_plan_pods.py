@@ -44,6 +44,9 @@ def test_the_fleet_that_does_most_is_found_between_those_looked_at_first():
     assert (found.robots, found.mean, found.largest, found.at_largest) == (9, 650, 40, 588)
     assert found.up_to == 11  # beyond the zone of 5 they do worse
     assert runs <= RUNS * 20
+    assert (
+        most(lambda robots: 650 - abs(robots - 10) * (2 if robots < 10 else 100))[0].robots == 10
+    )  # above the 8 of then
     most_of_many, runs = most(lambda robots: -abs(robots - 170), range(1, 401), runs=2 * APART * RUNS)
     assert abs(most_of_many.robots - 170) <= 3
 
@@ -83,7 +86,7 @@ def test_a_plan_says_where_more_do_worse():
     assert plan.today.best.robots == plan.today.most.robots == plan.today.most.up_to == 4
     assert plan.today.most.largest == 20
     assert "More is not always better here: 4 robots do most, " in plan.answer.answer[0]
-    assert plan.answer.promise.endswith("Assumed: a larger fleet never does worse, up to 4 robots.")
+    assert plan.answer.promise.endswith("Assumption: a larger fleet never does worse, up to 4 robots.")
     assert plan.today.counts == ((2, 0), (4, 0))
     assert plan.answer.model_dump()["today"]["most"]["robots"] == 4
 
@@ -92,7 +95,7 @@ def test_a_plan_says_where_more_do_worse():
 def test_single_loads_are_searched_as_ever():
     plan = dw.plan(HALL.replace({**SHORT, "pods": None}), "throughput_per_hour >= 100", robots=[2, 3], strategies={})
     assert plan.today.most is None
-    assert plan.answer.promise.endswith("Assumed: a larger fleet never does worse.")
+    assert plan.answer.promise.endswith("Assumption: a larger fleet never does worse.")
 
 
 @pytest.mark.long

@@ -115,7 +115,7 @@ def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
     assert clear.is_clear
     assert not clear.gains.clear
     assert clear.answer.answer[0] == (
-        "The charging policy holds it up most. Charging by a: mean cycle time falls by 70 s (50 to 90); "
+        "The charging policy is the main bottleneck. Charging by a: mean cycle time falls by 70 s (50 to 90); "
         "nothing else gains more than 20 s per 10 %."
     )
     assert not found(*policies, ("chargers", "one charger more", 0.1, 5, 51)).is_clear
@@ -149,5 +149,5 @@ def test_the_time_in_which_tasks_wait_for_a_batch_is_said_of_one_run(tmp_path, m
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     said = pages.run_desim("desim why w.yaml --quiet --cap 10 --seed 77")[1]
-    assert f"{100 * share:.3g} % of a task's time was waiting for a batch in the run looked at." in said
-    assert "Batching holds it up most." in said
+    assert f"In the run looked at, tasks spent {100 * share:.3g} % of their time waiting for a batch." in said
+    assert "Batching is the main bottleneck." in said

@@ -37,6 +37,38 @@ def test_a_study_without_a_run_has_no_pace():
     assert Progress("x", stream=io.StringIO()).summary().startswith("x: 0 runs in ")
 
 
+class Cell:
+    """The bar of a cell, with all that it showed."""
+
+    def __init__(self):
+        self.shown = []
+
+    def update(self, done, total, lines):
+        self.shown.append((done, total, lines))
+
+
+def test_a_cell_shows_the_last_line_and_below_it_what_was_said(monkeypatch):
+    """Two of four runs are done by 20 s, one every 10 s; a line that is said stays below."""
+    clock = iter([0.0, 0.0])
+    monkeypatch.setattr(progress, "monotonic", lambda: next(clock, 20.0))
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
+    monkeypatch.setattr(progress, "CellBar", Cell)
+    stream = io.StringIO()
+    with Progress("night", stream=stream) as shown:
+        shown.want(4, 0)
+        shown.step(failed=False)
+        shown.print("a worker process died")
+        shown.shown_at = 0.0
+        shown.step(failed=False)
+        cell = shown.cell
+    assert cell.shown[:3] == [
+        (1, 4, ["night: 1 of 4 runs, 20.0 s a run, 1:00 min left"]),
+        (1, 4, ["a worker process died"]),
+        (2, 4, ["night: 2 of 4 runs, 10.0 s a run, 20.0 s left", "a worker process died"]),
+    ]
+    assert stream.getvalue() == ""
+
+
 class Terminal(io.StringIO):
     """A stream that says it is a terminal."""
 
@@ -63,7 +95,7 @@ def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
     shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
     best = found.today.best.robots
     assert re.search(rf"today: {best} robots?: met", shown)
-    assert re.search(r"about \d robots?, by single days; some \d fleets? to judge", shown)
+    assert re.search(r"first guess from single days: \d robots?; about \d fleets? to judge", shown)
     assert re.search(rf"today: {best} robots?; growth: \d robots?: (met|not met|open)", shown)
 
 
@@ -97,9 +129,9 @@ def test_the_first_answer_of_a_plan_counts_the_fleets_to_be_judged():
     line = first_answer(
         designs, lambda one: one, {designs.index((3, 1)), designs.index((2, 2))}, lambda n: str(designs[n])
     )
-    assert line == "about (3, 2), by single days; some 3 fleets to judge"
-    assert first_answer(designs, lambda one: one, (), str) == "about 0, by single days; some 1 fleet to judge"
-    assert first_answer(designs, lambda one: one, {5}, str) == "no fleet is enough, by single days"
+    assert line == "first guess from single days: (3, 2); about 3 fleets to judge"
+    assert first_answer(designs, lambda one: one, (), str) == "first guess from single days: 0; about 1 fleet to judge"
+    assert first_answer(designs, lambda one: one, {5}, str) == "first guess from single days: no fleet is enough"
 
 
 def stopped(stream, *, shown):

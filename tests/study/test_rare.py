@@ -9,6 +9,7 @@ from desim_warehouse.questions.study import Study
 from desim_warehouse.study.rare import beyond, chances, days_needed, expected, shows, unknown
 from desim_warehouse.study.statistics.limits import COMMON_DAYS, RARE_DAYS, DaysNeeded
 from tests.docs import pages
+from tests.world.test_lifts import building
 
 FAILING = {
     "fleet.robot.breakdowns": {"every": {"exponential": 36_000}, "repair": 600},
@@ -41,12 +42,19 @@ def test_breakdowns_and_outages_are_counted_by_robots_and_chargers():
     assert chances(model, 1200) == known
 
 
+def test_outages_of_all_lifts_are_counted_together():
+    """Two lifts that fail every 5,000 s and are repaired in 1,000 s, for 1,200 s: 2 x 0.2."""
+    outages = {"every": {"exponential": 5000}, "repair": 1000}
+    model = dw.load(building(2, "fastest"), {f"layout.lifts.lift{number}.outages": outages for number in range(2)})
+    assert expected(model, 1200) == {"outages of lifts": pytest.approx(0.4)}
+
+
 def test_what_is_rare_is_named_beside_few_runs_and_not_beside_many():
     model = failing(36_000)
     assert unknown(model, 10, 1200) == [
-        "breakdowns come on one day in 11: intervals of times from 10 runs do not know such days"
+        "breakdowns come on one day in 11: intervals of times from 10 runs do not cover such days"
     ]
-    assert unknown(model, 1, 1200) == ["breakdowns come on one day in 11: one run does not know such days"]
+    assert unknown(model, 1, 1200) == ["breakdowns come on one day in 11: one run does not cover such days"]
     assert unknown(model, 20, 1200) == []
     assert unknown(failing(3600), 10, 1200) == []  # one a run
 
@@ -94,7 +102,7 @@ def test_a_closure_that_never_comes_is_named():
     closed = {"calendars.night": {"between": [[5000, 6000]]}}
     closed["traffic.closures.aisle"] = {"members": [["A", "B"]], "hours": "night"}
     model = dw.load("models/tutorial.yaml", {"run.length": 1200, "tasks.goods": {"poisson": 60}, **closed})
-    assert unknown(model, 10, 1200) == ["closures of aisle never fall into a run: nothing here says what they cost"]
+    assert unknown(model, 10, 1200) == ["closures of aisle never fall into a run: their cost does not show here"]
 
 
 def test_what_if_says_so(tmp_path, monkeypatch):
@@ -103,4 +111,4 @@ def test_what_if_says_so(tmp_path, monkeypatch):
     study.run(out=tmp_path / "out")
     status, out, _ = pages.run_desim("desim study out --quiet")
     assert status == 0
-    assert "Breakdowns come on one day in 16: intervals of times from 3 runs do not know such days." in out
+    assert "Breakdowns come on one day in 16: intervals of times from 3 runs do not cover such days." in out

@@ -13,8 +13,10 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.questions import tipping
 from desim_warehouse.report.write import report
+from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.statistics.thresholds import crossing
-from desim_warehouse.study.thresholds import DAYS, HALVINGS
+from desim_warehouse.study.target import read_target
+from desim_warehouse.study.thresholds import DAYS, HALVINGS, _Input, threshold_steps
 from tests.report.test_answer import is_everywhere
 from tests.report.test_report import needs_nothing_from_outside
 from tests.study.tipping_banks import Plant, judged, searched
@@ -77,6 +79,23 @@ def test_where_no_day_differs_a_count_is_told_from_the_target_by_more_than_its_s
     assert (found.low, found.high) == (-math.inf, math.inf)
     found = crossing([1.0, 2.0, 3.0], np.array([[16.0, 10.0, 0.0], [16.0, 10.0, 0.0]]), 9.0)
     assert 1 < found.low < 2 < found.at < found.high < 3.0
+
+
+def test_the_range_is_halved_around_the_threshold():
+    """Of an input x the fleet does 100 - x, and 93.5 are enough, up to 6.5. In four probes: 8, 4, 6 and 7."""
+    asked = []
+
+    def number(_, value):
+        if value not in asked:
+            asked.append(value)
+        return asked.index(value)
+
+    ranged = _Input("tasks.load_time", 0.0, 16.0, read_target("throughput_per_hour >= 93.5"))
+    runs = follow(threshold_steps([ranged], number, 2), lambda design, day: 100 - asked[design] + 0.01 * (day - 0.5))
+    assert asked == [0, 16, 8, 4, 6, 7]
+    assert runs == 6 * 2
+    assert (ranged.below, ranged.middle, ranged.above) == (6, 7, 8)
+    assert ranged.threshold().at == pytest.approx(6.5, abs=0.01)
 
 
 def test_thresholds_of_made_up_plants_lie_in_their_intervals():

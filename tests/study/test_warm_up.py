@@ -143,7 +143,7 @@ def test_what_if_shows_from_where_designs_are_counted(tmp_path):
     file.write_text(json.dumps(LOOP))
     vary = ["--vary", "tasks.goods={saturated: 19},{saturated: 200}", "--indicator", "cycle_time_mean", "--quiet"]
     said = call("what-if", file, *vary, "--warm-up", "auto").stdout
-    assert "Counted from " in said
+    assert "Counting began at " in said
     assert "goods: saturated 200: not settled by the middle of its runs" in said
 
 
@@ -161,7 +161,7 @@ def test_a_study_file_can_ask_for_it(tmp_path):
         f"model: {ROOT / 'models' / 'tutorial.yaml'}\nwarm_up: auto\n"
         "set: {tasks.goods: {poisson: 100}, run.length: 3600}\nfactors: {fleet.size: [3, 4]}\n"
     )
-    assert "Counted from " in call("study", file, "--quiet").stdout
+    assert "Counting began at " in call("study", file, "--quiet").stdout
 
 
 def test_what_opens_and_closes_by_the_clock_is_not_told_to_run_longer_alone(tmp_path):

@@ -70,6 +70,19 @@ def test_in_a_queue_that_sets_off_each_starts_later_by_the_time_for_its_braking_
     assert gap == near(2 + later)
 
 
+def test_behind_a_faster_one_it_sets_off_when_its_braking_distance_is_free_once_it_has_gathered_speed():
+    """The first gathers 2 in 4 s: as if it drove that from 2 on. The second has its speed, 1, after 0.25.
+
+    Then the first is to be D + 1 ahead, at 3.25, where it is at 2 + 3.25 / 2. The second leaves A 0.25 before that.
+    """
+    floor = line("A B C", 10, 10)
+    first = floor.robot("A B", PARK, speed=2, motion=HALF, looks_ahead=True)
+    second = floor.robot("A B C", PARK, motion=Motion(0.5, 2.0), looks_ahead=True, start=2)
+    floor.run()
+    assert floor.enters(first) == {"A>B": 2}
+    assert floor.enters(second)["A>B"] == near(2 + 3.25 / 2 - 0.25)
+
+
 def test_on_a_lane_too_short_to_stop_on_it_drives_slower():
     floor = line("A B C", 3, 3)
     robot = floor.robot("A B C", motion=Motion(24.0, 24.0), looks_ahead=True)

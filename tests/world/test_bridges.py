@@ -1,10 +1,14 @@
 """Two-way bridges between one-way streets: robots make way for others on the streets, so the bridges carry."""
 
+from types import SimpleNamespace
+
 import pytest
+import simpy
 
 import desim_warehouse as dw
 from benchmarks.two_way import core_model
 from desim_warehouse.questions.check import check
+from desim_warehouse.world.traffic.avoidance import Avoidance
 from tests.auditor import audit
 
 
@@ -70,3 +74,23 @@ def test_a_one_way_core_with_twenty_bridges_has_no_knee_at_a_hundred_robots(leng
 def test_two_hundred_robots_on_the_core_go_on_working():
     run = core(200, 3600.0)
     assert run.kpis["throughput_per_hour"] >= 1450
+
+
+class Robot:
+    """A robot that stands on its way and is in working order."""
+
+    broken, blocker, claim = False, None, None
+
+
+@pytest.mark.parametrize(
+    ("waited", "on_its_way", "elsewhere"), [(9, False, False), (11, True, False), (51, True, True)]
+)
+def test_a_robot_that_waits_holds_back_departures_into_its_way_and_when_desperate_all(waited, on_its_way, elsewhere):
+    """Its patience is 10; it is desperate after five times as long."""
+    env = simpy.Environment()
+    guard, oldest = Avoidance(env, 10.0), Robot()
+    guard.declared.users["its stand"][oldest] = None
+    guard.wait_begins(SimpleNamespace(robot=oldest, begun=0.0, via="lane"))
+    env.run(waited)
+    held_back = [guard._held_back_by(Robot(), stand) is oldest for stand in ("its stand", "another stand")]
+    assert held_back == [on_its_way, elsewhere]

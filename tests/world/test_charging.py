@@ -108,6 +108,15 @@ def test_charging_goes_on_beyond_sufficient_until_a_task_comes():
     assert battery.drawn(world.env.now) == pytest.approx(2 * NEED)
 
 
+def test_a_robot_that_holds_just_what_is_sufficient_waits_for_the_charger_free_for_a_task():
+    """Both begin with 120 of 200: one charges, the other rests until it is given the charger at 4, with the task."""
+    levels = {"name": "four-thresholds", "critical": 0.3, "good": 0.6, "sufficient": 0.6, "full": 1.0, "margin": 0.0}
+    one_charger = {"layout.bays.home.chargers": 1, "fleet.size": 2, "fleet.start_energy": 0.6}
+    world = play({**one_charger, "policies.charging": levels, "tasks.goods": [{"good": 0, "release": 4}]})
+    assert [row[:3] for row in world.log.rows if row[1] == "charging"][:2] == [(0, "charging", 0), (4, "charging", 1)]
+    assert times(world, "queueing") == [4 + 96]  # back from the task it finds the charger taken
+
+
 def test_four_thresholds_leave_a_robot_above_good_parked_beside_the_charger():
     levels = {"name": "four-thresholds", "critical": 0.1, "good": 0.4, "sufficient": 0.6, "full": 1.0, "margin": 0.0}
     world = play({"policies.charging": levels})
@@ -177,6 +186,20 @@ SCARCE = {
     "policies.charging": {"name": "reach-aware", "margin": 0.1},
     "battery.capacity": 400,
 }
+
+
+def test_what_is_enough_also_after_parking_includes_the_way_to_the_parking_slot():
+    """From A 1 out, 30 to the good, 25 with it, 40 back and a margin of 40: 136. From D it is 20 more, and to D 61."""
+    bays = {"home": {"at": ["A"], "places": 2, "chargers": 1}, "park": {"at": ["D"], "places": 1, "chargers": 0}}
+    charging = {"name": "reach-aware", "margin": 0.1}
+    low = {"battery.capacity": 400, "fleet.start_energy": 0.2, "policies.charging": charging}
+    world = World(load(RING, {**low, "layout.bays": bays}), 0)
+    world.begin(None)
+    world.env.run(2)  # it charges, and the task is open
+    view = world.robots[0].view()
+    levels = world.reach.levels(view)
+    assert world.reach.enough_for_first(view, levels) == pytest.approx(136)
+    assert world.reach.enough_after_parking(view, levels) == pytest.approx(1 + 60 + 156)
 
 
 def test_robots_share_one_charger_and_finish():
@@ -267,3 +290,15 @@ def test_a_usable_part_of_a_battery_is_a_share_above_0_and_holds_the_threshold()
             load(RING, {"battery.usable": wrong})
     kind = {"large": {"count": 1, "battery": {**RING["battery"], "usable": 0.75}}}
     assert load(RING, {"fleet.kinds": kind}).fleet.kinds["large"].battery.capacity == 150
+
+
+def test_without_a_slot_to_spare_a_robot_goes_to_the_charger_of_one_that_works():
+    # Robot 0 has the charger at A, robot 1 rests at D. Robot 0 is out from 1 to 96 and from 151 on. With 40 left at 160
+    # robot 1 goes out at 161 and is at A at 181, and full at 181 + 181 / 10. Robot 0, free at 206, parks at D at 226.
+    bays = {"home": {"at": ["A"], "places": 1, "chargers": 1}, "rest": {"at": ["D"], "places": 1, "chargers": 0}}
+    fleet = {**RING["fleet"], "size": 2, "start": ["A", "D"]}
+    tasks = [0, {"good": 0, "release": 150}]
+    world = play({"layout.bays": bays, "fleet": fleet, "tasks.goods": tasks, "battery.threshold": 40})
+    parked = [(row[0], row[2], row[4]) for row in world.log.rows if row[1] == "parked"]
+    assert parked == [(96, 0, "A"), (181, 1, "A"), (226, 0, "D")]
+    assert world.robots[1].battery.level(world.env.now) > 150

@@ -160,14 +160,14 @@ def no_spare_slot(changes):
     return [one for one in examine(model, model.floor, estimate)[0] if one.code == "NO_SPARE_SLOT"]
 
 
-def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_waits_until_it_is_flat():
+def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_runs_flat_while_all_rest():
     # Robot 3 rests at D, without a charger. The one at B keeps its slot, as that at D is not free: flat at 400 / 1.
     [found] = no_spare_slot({})
     assert found.place == "layout.bays.rest.places"
     assert "4 slots for 4 robots, and at most 3 robots can rest at chargers of their kind" in found.text
     assert "one more slot in all" in found.cure
     with pytest.raises(dw.BatteryError, match="robot 3 ran flat at time 400, in the bay at D, too low to work"):
-        dw.simulate(load(RING, SHARED), 0)
+        dw.simulate(load(RING, {**SHARED, "tasks.goods": [{"good": 0, "release": 1900}]}), 0)
 
 
 @pytest.mark.parametrize(
@@ -181,6 +181,14 @@ def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_waits_unt
 )
 def test_nothing_is_said_where_all_charge_or_a_slot_is_free(changes):
     assert no_spare_slot(changes) == []
+
+
+@pytest.mark.parametrize(("places", "idle"), [({}, ["2 chargers without a slot"]), ({"places": 2}, [])])
+def test_chargers_where_no_robot_starts_have_no_slots_unless_places_gives_them_some(places, idle):
+    bays = {"home": {"at": ["A"], "chargers": 0}, "plug": {"at": ["B"], "chargers": 2, **places}}
+    model = load(RING, {"layout.bays": bays, "fleet.size": 2, "fleet.start": ["A"]})
+    texts = [one.text for one in examine(model, model.floor, estimate)[0] if one.code == "CHARGERS_WITHOUT_SLOT"]
+    assert [text.partition(":")[0] for text in texts] == idle
 
 
 def test_kinds_with_chargers_of_their_own_need_no_slot_to_spare():

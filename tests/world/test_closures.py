@@ -328,6 +328,19 @@ def test_policies_see_for_how_long_edges_are_closed():
     assert math.isfinite(seen[0][3])
 
 
+@pytest.mark.parametrize(("detours", "asked"), [("", 0), ("    detours = 2\n", 2)])
+def test_a_policy_of_the_users_own_is_asked_on_the_way_as_often_as_it_says(tmp_path, detours, asked):
+    """Somebody is on B>C from 5 to 105, and the robot is held up before it from 9 on."""
+    from desim_warehouse.world import World
+
+    file = tmp_path / "own.py"
+    route = "    def route(self, a, b, roads):\n        return roads.oracle('length').way(a, b)\n"
+    file.write_text(f"class Own:\n{detours}{route}", encoding="utf-8")
+    people = {"pickers": {"aisles": [["B", "C"]], "times": [5], "stay": 100}}
+    world = World(dw.load(FORK, {"people": people, "policies.routing": f"{file}:Own"}), 0)
+    assert world.routes.detours == asked
+
+
 # Tasks behind a closure
 
 

@@ -13,7 +13,9 @@ from desim_warehouse.model.sections.flows import Profile, Rates
 from desim_warehouse.questions.run import words as run_words
 from desim_warehouse.study.suspects import suspects
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world import World
 from desim_warehouse.world.orders.flows import _Flow
+from desim_warehouse.world.robots.forecast import busy_view
 from tests import little
 from tests.accounting import faults
 from tests.auditor import audit
@@ -54,6 +56,16 @@ ONCE = {"schedule": [{"at": 0}]}
 
 
 NO_STORAGE = {**RING, "layout": {key: value for key, value in RING["layout"].items() if key != "storage"}}
+
+
+def test_a_robot_on_its_way_into_storage_is_free_at_the_end_of_that_lane():
+    """At 24 it has loaded at B; from 30 it is 14 to C, 5 to the place, 6 to unload and 15 to D."""
+    flow = {"from": "dock", "to": first(0), "arrivals": {"schedule": [{"at": 0, "tasks": 1}]}}
+    world = World(dw.load(RING, {"tasks.flows": {"flow": flow}}), 0)
+    world.begin(None)
+    world.env.run(30)
+    view = busy_view(world.robots[0], world.reach, 30)
+    assert (view.node, view.free_in) == ("D", 14 + 5 + 6 + 15)
 
 
 def test_a_floor_of_pick_up_and_drop_off_points_needs_no_storage():
@@ -232,7 +244,7 @@ def test_the_lead_before_a_departure_is_that_of_the_earliest_order_that_missed_i
     missed = [task for task in run.history.tasks.values() if task.done > 200]
     assert [task.released for task in missed] == [120, 130]
     assert run.kpis["departure_lead"] == run.kpis["departure_lead:flow"] == 80
-    assert "Loads that came more than 80 s before a departure made it." in run_words.sentences(run)
+    assert "Loads that came more than 80 s before a departure were in time for it." in run_words.sentences(run)
     assert ring({**flow, "due_at": [390]}, run__length=400).kpis["departure_lead"] == 0
     assert "departure_lead" not in ring({**flow, "due_at": [500]}, run__length=400).kpis
 
@@ -587,8 +599,8 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
 @pytest.mark.parametrize(
     ("rates", "length", "said"),
     [
-        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
-        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
+        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
+        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
         ([10] * 8, "24 h", "the first holds from the start of the run on, and the run starts at 06:00"),
         ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
     ],

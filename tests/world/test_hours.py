@@ -276,6 +276,18 @@ def test_a_buffer_holds_what_is_worked_on():
 # Nothing to wait for
 
 
+def test_hours_that_came_and_went_while_a_robot_worked_are_not_in_vain():
+    """It unloads from 35 to 3,035, while its hours change 3,000 times, and again once the station opens at 3,500."""
+    changes = {
+        "calendars": {"seconds": {"every": 2, "lasts": 1}, "doors": {"between": [[0, 100], [3500, 9000]]}},
+        "fleet.hours": "seconds",
+        "layout.stations.desk.hours": "doors",
+        "tasks.goods": [0, 0],
+        "tasks.unload_time": 3000,
+    }
+    assert times(simulated(changes), "delivered") == [35 + 3000, 3501 + 3000]
+
+
 def test_a_run_without_an_end_waits_for_the_opening_but_not_for_ever():
     """A robot in a station that does not open again: the run is stalled, and says where."""
     over = {"calendars.once": {"between": [[0, 60]]}, "layout.stations.desk.hours": "once"}

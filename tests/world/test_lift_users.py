@@ -12,7 +12,7 @@ from desim_warehouse.run.quick import left_out
 from desim_warehouse.study.suspects import suspects
 from desim_warehouse.values.calendars import ALWAYS, Hours
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.lift_users import LiftUsers, PersonRide
+from desim_warehouse.world.traffic.lift_users import LiftUsers, PersonRide, _times
 from tests.world.floor import PARK
 from tests.world.test_lifts import ALONE, TWO, UP, building, house
 
@@ -106,6 +106,13 @@ def test_a_lift_that_failed_is_repaired_first_and_a_ride_under_way_comes_to_its_
     assert fails == [(20, "lift0", 120), (150, "lift1", 250)]
 
 
+def test_people_call_after_so_much_time_in_their_hours():
+    """Open for 4 of every 10 s, called after 2, 5, 9 and 14 s of that; open for 6 s in all, after 2 and 5."""
+    gaps = [2.0, 3.0, 4.0, 5.0]
+    assert list(_times(iter(gaps), Hours([(0.0, 4.0)], 10.0))) == [2, 11, 21, 32]
+    assert list(_times(iter(gaps), Hours([(0.0, 4.0), (7.0, 9.0)]))) == [2, 8]
+
+
 @pytest.mark.slow
 def test_rides_of_people_come_at_their_rate_in_their_hours_and_from_all_floors():
     lift = Lift("main", ("a", "b", "c"), 12, 4, people=RidersSpec(per_hour=60, transfer=3))
@@ -131,12 +138,12 @@ def test_check_knows_what_people_and_repairs_leave_to_robots():
     assert left_for_robots(failing, failing.floor.lifts[0]) == near(0.75 * (1 - 20 * 40 / 3600))
     rides = [one for one in dw.check(failing).findings if one.code == "DEMAND_ABOVE_LIFT"]
     # alone it can do 120 rides an hour
-    assert "it can do 70 rides an hour, 300 are asked for" in str(rides[0])
+    assert "it can do 70 rides an hour, but 300 are needed" in str(rides[0])
     fails, rides = left_out(failing, failing.floor)
     assert fails.startswith(
         "lift lift0 fails every 10,800 s and takes 3,600 s to repair: 75 % of its time is left, and"
     )
-    assert rides.startswith("people have lift lift0 for 22.2 % of the time on average, and robots wait for them; esti")
+    assert rides.startswith("people use lift lift0 for 22.2 % of the time on average, and robots wait for them; esti")
 
 
 def test_cabins_that_are_alike_are_spoken_of_in_one_line():
@@ -146,7 +153,7 @@ def test_cabins_that_are_alike_are_spoken_of_in_one_line():
     fails, rides = left_out(model, model.floor)
     names = "lifts lift0, lift0 2 and lift0 3"
     assert fails.startswith(f"{names} fail every 10,800 s and take 3,600 s to repair: 75 % of the time of each is left")
-    assert rides.startswith(f"people have each of {names} for 22.2 % of the time on average, and robots wait for them")
+    assert rides.startswith(f"people use each of {names} for 22.2 % of the time on average, and robots wait for them")
     unused, short = (
         [str(one) for one in dw.check(model.replace({"policies.routing": routing})).findings if one.code == code]
         for routing, code in (("fastest", "LIFT_UNUSED"), ("congestion-aware", "DEMAND_ABOVE_LIFT"))
@@ -156,7 +163,7 @@ def test_cabins_that_are_alike_are_spoken_of_in_one_line():
     assert "which can do 70 rides an hour, and none takes lifts " in text
     assert "congestion-aware takes all 3, which can do about 210; or fastest with spread: 3" in text
     (text,) = short
-    assert "layout.lifts.lift0: its 3 cabins can do 210 rides an hour, 300 are asked for: their queues grow" in text
+    assert "layout.lifts.lift0: its 3 cabins can do 210 rides an hour, but 300 are needed: their queues grow" in text
 
 
 @pytest.mark.parametrize(

@@ -266,10 +266,10 @@ def test_check_says_what_a_lift_can_do_and_that_another_stands_unused():
     report = dw.check(building(2, "fastest"))
     high, unused = (str(one) for one in report.findings if one.code in {"DEMAND_ABOVE_LIFT", "LIFT_UNUSED"})
     taken, other = ("lift0", "lift1") if "lifts.lift0" in high else ("lift1", "lift0")
-    assert f"layout.lifts.{taken}: it can do 120 rides an hour, 300 are asked for: its queue grows" in high
+    assert f"layout.lifts.{taken}: it can do 120 rides an hour, but 300 are needed: its queue grows" in high
     assert f"all robots take lift {taken}, which can do 120 rides an hour, and none takes lift {other}" in unused
     assert "congestion-aware takes both, which can do about 240" in unused
-    assert f"Lift {taken} is busiest: 250 % of what it can do is asked for" in str(report)
+    assert f"Lift {taken} is busiest: demand is 250 % of its capacity" in str(report)
     assert not [one for one in dw.check(building(2, "congestion-aware")).findings if one.code == "LIFT_UNUSED"]
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
-from desim_warehouse.world.traffic.motion import Motion
+from desim_warehouse.world.traffic.motion import Motion, Stretch
 from tests.auditor import audit
 from tests.world import ring
 from tests.world.closed_form import drive_time
@@ -137,6 +137,20 @@ def _street(edges, turn_time):
 # Several robots
 
 
+def test_a_robot_that_comes_to_its_last_lane_at_speed_brakes_from_there():
+    """Speed 1 is gathered over 4 and lost over 1. Of 0.2 from a stand it brakes over a fifth, after 20 and 2 over 1.
+
+    After a lane at 0.5, a speed gathered over 1, it may gather more over 3: it brakes over a fifth of 3 + 1. After one
+    at 0.9 it is at full speed in time, and brakes over 1.
+    """
+    stand = Stretch(Motion(8.0, 2.0))
+    assert stand.further(0.2, 1.0)[1].braking_distance(1.0) == near(0.04)
+    _, fast = stand.further(20.0, 0.9)[1].further(2.0, 1.0)
+    assert fast.braking_distance(1.0) == 1.0
+    _, slow = stand.further(20.0, 0.5)[1].further(3.0, 1.0)
+    assert slow.braking_distance(1.0) == near((1 + 3) / 5)
+
+
 def test_those_that_wait_in_a_row_start_together_and_flow_as_one():
     """The first loads at 20 until 40, the others stand 2 and 4 behind it; it is at B at 51, and they follow."""
     floor = line("A B C", 30, 60)
@@ -164,6 +178,16 @@ def test_a_robot_that_waits_at_a_node_brakes_and_gathers_speed_again():
     assert begin == near(11)
     # it has braked by 12; from there 1 to gather speed, 12 to drive, 1 to brake
     assert floor.there(second) == [near(max(end, 12) + 1 + 12 + 1)]
+
+
+def test_a_ring_that_closes_as_its_robots_come_to_their_stop_lines_turns_when_they_have_braked():
+    """3 to the stop line and 1 to gather speed: seen at 4, braked at 5, on the move at 6, at the next node at 13."""
+    corners = {"A": (0, 0), "B": (10, 0), "C": (10, 10), "D": (0, 10)}
+    floor = Floor(corners, [(f"{a}>{b}", 5) for a, b in pairwise("ABCDA")])
+    robots = [floor.robot(" ".join("ABCDABC"[k : k + 3]), PARK, motion=HALF) for k in range(4)]
+    floor.run()
+    assert [time for time, *_ in floor.log.rings] == [near(4)]
+    assert [floor.there(robot) for robot in robots] == [[near(6 + 2 + 5 + 1)]] * 4  # and to a stand
 
 
 def test_a_ring_of_waiting_robots_turns_when_the_last_has_gathered_speed():

@@ -153,6 +153,12 @@ def test_by_default_they_come_to_storage_as_demand_does():
     assert weights(goods=[0, 1, 1, 1]) == {("E", "A"): 1 / 4, ("B", "C"): 3 / 4}
 
 
+def test_people_come_to_no_storage_inside_an_intersection():
+    storage = [{"edge": ["E", "A"], "offset": 10}, {"edge": ["B", "C"], "offset": 10}]
+    model = dw.load(LOOP, {"layout.storage": storage, "tasks.goods": {"random": 3}})
+    assert storage_aisles(model, build(model.layout), {("B", "C")}) == ([(("E", "A"),)], [1])
+
+
 def test_in_flows_people_come_to_storage_by_the_rates_of_the_flows():
     """30 an hour to any of two places, 10 from the second."""
     flows = {

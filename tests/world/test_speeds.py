@@ -64,6 +64,17 @@ def test_a_wait_behind_a_slower_robot_lasts_from_when_it_could_have_set_off_unti
     ]
 
 
+@pytest.mark.parametrize(("end", "waited", "waits"), [(20, 20 - 4, 1), (35, 31 - 4, 1), (41, 31 - 4 + 1, 2)])
+def test_of_a_wait_behind_a_slower_robot_what_is_after_the_end_of_the_run_does_not_count(end, waited, waits):
+    """It waits from 4 to 31 and, as is known from then on, from 40 to 43."""
+    floor = line("A B C", 22, 22)
+    floor.robot("A B C", PARK, speed=0.5)
+    fast = floor.robot("A B C", PARK, speed=2, start=4)
+    floor.env.run(end)
+    fast.end_waits(end)
+    assert (fast.waited, fast.rear_ends) == (near(waited), waits)
+
+
 def test_a_slow_robot_behind_a_fast_one_never_waits():
     floor = line("A B C", 22, 22)
     fast = floor.robot("A B C", PARK, speed=2)

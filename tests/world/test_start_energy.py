@@ -7,7 +7,10 @@ import desim_warehouse as dw
 from desim_warehouse import ModelError
 from desim_warehouse.model.facts.charging import start_levels
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world import World
+from desim_warehouse.world.robots.settled import LOOKS, SettledError, SettlingRun
 from tests.auditor import audit
+from tests.world.ring import RING
 
 BASE = {"tasks.goods": {"poisson": 150}, "run": {"length": 7200}}
 
@@ -96,10 +99,25 @@ def test_runs_that_begin_settled_draw_one_look_at_the_fleet_for_all_robots():
     assert len({tuple(levels) for levels in first}) > 6
     assert first_energies(dw.simulate(model, 3)) == first[3]
     assert all(0 < level <= 100 for levels in first for level in levels)
-    charging = [[row[4] for row in run.record.rows if row[:2] == (0, "charging")] for run in runs]
-    assert {name for nodes in charging for name in nodes} == {"A"}
+    charging = [{row[2]: row[4] for row in run.record.rows if row[:2] == (0, "charging")} for run in runs]
+    assert {name for nodes in charging for name in nodes.values()} == {"A"}
     assert max(map(len, charging)) == 1
+    for run, node_of in zip(runs, charging, strict=True):
+        assert [start.node for start in run.history.starts] == [node_of.get(robot, "B") for robot in range(3)]
     assert [problem for run in runs for problem in audit(run)] == []
+
+
+def test_a_fleet_that_takes_long_to_settle_is_given_twelve_hours_and_looked_at_in_twelve_more():
+    """At 0.01 a second its one robot draws 864 at most in 24 hours, of the 1,300 between 30 and 95 % of 2,000."""
+    battery = {"capacity": 2000, "threshold": 600, "consumption": 0.01, "charge_rate": 1}
+    slow = dw.load(RING, {**SETTLED, "fleet.size": 1, "tasks.goods": {"poisson": 4}, "battery": battery})
+    settling = SettlingRun(slow)
+    world = World(settling.model, 1, settles=True)
+    settling.watch(world.env, world.robots)
+    with pytest.raises(SettledError):
+        world.run()
+    assert world.env.now == pytest.approx(24 * 3600)
+    assert len(settling.fleets) == LOOKS
 
 
 def test_work_that_ends_has_no_long_run_to_begin_in():

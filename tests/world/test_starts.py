@@ -50,7 +50,9 @@ def test_one_without_a_task_goes_home():
 
 
 def test_a_decision_shows_them_where_they_come_to_next():
-    steps = dw.steps(dw.load(RING, {"fleet.start_on_lanes": [on_edge("AB", 4), {"node": "D"}]}))
+    """They are out already: the way out of a bay, 3, is not before them."""
+    places = [on_edge("AB", 4), {"node": "D"}]
+    steps = dw.steps(dw.load(RING, {"fleet.start_on_lanes": places, "fleet.exit_time": 3}))
     decision = next(steps)
     assert [(robot.node, robot.free_in, robot.home) for robot in decision.robots] == [("B", 6, "A"), ("D", 0, "A")]
 

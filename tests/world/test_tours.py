@@ -4,6 +4,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import BatteryError, ModelError, PolicyError, StallError
+from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.world.places.stops import Stop, between
 from tests.accounting import faults
 from tests.auditor import audit
 from tests.world.test_flows import RING, states
@@ -148,6 +150,14 @@ def test_goods_on_one_lane_are_picked_without_going_round():
     run = listed(0, 1, 2, layout__storage=SHELVES, fleet__robot__capacity=3)
     assert [time for _, _, time in rows(run, "loading", "unloading")] == [25, 36, 40, 72, 78, 84]
     assert run.T == 110
+
+
+def test_between_two_goods_on_a_lane_is_the_way_and_one_stop():
+    """7 apart at speed 2; a stop takes 1.5 for each unit of speed."""
+    floor = dw.load({**RING, "tasks": {**RING["tasks"], "goods": [0], "unload_at": ["pack"]}}).floor
+    travel = FreeTravel(floor.graph, 2.0, 0.0, "time", slowness=1.5)
+    first, second = (Stop(None, "load", "C", ("B", "C"), offset, None) for offset in (5.0, 12.0))
+    assert between(travel, first, second) == 7 / 2 + 1.5 * 2
 
 
 @pytest.mark.parametrize(("length", "times"), [(1.5, [21, 25]), (1.0, [21, 25]), (0.7, [20.2, 24.6])])

@@ -189,6 +189,26 @@ def test_a_robot_that_breaks_down_between_two_loads_stays_beside_the_lane():
     assert audit(run) == []
 
 
+@pytest.mark.parametrize(
+    ("release", "loads"),
+    # the other stands behind it from 16 on, and loads at 20 as that one breaks down; or it comes at 9 + 15 = 24
+    [(0, (20, 25)), (9, (24, 29))],
+)
+def test_a_robot_loads_in_the_lane_where_another_is_repaired_beside_it(release, loads):
+    mapping = ring()
+    old, new = {"count": 1, "breakdowns": {"every": 17, "repair": 100}}, {"count": 1}
+    mapping["fleet"] = {"size": 2, "kinds": {"old": old, "new": new}, "robot": mapping["fleet"]["robot"]}
+    mapping["tasks"]["goods"] = [0, {"good": 0, "release": release}]
+    run = dw.simulate(dw.load(mapping))
+    first, second = (
+        [row for row in rows(run, "aside", "broken", "loading", "loaded", "back") if row[2] == n] for n in (0, 1)
+    )
+    assert first[:5] == [(15, "aside", 0), (15, "loading", 0), (20, "loaded", 0), (20, "broken", 0), (120, "loaded", 0)]
+    assert second == [(loads[0], "loading", 1), (loads[1], "loaded", 1)]
+    assert (120, "back", 0) in first
+    assert audit(run) == []
+
+
 def test_a_load_that_is_put_down_where_it_was_picked_goes_round():
     mapping = ring()
     place = {"edge": ["B", "C"], "offset": 5}

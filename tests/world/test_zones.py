@@ -75,6 +75,9 @@ def test_robots_from_both_ends_enter_a_line_at_once_unless_it_is_a_zone_of_one_d
     (came, _), (went, _) = on(run, ("W", "P"))[0], on(run, ("E", "Q"))[0]
     assert (came, went) == (0, 10)  # as the first one is on its spur
     assert audit(run) == []
+    run = dw.simulate(dw.load(SPINE, {**LINE, "traffic.node_time": 3}))
+    assert on(run, ("E", "Q"))[0][0] == 10 + 3  # which it takes after the time on the node
+    assert audit(run) == []
 
 
 def test_the_auditor_sees_what_the_zone_prevents(monkeypatch):

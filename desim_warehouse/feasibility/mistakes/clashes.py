@@ -6,33 +6,33 @@ For findings of `desim check`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.facts.demand import arrival_rate, demand, order_files
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
 from desim_warehouse.model.facts.places import destinations
-from desim_warehouse.model.schema import reading
-from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, ScheduleArrivals, StorageEnd, mean_rate
+from desim_warehouse.model.schema import Units, reading
+from desim_warehouse.model.sections.flows import (
+    FlowSpec,
+    OrdersArrivals,
+    Profile,
+    ScheduleArrivals,
+    StorageEnd,
+    mean_rate,
+)
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import summary
-from desim_warehouse.values.calendars import DAY, Shifts, Stretches, clock_of, seconds_of, without
+from desim_warehouse.values.calendars import DAY, Shifts, Stretch, Stretches, clock_of, seconds_of, without
 from desim_warehouse.values.fields import parts_in
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
-    from desim_warehouse.model.sections.flows import FlowSpec
-    from desim_warehouse.values.calendars import Stretch
 
 LONGEST_BREAK = 6 * 3600.0
 """Seconds; a longer one is rather turned round."""
@@ -280,7 +280,7 @@ def _profiles(model: Model) -> Iterator[Finding]:
                 text = "its rates cover 24 h and begin at midnight"
             text += f", and the run starts at {model.run.start}"
             if rates.by_clock:
-                text += ": it takes those from then on"
+                text += ": the rate of that hour comes first"
             yield Finding("PROFILE_CLOCK", f"tasks.{place}", text)
 
 

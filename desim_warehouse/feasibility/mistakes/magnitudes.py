@@ -6,31 +6,26 @@ For findings of `desim check`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.batteries import MINUTE
+from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import by_kind, levels, said, start_energy
 from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.facts.keys import kind_of, whole_annotation
-from desim_warehouse.model.schema import Model, Prices
+from desim_warehouse.model.schema import Model, Prices, Units
+from desim_warehouse.model.sections.fleet import BatterySpec
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.distributions import DiscreteTime, Distribution, mean_of
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec, OutageSpec
 from desim_warehouse.values.fields import Part, Usual, parts_in, sections_in
 from desim_warehouse.values.units import METRES, SECONDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model.schema import Units
-    from desim_warehouse.model.sections.fleet import BatterySpec
 
 HOUR = 3600.0
 MOST_CV = 3.0

@@ -5,27 +5,24 @@ For findings of `desim check`, and for the live page.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.spec import BaySpec
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind
 from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.facts.keys import whole_annotation
 from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.sections.fleet import BatterySpec
 from desim_warehouse.model.sections.flows import FlowSpec, StorageEnd
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.calendars import Names
 from desim_warehouse.values.fields import Part, parts_in
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import BatterySpec
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:

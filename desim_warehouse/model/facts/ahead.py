@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.travel import FreeTravel, travel_on
 from desim_warehouse.model.facts.places import destinations, specs
+from desim_warehouse.model.schema import Model
 from desim_warehouse.policies import Handling, create
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import FreeTravel
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.values.distributions import Distribution
+from desim_warehouse.values.distributions import Distribution
 
 
 def free_travel(model: Model, layout: Layout) -> FreeTravel:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from desim_warehouse.layout import Edge
 from desim_warehouse.layout.aisles import wide_edges
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout import Edge
-    from desim_warehouse.model.schema import Model
+from desim_warehouse.model.schema import Model
 
 
 def widened(model: Model) -> tuple[Model, frozenset[Edge]]:

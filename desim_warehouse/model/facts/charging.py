@@ -6,21 +6,17 @@ The simulation and whatever works out a level from the log have one model of the
 from __future__ import annotations
 
 import math
+from collections import Counter
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-from desim_warehouse.model.sections.fleet import Consumption, SpreadEnergy
+from desim_warehouse.layout import Layout
+from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.fleet import BatterySpec, Consumption, SpreadEnergy
 from desim_warehouse.model.sections.flows import ProfileArrivals
-from desim_warehouse.policies import RobotView, create
+from desim_warehouse.policies import Levels, RobotView, create
 from desim_warehouse.states import TIMES
 from desim_warehouse.values.fields import FrozenMap
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.fleet import BatterySpec
-    from desim_warehouse.policies import Levels
-    from desim_warehouse.values.streams import Streams
+from desim_warehouse.values.streams import Streams
 
 LEAST_CHARGE = 0.05
 """Part of its capacity that a robot which must charge takes up before it is free again."""
@@ -74,13 +70,18 @@ def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
     return min(rate * steady + gain, spec.capacity - start)
 
 
+def slots_at(model: Model, layout: Layout) -> dict[str, int]:
+    """Return the number of slots of each bay, by its node."""
+    homes = Counter(model.fleet.homes(layout.bays))
+    return {node: bay.slots(homes[node]) for node, bay in layout.bays.items()}
+
+
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
     """Count the chargers that robots can stand at, by the nodes of their bays; nodes without are left out."""
-    home = model.fleet.homes(layout.bays)
     chargers_by_node = {}
-    for node, bay in layout.bays.items():
-        places = bay.slots(home.count(node))
-        chargers = places if bay.chargers is None else min(bay.chargers, places)
+    for node, places in slots_at(model, layout).items():
+        count = layout.bays[node].chargers
+        chargers = places if count is None else min(count, places)
         if chargers:
             chargers_by_node[node] = chargers
     return chargers_by_node
@@ -112,9 +113,8 @@ def charging_rate(model: Model) -> float:
     if not charge_alike(model):
         part = shares(model)
         return math.fsum(part[kind] * charging_rate(alone) for kind, alone in by_kind(model).items())
-    battery, thresholds = model.battery, levels(model)
+    battery, thresholds, (low, high) = model.battery, levels(model), cycle_levels(model)
     assert battery is not None
-    low, high = (battery.threshold, battery.capacity) if thresholds is None else (thresholds.critical, thresholds.full)
     if thresholds is not None and thresholds.swap_time is not None:
         return (high - low) / thresholds.swap_time if thresholds.swap_time else math.inf
     time = charge_time(battery, low, high)

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.model.facts.people import PEOPLE, at_work
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model.schema import Model, Prices
+from desim_warehouse.model.schema import Model, Prices
 
 
 def is_fixed(prices: Prices | None) -> bool:
@@ -30,14 +26,14 @@ def year_of(
     Args:
         model: prices, and the rest of the design.
         kinds: the kind of each robot.
-        chargers: all of them.
+        chargers: all of them; None: without batteries only those that the model counts, as nobody uses the others.
         people: how many are paid in some stations, in all nodes of each, and under "" of no station.
     """
     prices = model.prices
     if prices is None:
         return math.nan
     if chargers is None:
-        chargers = sum(chargers_at(model, model.floor).values())
+        chargers = _chargers(model)
     if kinds is None:
         kinds = model.fleet.kinds_of_robots()
     robots = math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
@@ -46,3 +42,10 @@ def year_of(
     if not any(wages.values()):
         return things
     return things + math.fsum(wages[name] * prices.hours * number for name, number in at_work(model, people).items())
+
+
+def _chargers(model: Model) -> int:
+    """Count the chargers that are paid: those of slots whose chargers the model does not count only with batteries."""
+    bays = model.floor.bays
+    at_nodes = chargers_at(model, model.floor).items()
+    return sum(count for node, count in at_nodes if model.battery is not None or bays[node].chargers is not None)

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from desim_warehouse.model.schema import Model
 from desim_warehouse.model.sections.flows import ProfileArrivals
-from desim_warehouse.values.calendars import DAY, clock_of
+from desim_warehouse.values.calendars import DAY, Stretch, clock_of
 from desim_warehouse.working_day import clock
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.values.calendars import Stretch
 
 LONG = 2
 """Hours of one rate from which on it is told hour by hour."""

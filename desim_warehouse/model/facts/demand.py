@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from desim_warehouse.layout import Layout
 from desim_warehouse.model.facts.places import place_shares
-from desim_warehouse.model.schema import reading
-from desim_warehouse.model.sections.flows import OrdersArrivals, SaturatedArrivals, mean_rate
+from desim_warehouse.model.schema import Model, reading
+from desim_warehouse.model.sections.flows import FlowSpec, OrdersArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
-from desim_warehouse.model.sections.orders import files_of, summary
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.flows import FlowSpec
-    from desim_warehouse.model.sections.orders import Summary
+from desim_warehouse.model.sections.orders import Summary, files_of, summary
 
 
 def arrival_rate(model: Model) -> float | None:

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
 
 from desim_warehouse.findings import amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.model.facts.lifts import called, with_people
+from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.fleet import RobotSpec
+from desim_warehouse.model.sections.traffic import PeopleSpec
 from desim_warehouse.values.distributions import mean_of
-from desim_warehouse.values.disturbances import availability
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.fleet import RobotSpec
-    from desim_warehouse.model.sections.traffic import PeopleSpec
-    from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
+from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec, availability
 
 
 def disturbances(model: Model, layout: Layout) -> list[str]:
@@ -56,15 +51,12 @@ def _failures(model: Model) -> Iterator[str]:
             )
 
 
-def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
-    """Describe which lifts fail and which people use, and how much time that takes; lifts alike in one line."""
+def failing_lifts(model: Model, layout: Layout) -> Iterator[str]:
+    """Describe which lifts fail, and how much time that takes; lifts alike in one line."""
     failing: dict[OutageSpec, list[str]] = {}
-    shared: dict[str, list[str]] = {}
     for lift in layout.lifts:
         if lift.outages is not None:
             failing.setdefault(lift.outages, []).append(lift.name)
-        if lift.people is not None:
-            shared.setdefault(f"{100 * with_people(model, lift):.3g}", []).append(lift.name)
     for spec, names in failing.items():
         unit, left, several = model.units.time, amount(100 * availability(spec)), len(names) > 1
         yield (
@@ -72,9 +64,17 @@ def shared_lifts(model: Model, layout: Layout) -> Iterator[str]:
             f"take{'' if several else 's'} {amount(mean_of(spec.repair))} {unit} to repair: {left} % of "
             f"{'the time of each' if several else 'its time'} is left, and robots wait for the repairs"
         )
+
+
+def ridden_lifts(model: Model, layout: Layout) -> Iterator[str]:
+    """Describe which lifts people use, and for how much of the time; lifts alike in one line."""
+    shared: dict[str, list[str]] = {}
+    for lift in layout.lifts:
+        if lift.people is not None:
+            shared.setdefault(f"{100 * with_people(model, lift):.3g}", []).append(lift.name)
     for share, names in shared.items():
         each = "each of " if len(names) > 1 else ""
-        yield f"people have {each}{called(names)} for {share} % of the time on average, and robots wait for them"
+        yield f"people use {each}{called(names)} for {share} % of the time on average, and robots wait for them"
 
 
 def breakdowns(model: Model) -> dict[str, BreakdownSpec]:
@@ -107,20 +107,20 @@ def _people(model: Model, layout: Layout) -> Iterator[str]:
         occupied_share = occupied(model, layout, people)
         if occupied_share is not None:
             share = occupied_share * model.hours(people.hours).share(0.0, model.run.end)
-            yield f"people.{name}: an aisle has somebody in it for {100 * share:.3g} % of the time on average"
+            yield f"people ({name}): an aisle has somebody in it for {100 * share:.3g} % of the time on average"
         else:
-            yield f"people.{name}: visits at {len(people.times)} times"
+            yield f"people ({name}): visits at {len(people.times)} times"
 
 
 def closures(model: Model) -> Iterator[str]:
     """Describe what is closed or slow at times, if it ever is."""
     end = model.run.end
     for place, (what, calendar) in at_times(model).items():
-        hours = model.hours(calendar)
+        hours, are = model.hours(calendar), f"the lanes of {place.split('.', 2)[2]} are {what}"
         if math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
-            yield f"{place} is {what} at times"
+            yield f"{are} at times"
         elif not never_in_run(model, calendar):
-            yield f"{place} is {what} for {100 * hours.share(0.0, end):.3g} % of the time"
+            yield f"{are} for {100 * hours.share(0.0, end):.3g} % of the time"
 
 
 def at_times(model: Model) -> dict[str, tuple[str, str]]:

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from statistics import fmean
-from typing import TYPE_CHECKING
 
-from desim_warehouse.model.sections.flows import ProfileArrivals
-from desim_warehouse.values.calendars import merged
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.flows import FlowSpec
-    from desim_warehouse.values.calendars import Hours, Stretch
+from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.flows import FlowSpec, ProfileArrivals
+from desim_warehouse.values.calendars import Hours, Stretch, merged
 
 DAYS = 14
 """Days in which the longest rest of a model is looked for: calendars repeat every week."""

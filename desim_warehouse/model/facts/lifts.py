@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from itertools import permutations
 from statistics import fmean
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import spoken
+from desim_warehouse.layout.layout import Edge, Lift
+from desim_warehouse.model.schema import Model
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.disturbances import availability
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.layout.layout import Edge, Lift
-    from desim_warehouse.model.schema import Model
 
 
 def time_taken(model: Model, lift: Lift, rides: Mapping[Edge, float]) -> float:

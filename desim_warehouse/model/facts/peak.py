@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import partial
 from operator import mul
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.facts.hours import first_stretches
+from desim_warehouse.model.schema import Model
 from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals
 from desim_warehouse.model.sections.goods import PoissonGoods
+from desim_warehouse.values.calendars import Hours
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.values.calendars import Hours
-
-    Expected = Callable[[float], float]
-    """How many tasks are expected by a time, if nothing keeps them away."""
+Expected: TypeAlias = Callable[[float], float]
+"""How many tasks are expected by a time, if nothing keeps them away."""
 
 
 def peak_rate(model: Model) -> float | None:

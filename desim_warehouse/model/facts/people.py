@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.workers import groups
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.model.schema import Model
+from desim_warehouse.model.schema import Model
 
 
 @dataclass(frozen=True)

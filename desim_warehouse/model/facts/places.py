@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from desim_warehouse.model.sections.flows import ends_of_storage
+from desim_warehouse.layout.layout import Layout
+from desim_warehouse.layout.spec import StationSpec
+from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.flows import StorageEnd, ends_of_storage
 from desim_warehouse.model.sections.goods import Good, Popularity, only, shares
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.layout.layout import Layout
-    from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.flows import StorageEnd
 
 
 def place_shares(model: Model, layout: Layout, end: StorageEnd | None = None) -> Any:

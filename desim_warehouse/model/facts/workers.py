@@ -8,21 +8,18 @@ it is as many times larger as more comes then. What is foreseen (`feasibility.lo
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import fmean
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import open_share
+from desim_warehouse.model.schema import Model
 from desim_warehouse.states import PACKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from desim_warehouse.model.schema import Model
 
 Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lifts", "lanes"]
 """Lanes do not work, but hold robots up: they are named where robots wait in traffic longer than they work."""

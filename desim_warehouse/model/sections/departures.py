@@ -54,7 +54,7 @@ DueTimes = Annotated[tuple[DueTime, ...], AfterValidator(_in_order)]
 
 
 class DepartureList(Part):
-    """Departures that an order must come some time before; later ones take the next."""
+    """Departures with a cut-off time before each; orders that come later take the next one."""
 
     times: Annotated[
         DueTimes,
@@ -63,7 +63,9 @@ class DepartureList(Part):
         Forms("a list of times by the clock (['10:00', '18:00']) or from the start of the run ([4 h, 12 h])"),
     ] = Field(title="times due", description="by the clock, every day (`10:00`), or from the start of the run (`4 h`)")
     cut_off: Annotated[Duration, Usual("1 min", "2 d")] = Field(
-        0.0, title="cut-off", description="an order that comes later than so long before a departure takes the next one"
+        0.0,
+        title="cut-off",
+        description="time before a departure by which an order must come; later orders take the next departure",
     )
 
 

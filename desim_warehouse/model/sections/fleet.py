@@ -66,8 +66,8 @@ class Consumption(Part):
     """Energy per time unit by state."""
 
     standing: Power = Field(title="consumption standing", description="waiting or idle")
-    empty: Power = Field(title="consumption without a load", description="driving without a good")
-    loaded: Power = Field(title="consumption with a load", description="driving with a good")
+    empty: Power = Field(title="consumption without a load", description="driving without a load")
+    loaded: Power = Field(title="consumption with a load", description="driving with a load")
     handling: Power = Field(title="consumption in handling", description="loading and unloading")
 
 
@@ -87,13 +87,13 @@ class BatterySpec(Part):
     usable: Annotated[Share | None, Field(gt=0)] = Field(
         None,
         title="usable part of the battery",
-        description="part of the capacity that is used, as of aged batteries, or where the rest is never drawn: levels "
-        "are of this part; default: all",
+        description="part of the capacity in use, for aged batteries or if the rest is never drawn; levels refer to "
+        "this part; default: all",
     )
     threshold: Energy = Field(
         0.0,
         title="charging threshold",
-        description="level at which the threshold policy sends a robot home; must be given with it, others have their "
+        description="level at which the threshold policy sends a robot home; that policy needs it, others have their "
         "own levels",
     )
     consumption: Annotated[
@@ -103,7 +103,7 @@ class BatterySpec(Part):
             pick=by_type(number=NUMBER, states=SECTION),
         ),
     ] = Field(
-        description="energy per time unit; nothing is drawn from a battery that is charged, or at rest in a bay with a "
+        description="energy per time unit; nothing is drawn while a battery is charged, or at rest in a bay with a "
         "charger for each slot"
     )
     charge_rate: Annotated[Positive, Unit("power")] = Field(description="energy per time unit at a charger")
@@ -162,21 +162,22 @@ class RobotSpec(Part):
     )
     acceleration: Annotated[Acceleration | None, GATHERS] = Field(
         None,
-        description="how it gathers speed, in length units per time unit squared; default: at once",
+        description="acceleration, in length units per time unit squared; default: full speed at once",
     )
     deceleration: Annotated[Acceleration | None, BRAKES] = Field(
-        None, description="how it brakes; default: as it accelerates"
+        None, description="deceleration, in the same unit; default: as it accelerates"
     )
     keeps: Keeps = Field(
         "distance",
         title="distance kept",
-        description="distance: D, moving or not, as in the paper; braking: while it drives also its braking distance, "
-        "v^2 / (2 x deceleration); it claims intersections that much earlier and gains speed no faster than it brakes",
+        description="distance: D, moving or not, as in the paper; braking: while it drives, also its braking "
+        "distance, v^2 / (2 x deceleration), so that it claims intersections that much earlier; it then gains speed "
+        "no faster than it brakes",
     )
     capacity: Annotated[Count, limited("loads")] = Field(
         1,
         title="loads carried at once",
-        description="loads that it carries at once; more than one with policies.batching",
+        description="loads that it carries at once; more than one needs policies.batching",
     )
     carries: LoadTypes = Field(
         (), title="load types carried", description="load types (of flows) that it carries; default: all"
@@ -208,7 +209,7 @@ class RobotSpec(Part):
 
 
 class Kind(Part):
-    """Some robots of the fleet that differ, in size, speed or load (the first `count`, then the next kind's)."""
+    """Robots of the fleet that differ in size, speed or load (the first `count`, then the next kind)."""
 
     count: Annotated[Count, limited("robots")] = Field(title="number of robots", description="robots of this kind")
     radius: Annotated[Length | None, Usual("5 cm", "2.5 m")] = Field(None, description="default: fleet.robot.radius")
@@ -232,10 +233,10 @@ class Kind(Part):
     delays: DelaySpec | None = Field(None, description="default: fleet.robot.delays")
     hours: CalendarName | None = Field(None, description="default: fleet.hours")
     battery: BatterySpec | None = Field(
-        None, description="beside the battery of the model, which all others have; default: that one"
+        None, description="a battery of its own; all other robots have the model's, which is the default"
     )
     charging: Policy | None = Field(
-        None, description="when its robots charge, by a policy of ours; default: policies.charging"
+        None, description="built-in policy that says when its robots charge; default: policies.charging"
     )
 
     @field_validator("charging")
@@ -253,7 +254,7 @@ class Kind(Part):
 
 
 class SpreadEnergy(Part):
-    """`uniform: [a, b]`: for every robot drawn uniformly between two shares of the capacity, by the run's seed."""
+    """`uniform: [a, b]`: drawn for every robot between two shares of the capacity, by the run's seed."""
 
     uniform: tuple[Share, Share] = Field(description="lower and upper end, as shares of the capacity")
 
@@ -276,7 +277,7 @@ def _form_of_energy(value: Any) -> str | None:
 class OnEdge(Part):
     """Where a robot stands at the start: on an edge, `offset` from the edge's start."""
 
-    edge: EdgeName = Field(description="[from, to]; of a two-way lane the direction in which it goes on")
+    edge: EdgeName = Field(description="[from, to]; on a two-way lane, the direction in which it continues")
     offset: Offset = Field(description="distance from the edge's start: at least D, and at least D before its end")
 
 
@@ -310,20 +311,20 @@ class Fleet(Part):
         ...,
     ] = Field(
         (),
-        description="where robots stand at the start, from robot 0 on; the others are in their bays, and each has a "
-        "place in its bay",
+        description="positions of robots at the start, from robot 0 on; the others start in their bays, and every "
+        "robot has a slot in its bay",
     )
     hours: CalendarName | None = Field(
         None,
-        description="shifts and breaks, a calendar: outside it robots take up no work; default: always at work",
+        description="shifts and breaks (a calendar), outside which robots start no work; default: always at work",
     )
     robot: RobotSpec
-    kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
+    kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ from the others, by name of their kind")
     first_exit_time: Annotated[Time, Usual(0, "10 min")] = Field(
-        0.0, description="from the start of a run to standing at the start node"
+        0.0, description="time from the start of a run until a robot stands at its start node"
     )
     exit_time: Annotated[Time, Usual(0, "10 min")] = Field(
-        0.0, description="from being sent out of a bay to standing at its node"
+        0.0, description="time from being sent out of a bay until a robot stands at its node"
     )
     start_energy: Annotated[
         Annotated[Share, form("number")]
@@ -333,9 +334,9 @@ class Fleet(Part):
     ] = Field(
         1.0,
         title="energy at the start",
-        description="what the batteries hold at the start, as a share of the capacity; settled: as at some instant of "
-        "the long run, with those at the chargers who charge then; work that ends: drawn between the levels where "
-        "charging begins and ends",
+        description="charge of the batteries at the start, as a share of the capacity; settled: as at some instant "
+        "in the long run, with the robots that charge then at the chargers; for work that ends: drawn between the "
+        "levels at which charging begins and ends",
     )
 
     @field_validator("size")

@@ -78,17 +78,17 @@ class SaturatedArrivals(Part):
 
 
 class Profile(Part):
-    """Rates that follow one another, and then again from the first.
+    """Rates that follow one another, and then repeat.
 
-    If they cover 24 hours they are those of a day from midnight, and the run begins with that of `run.start`, as
-    calendars do. Any others begin with the run.
+    If they cover 24 hours, they are those of a day from midnight, and the run begins with the rate at `run.start`, as
+    calendars do. Others begin with the run.
     """
 
     per_hour: tuple[HourlyRate, ...] = Field(
         min_length=1,
         title="tasks",
-        description="tasks per hour, one rate after the other; those that cover 24 hours begin at midnight, by the "
-        "clock of run.start, any others at the start of the run",
+        description="tasks per hour, one rate after the other; rates that cover 24 hours begin at midnight, by the "
+        "clock of run.start, others at the start of the run",
     )
     every: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None, title="time for each rate", description="how long each rate lasts; default: an hour"
@@ -113,7 +113,7 @@ class ProfileArrivals(Part):
 
 
 class Batch(Part):
-    """Some tasks at one time, as a lorry brings or fetches them."""
+    """Tasks released at one time, as a lorry brings or fetches them."""
 
     at: Annotated[Time, Usual("1 min", instant=True)] = Field(
         title="release time", description="when they are released, from the start of the run"
@@ -122,7 +122,7 @@ class Batch(Part):
 
 
 class ScheduleArrivals(Part):
-    """`schedule: [{at: 1 h, tasks: 30}]`: these numbers at these times, and then no more."""
+    """`schedule: [{at: 1 h, tasks: 30}]`: these numbers at these times only."""
 
     schedule: tuple[Batch, ...] = Field(min_length=1, description="times, and how many tasks at each")
 
@@ -137,27 +137,27 @@ class ScheduleArrivals(Part):
 
 
 class OrdersFile(Part):
-    """Orders, one a row, in the table that `desim orders` writes.
+    """Orders, one per row, in the table that `desim orders` writes.
 
-    Its columns: release, from, via, to, due, priority, quantity, order. Only release must be there, and no other may
-    be. Times are numbers from the start of the run, times of day or ISO dates with times (see run.start); from and to
-    name nodes, stations or storage places (by number or name), via several, as `B > C`; quantity is so many tasks. With
-    pods, item is what a line asks for, and from and to name stations. Files as other programs export them are refused,
-    with the command that makes such a table of them.
+    Its columns: release, from, via, to, due, priority, quantity, order. Only release is required, and no others are
+    allowed. Times are numbers from the start of the run, times of day or ISO dates with times (see run.start); from and
+    to name nodes, stations or storage places (by number or name), via several, as `B > C`; quantity is the number of
+    tasks. With pods, item is what a line asks for, and from and to name stations. Exports of other programs are
+    refused, with the command that converts them.
     """
 
     file: Name = Field(description="CSV (UTF-8, commas) or Parquet file, relative to the model file")
     resample: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None,
         title="stretch of orders drawn anew",
-        description="draw the orders of each stretch of this length anew from those in it: replications differ, and "
-        "the pattern of the day stays",
+        description="redraw the orders of each period of this length from those in it: replications differ, and the "
+        "pattern of the day stays",
     )
-    sha256: Name | None = Field(None, description="of the file; reading puts it here")
+    sha256: Name | None = Field(None, description="digest of the file, filled in when it is read")
 
 
 class OrdersArrivals(Part):
-    """`orders: {file: orders.csv}`: as in a file, from the WMS."""
+    """`orders: {file: orders.csv}`: as in a file that `desim orders` wrote."""
 
     orders: OrdersFile = Field(description="the file")
 
@@ -272,18 +272,18 @@ class FlowSpec(Part):
         Forms("a list of pairs (from, to, per_hour), or {file: from_to.csv}", MatrixFile),
     ] = Field((), description="instead of from and to: a from-to matrix")
     arrivals: Arrivals | None = Field(
-        None, description="when they are asked for; default for from_to: at random, at its rates"
+        None, description="when tasks are released; default for from_to: at random, at its rates"
     )
     load_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(None, description="default: tasks.load_time")
     unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(None, description="default: tasks.unload_time")
     unload_per: Literal["line", "order"] = Field(
         "line",
         title="unloading for each",
-        description="what unload_time is for: each line, or all lines of an order that a robot brings together, as in "
-        "a tote that is handed over whole",
+        description="what unload_time applies to: each line, or all lines of an order that a robot brings together, "
+        "as in a tote that is handed over whole",
     )
     due_within: Annotated[Duration | None, DUE] = Field(
-        None, title="time until due", description="due so long after release"
+        None, title="time until due", description="time from release to due"
     )
     due_at: Annotated[DueAt, DUE_AT] = Field(
         (),
@@ -297,7 +297,7 @@ class FlowSpec(Part):
             "a whole number, or a list of priorities and shares",
             pick=by_type(number=(int, float), shares=(list, tuple)),
         ),
-    ] = Field(0, description="higher first, for policies that look at it; or several, each for a share of the tasks")
+    ] = Field(0, description="higher first, for policies that use it; or several, each for a share of the tasks")
     kinds: tuple[Name, ...] = Field((), description="kinds of robots (fleet.kinds) that do it; default: all robots")
     via: Annotated[tuple[NodeOrStation, ...], AfterValidator(_few_stops)] = Field(
         (), description="stops in between with the load, in order: nodes or names of stations"
@@ -305,15 +305,17 @@ class FlowSpec(Part):
     stop_time: Annotated[Varying, Usual("1 s", "1 h")] = Field(0.0, description="handling at each stop of via")
     hours: CalendarName | None = Field(
         None,
-        description="hours, a calendar: tasks are asked for only then; what a schedule or a file asks for outside it "
-        "is released when it opens; default: at all times",
+        description="a calendar of when tasks are released; those that a schedule or a file has outside it are "
+        "released when it opens; default: at all times",
     )
-    load_type: Name | None = Field(None, description="for robots that carry it (carries); default: for all")
+    load_type: Name | None = Field(
+        None, description="type of its loads, for robots that carry it (carries); default: for all robots"
+    )
     lines: Lines = Field(
         1,
         title="lines of an order",
-        description="lines of an order, each a task: a number, [least, most], all as likely, or discrete values and "
-        "weights; with more than one, rates and schedules count orders",
+        description="lines of an order, each a task: a number, [least, most] with all equally likely, or discrete "
+        "values and weights; with more than one line, rates and schedules count orders",
     )
 
     @field_validator("priority")
@@ -348,7 +350,7 @@ class FlowSpec(Part):
         ends = {"from": self.source, "to": self.target}
         for key, end in ends.items():
             if self.from_to and end is not None:
-                raise wrong("both this and from_to, expected one of the two", key)
+                raise wrong("given together with from_to, expected one of the two", key)
             if not self.from_to and end is None:
                 raise wrong(f"missing, expected {_ENDS[key]}", key)
         if self.arrivals is None and not self.from_to:
@@ -359,7 +361,7 @@ class FlowSpec(Part):
             text = f"{self.arrivals.saturated} tasks are always open, expected hours of the fleet or of stations"
             raise wrong(text, "hours")
         if self.due_at and self.due_within is not None:
-            raise wrong("both this and due_within, expected one of the two", "due_at")
+            raise wrong("given together with due_within, expected one of the two", "due_at")
         for pair in self.routes:
             to_itself = isinstance(pair.source, tuple) and pair.source == pair.target and len(pair.source) == 1
             if isinstance(pair.source, tuple) and to_itself and not self.via:

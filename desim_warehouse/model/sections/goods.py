@@ -44,7 +44,7 @@ class AbcClass(Part):
     """A class of storage places: `share` of all places draw `demand` of all tasks."""
 
     share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(
-        title="share of places", description="of all places"
+        title="share of places", description="share of all places"
     )
     demand: Share = Field(title="share of tasks", description="share of all tasks")
 
@@ -56,9 +56,9 @@ class Popularity(Part):
     by: Literal["number", "distance", "random"] | None = Field(
         None,
         title="where classes lie",
-        description="with classes: which places are class A, and so on. number: the first places; distance: those with "
-        "the shortest way to the nearest station that loads from storage go to (where none do, from the nearest that "
-        "they come from); random: scattered, in all runs alike. Default: number",
+        description="with classes: which places are class A, and so on. number: the first places; distance: those "
+        "nearest to a station that loads from storage go to (if none do, to a station that they come from); random: "
+        "scattered, the same in all runs. Default: number",
     )
     weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
 
@@ -220,9 +220,7 @@ class PoissonGoods(Part):
     due_within: Annotated[Duration | None, DUE] = Field(
         None, title="time until due", description="time from release to due"
     )
-    hours: CalendarName | None = Field(
-        None, description="hours, a calendar: tasks arrive only then; default: at all times"
-    )
+    hours: CalendarName | None = Field(None, description="a calendar of when tasks arrive; default: at all times")
 
     def is_random(self, _model: Any) -> bool:
         """Return True: tasks arrive at random."""

@@ -23,10 +23,10 @@ def _in_order(pair: tuple[int, int]) -> tuple[int, int]:
 
 
 class LineCounts(Part):
-    """Some numbers of lines, and how often each comes in comparison with the others."""
+    """Numbers of lines, and their relative frequencies."""
 
     values: tuple[LineCount, ...] = Field(min_length=1, description="numbers of lines")
-    weights: Weights = Field((), description="one for each; default: all alike")
+    weights: Weights = Field((), description="one for each value; default: all equal")
 
 
 class DiscreteLines(Part):

@@ -50,7 +50,7 @@ ItemPopularityRule = Annotated[
 
 
 class HoldsFile(Part):
-    """A row for each item on a pod; columns: pod, item, and perhaps place (the number of its storage place), units.
+    """A row for each item on a pod; columns: pod, item, and optionally place (the number of its storage place), units.
 
     Pods and items are named or numbered as you like. Items have the numbers 0, 1, 2, ... in the order in which the file
     first names them; a file of orders calls them as this file does.
@@ -104,17 +104,19 @@ class PodsSpec(Part):
     items: Annotated[Count, limited("places")] = Field(title="items", description="number of items (SKUs)")
     per_pod: Count = Field(15, title="items on a pod", description="items dealt to each pod")
     stock: Count | None = Field(
-        None, title="units of an item", description="units of each item on a pod at the start; default: without end"
+        None, title="units of an item", description="units of each item on a pod at the start; default: unlimited"
     )
-    bundle: Count = Field(1, title="units of a bundle", description="units that a task of a flow to storage puts there")
+    bundle: Count = Field(
+        1, title="units of a bundle", description="units that a task of a flow to storage adds to a pod"
+    )
     orders: Whole = Field(
-        12, title="orders at a station", description="orders that a station works on at once; 0: without limit"
+        12, title="orders at a station", description="orders that a station works on at once; 0: no limit"
     )
     change_time: Annotated[Time, Usual(0, "1 min")] = Field(
         5.0,
         title="time to change pods",
-        description="from when a pod is done until the next of the queue is in front of the picker; none where nobody "
-        "queued",
+        description="time from the end of one pod until the next in the queue is in front of the picker; none if no "
+        "pod queued",
     )
     popularity: ItemPopularityRule = Field("uniform", description="of items, from the first to the last")
     holds: Annotated[Holds | None, Forms("{file: pods.csv} with the columns pod, item, place and units", HoldsFile)] = (

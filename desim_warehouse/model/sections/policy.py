@@ -128,8 +128,8 @@ class Policies(Part):
     interval: Annotated[Interval, Usual(0, "10 min")] = Field(
         0.0,
         title="time between decisions",
-        description="time between allocation decisions; 0: whenever a task or a robot becomes free. Else a robot that "
-        "has unloaded in a station stays there until the next decision, in the state `awaiting`",
+        description="time between allocation decisions; 0: whenever a task or a robot becomes free. Otherwise a "
+        "robot that has unloaded in a station stays there until the next decision, in the state `awaiting`",
     )
 
     @field_validator(*KINDS)

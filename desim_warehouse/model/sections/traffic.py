@@ -32,26 +32,26 @@ class GiveWay(Part):
     """People step aside for a robot that has waited before their aisle, and for the next when that has waited, too."""
 
     after: Annotated[Time, Usual("0.5 s", "10 min")] = Field(
-        title="wait until people step aside", description="how long the robot has waited since both are there"
+        title="wait until people step aside", description="how long a robot waits once both are there"
     )
 
 
 class PeopleSpec(Part):
-    """People who come into aisles, each into one: no robot is let in until they have left; one that is in it drives on.
+    """People who enter aisles, one for each visit: robots are not let in until they have left, but may drive on out.
 
     A robot that was let in at its stop line before they came may enter later.
 
-    Each visit draws what it needs from a random stream of its own, so people come alike whatever robots do.
+    Each visit has its own random stream, so people come at the same times whatever robots do.
     """
 
     aisles: tuple[Aisle, ...] = Field(
         (),
         description="nodes along each aisle, such as [A, B] for an edge or [A, B, C] for two in a line, in both "
-        "directions where there are two; a visit is as likely to any; default: all edges with storage places, as "
-        "likely as demand there",
+        "directions where there are two; all are equally likely; default: all edges with storage places, in "
+        "proportion to demand there",
     )
     per_hour: Annotated[Rate | None, Usual(0, 2000)] = Field(
-        None, title="visits", description="visits an hour, on average, at random; this or times"
+        None, title="visits", description="visits per hour on average, at random; this or times"
     )
     times: Annotated[tuple[Time, ...], Usual("1 min", instant=True)] = Field(
         (), title="times of visits", description="the times of the run at which people come"
@@ -83,16 +83,16 @@ class NodeTraffic(Part):
     """What is special about one node."""
 
     time: Annotated[Time | None, Usual(0, "10 min")] = Field(
-        None, title="node time", description="turning and re-planning there; default: traffic.node_time"
+        None, title="node time", description="time for turning and replanning there; default: traffic.node_time"
     )
-    free: Flag = Field(False, description="nobody waits there for another: what if it were no bottleneck?")
+    free: Flag = Field(False, description="nobody waits there for another, to try what happens if it is no bottleneck")
 
 
 class ClosureSpec(Part):
     """A part of the floor that is closed at times: no robot is let in then; one that is in it drives on and out.
 
     What counts is the claim at the stop line, D before the node: a robot that was let in before it closed may enter
-    later, seconds as a rule, after a repair at worst. All built-in routing policies know the calendars. A robot goes
+    later, as a rule by seconds, at worst after a repair. All built-in routing policies know the calendars. A robot goes
     round if it would wait for longer than the way round takes. It decides when it sets out, when something closes
     while it is under way, and where it is held up, at most three times on a drive; on two-way lanes only where a
     change is safe. A place is behind a closure if no open way leads there, or, with a routing policy of the user's,
@@ -106,16 +106,16 @@ class ClosureSpec(Part):
     tasks: Literal["hold", "go"] = Field(
         "hold",
         title="tasks behind a closure",
-        description="of tasks to whose places no way leads that is open: hold: they wait until one opens, and robots "
-        "on their way to load turn off at the next node; go: robots are sent, and wait before the closure",
+        description="tasks that no open way leads to: hold: they wait until one opens, and robots on their way to "
+        "load turn off at the next node; go: robots are sent anyway, and wait in front of the closure",
     )
 
 
 class SlowSpec(Part):
     """A part of the floor where robots drive slowly, always or at times.
 
-    Without hours it is the same as `speed` of the edges, for routes and estimates, too. With hours only
-    `congestion-aware` knows the limit that holds.
+    Without hours this equals `speed` of the edges, also for routes and estimates. With hours, only `congestion-aware`
+    takes the present limit into account.
     """
 
     members: Members = Field(
@@ -135,10 +135,10 @@ class TrafficSpec(Part):
     )
     # Without an acceleration speeds change at once, as in the paper; what that leaves out can be put into `node_time`
     node_time: Annotated[Time, Usual(0, "20 s")] = Field(
-        0.0, description="turning and re-planning at every node reached"
+        0.0, description="time for turning and replanning at every node reached"
     )
     turn_time: Annotated[Time, Usual(0, "30 s")] = Field(
-        0.0, description="for every 90 degrees that a robot turns on a node, beside node_time"
+        0.0, description="time for every 90 degrees that a robot turns on a node, in addition to node_time"
     )
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",
@@ -148,11 +148,11 @@ class TrafficSpec(Part):
     most_out: Annotated[Count, limited("robots")] | None = Field(
         None,
         title="robots out at once",
-        description="most robots under way to or at work at once, from bay to bay; default: all",
+        description="most robots out of their bays for work at once; default: all",
     )
     zones: Named[ZoneSpec] = Field(
         FrozenMap(),
-        description="parts of the floor for one robot, or in one direction, at a time, by name",
+        description="parts of the floor for one robot, or one direction, at a time, by name",
     )
     closures: Named[ClosureSpec] = Field(
         FrozenMap(), description="parts of the floor that are closed at times, by name"
@@ -160,7 +160,7 @@ class TrafficSpec(Part):
     slow: Annotated[Named[SlowSpec], By("in")] = Field(
         FrozenMap(), description="parts of the floor with a speed limit, always or at times"
     )
-    nodes: Annotated[Named[NodeTraffic], By("at")] = Field(FrozenMap(), description="nodes that differ, by name")
+    nodes: Annotated[Named[NodeTraffic], By("at")] = Field(FrozenMap(), description="settings of single nodes, by name")
 
     @field_validator("nodes")
     @classmethod

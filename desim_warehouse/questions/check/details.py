@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART
+from desim_warehouse.feasibility.estimate import APART, QuickEstimate
+from desim_warehouse.feasibility.parts import PileOn
+from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import said
 from desim_warehouse.model.facts.lifts import called
-from desim_warehouse.run.quick import left_out
+from desim_warehouse.model.schema import Units
+from desim_warehouse.run.quick import Choice, Nearer, left_out
 from desim_warehouse.values.distributions import Distribution
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import PileOn
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
-    from desim_warehouse.run.quick import Choice, Nearer
+FEWER = 0.99
+"""Part of the rides for a task, below which it is said how many fewer they are where robots choose."""
 
 
 def of_model(model: Model) -> list[str]:
@@ -168,7 +165,10 @@ def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
     for lift in estimate.lifts:
         line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
         if estimate.rate is not None:
-            line += f"; {amount(estimate.rate * lift.share * hour)} are asked for"
+            line += f"; {amount(estimate.rate * lift.share * hour)} are needed"
+            if lift.least < FEWER * lift.share * lift.time:
+                rides = amount(estimate.rate * lift.least / lift.time * hour)
+                line += f", {rides} where robots choose among many tasks"
         lines.setdefault(line, []).append(lift.name)
     for line, names in lines.items():
         yield f"{called(names)}: {'it' if len(names) == 1 else 'each'} {line}"

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS
+from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS, QuickEstimate
 from desim_warehouse.feasibility.loads import loads
-from desim_warehouse.model.facts.workers import groups
-from desim_warehouse.run.quick import left_out
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import StationLoad
-    from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.facts.workers import Group
-    from desim_warehouse.run.quick import Choice, Nearer
+from desim_warehouse.feasibility.parts import StationLoad
+from desim_warehouse.feasibility.power import Power
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.workers import Group, groups
+from desim_warehouse.run.quick import Choice, Nearer, left_out
 
 _FEW, _MANY = 10.0, 1000.0
 """Rates below have a decimal, and from the second on whole tens."""
@@ -103,7 +96,7 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     """Yield the sentence that says how many of the robots can be at work, and for how long."""
     if estimate.at_work < estimate.robots:
-        yield f"Only {estimate.at_work} of them work at a time: the stations have no slots for more."
+        yield f"Only {estimate.at_work} of them can work at a time: the stations have no slots for more."
     if estimate.most_out is not None and estimate.most_out < estimate.robots:
         yield f"At most {estimate.most_out} of them are under way at a time (traffic.most_out)."
     if estimate.on_duty < 1:
@@ -122,10 +115,10 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
         rate = estimate.rate if math.isinf(mean) else estimate.peak
         asked = f"{numbers.measured((rate or 0.0) * model.units.hour)} {words.loads(model)}"
         asked = f"{asked} an hour" if math.isinf(mean) else f"the {asked} of the busiest hour"
-        return f"Robots: no number does {asked}, as {_limits(estimate.narrowest)}."
+        return f"Robots: no number is enough for {asked}, as {_limits(estimate.narrowest)}."
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
-    return f"Robots: {_are(counts, most, most <= estimate.robots)}, you have {estimate.robots:,}."
+    return f"Robots: {_are(counts, most, most <= estimate.robots)}; you have {estimate.robots:,}."
 
 
 def _are(counts: str, number: int, enough: bool) -> str:
@@ -144,12 +137,12 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
     have = f"{power.chargers:,}" if power.chargers else "none"
     if power.needed <= power.chargers or power.short:
         number = f"{power.needed:,}" if power.needed else "none"
-        line = f"{_are(number, power.needed or 1, power.needed <= power.chargers)}, you have {have}"
+        line = f"{_are(number, power.needed or 1, power.needed <= power.chargers)}; you have {have}"
     elif math.isinf(power.slack):
         line = f"{have} give less than the fleet draws by day, and the night fills the batteries"
     else:
         line = f"{have} just give what the fleet draws"
-    yield f"Chargers: {line}; {battery}."
+    yield f"Chargers: {line}. {sentence(battery)}"
 
 
 def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
@@ -157,7 +150,7 @@ def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     most = estimate.station_capacity
     if math.isinf(most):
         return
-    line = f"Stations: they can serve about {_floor(most * model.units.hour)} {words.loads(model)} an hour"
+    line = f"Stations can serve about {_floor(most * model.units.hour)} {words.loads(model)} an hour"
     if (full := estimate.fullest) is not None and full.busy is not None:
         hours = " of its hours" if full.open < 1 else " of the time"
         line += f"; {full.node} ({_staff(model, full)}) would be in use {busiest.whole_percent(full.busy)}{hours}"
@@ -182,7 +175,7 @@ def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
     robots, limit = estimate.knee
     if limit:
-        yield f"Beyond about {number_of(robots, 'robot')} {_limits(limit)}."
+        yield f"Beyond about {number_of(robots, 'robot')}, {_limits(limit)}."
 
 
 def _limits(name: str) -> str:
@@ -201,7 +194,7 @@ def _aisles(wider: float | None) -> Iterator[str]:
     """Yield the sentence on what it costs that robots load in their lanes."""
     if wider is not None:
         more = f"about {numbers.number(100 * wider, 0)} % more"
-        yield f"Robots that load hold up others: beside their lanes they would do {more} (layout.aisles: wide)."
+        yield f"Robots hold up others while they load: beside their lanes they would do {more} (layout.aisles: wide)."
 
 
 def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:
@@ -209,7 +202,8 @@ def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choic
     unit = model.units.time
     if choice is not None:
         before, after = (numbers.duration(time, unit) for time in (estimate.cycle.empty, choice.empty))
-        yield f"With many orders waiting the empty run falls from {before} to {after} a {words.load(model)}."
+        if after != before:
+            yield f"With many orders waiting, robots drive empty {after} a {words.load(model)} instead of {before}."
     if nearer is not None:
         scale = numbers.times(unit, (nearer.saved,))
         saved, now = (

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.loads import loads as foreseen_loads
 from desim_warehouse.outcome.loads import left_waiting
 from desim_warehouse.outcome.loads import loads as measured_loads
+from desim_warehouse.run import RunData
 from desim_warehouse.run.examined import examined
-
-if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.run import RunData
 
 MOST_ASKED = 0.95
 """Share of what a resource can give from which on a queue may grow without a run of some hours showing it."""

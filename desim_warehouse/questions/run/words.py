@@ -113,7 +113,7 @@ def _left_open(run: RunData) -> list[str]:
     if not left or not piles_up(run.verdicts):
         return []
     are, still = "is" if left == 1 else "are", number_of(left, words.load(run.model))
-    return [f"Cycle times are of {words.loads(run.model)} done: the {still} still open {are} in none of them."]
+    return [f"Cycle times are those of finished {words.loads(run.model)}: the {still} still open {are} not included."]
 
 
 def _keeps_up(run: RunData) -> list[str]:
@@ -123,24 +123,24 @@ def _keeps_up(run: RunData) -> list[str]:
         return []
     left = f"{number_of(run.kpis['backlog'], words.load(run.model))} open at the end"
     if judged.keeps_up and not judged.piles_up_at_peak:
-        return [f"It keeps up: {left}."]
+        return [f"The warehouse keeps up: {left}."]
     if judged.keeps_up:
-        return [f"It keeps up by the end, not in the busiest hour: {left}."]
+        return [f"The warehouse keeps up by the end, but not in the busiest hour: {left}."]
     time = numbers.duration(run.history.counted, run.model.units.time)
     do = "does" if time.startswith("1 ") else "do"
-    return [f"{time} {do} not show whether it keeps up: {left}{_against(judged)}."]
+    return [f"{time} {do} not show whether the warehouse keeps up: {left}{_against(judged)}."]
 
 
 def _against(judged: Lasting) -> str:
     """Return the evidence that a run may not keep up, as the end of its sentence on the backlog."""
     if judged.unknown:
         return f", and its model cannot be checked: {judged.unknown}"
+    demand = f"{numbers.PERCENT.value(judged.asked)} of the capacity of {judged.scarce}" if judged.scarce else ""
     if judged.overload:
-        asked = f" ({numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give)" if judged.scarce else ""
-        return f", and by the check more is asked for than can be done{asked}"
+        return f", and by the check demand exceeds capacity{f' ({demand})' if demand else ''}"
     if judged.scarce:
-        return f", and {numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give is asked for"
-    return f", {judged.grown:,} more without a robot than as counting began"
+        return f", and demand is {demand}"
+    return f", and {judged.grown:,} more are waiting for a robot than when counting began"
 
 
 def _departures(run: RunData) -> list[str]:
@@ -154,7 +154,7 @@ def _departures(run: RunData) -> list[str]:
     if not lead:
         return [f"No {words.load(run.model)} missed its departure."]
     before = numbers.duration(lead, run.model.units.time)
-    return [f"{capital(words.loads(run.model))} that came more than {before} before a departure made it."]
+    return [f"{capital(words.loads(run.model))} that came more than {before} before a departure were in time for it."]
 
 
 def _halts(run: RunData) -> list[str]:
@@ -198,7 +198,7 @@ def _pods(run: RunData) -> list[str]:
     if not math.isfinite(pile) or not math.isfinite(idle):
         return []
     none = numbers.PERCENT.value(idle)
-    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had none {none} of the time."]
+    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had nothing to pick {none} of the time."]
 
 
 def _breakdowns(run: RunData) -> list[str]:
@@ -207,7 +207,7 @@ def _breakdowns(run: RunData) -> list[str]:
     if "breakdowns" not in run.kpis:
         return rare
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
-    left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
+    left = f" and were in operation {numbers.PERCENT.value(share)} of their time" if share < 1 else ""
     return [f"Robots broke down {number_of(count, 'time')}{left}.", *rare]
 
 
@@ -215,5 +215,5 @@ def _cost(run: RunData) -> list[str]:
     if "annual_cost" not in run.kpis:
         return []
     scale, each = words.scale("annual_cost", run.model), run.kpis["cost_per_task"]
-    task = f", a task {scale.value(each)}" if math.isfinite(each) else ""
+    task = f", or {scale.value(each)} a task" if math.isfinite(each) else ""
     return [f"A year like this costs {scale.value(run.kpis['annual_cost'])}{task}."]

@@ -18,14 +18,11 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Generic, Protocol, TypeAlias, TypeVar
+from random import Random
+from typing import Generic, Protocol, TypeAlias, TypeVar
 
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
-
-if TYPE_CHECKING:
-    from random import Random
-
 
 D = TypeVar("D")
 Score: TypeAlias = tuple[float, ...]

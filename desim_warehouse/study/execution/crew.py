@@ -5,18 +5,13 @@ For every command whose question does runs of its own: `plan`, `size`, `best`, `
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
 
-from desim_warehouse.study.execution import make_executor
+from desim_warehouse.study.execution import Executor, make_executor
 from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
 from desim_warehouse.study.execution.repeats import Repeats
 from desim_warehouse.study.execution.signals import Interrupts
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from desim_warehouse.study.execution import Executor
 
 
 class Crew:

@@ -12,13 +12,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from types import CodeType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import PASSED_ON, StudyError, shown
 from desim_warehouse.outcome.indicators import look_up
-
-if TYPE_CHECKING:
-    from desim_warehouse.run import RunData
+from desim_warehouse.run import RunData
 
 _COLUMNS = ("replication", "seed", "deterministic", "run_time", "error")
 """Columns of the table of a study that are no indicators."""

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import PolicyError, spoken
+from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.work import Handle, Outcome
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.execution import Executor
 
 _CUT_SHORT = ("time-out", "cancelled", "the worker process died")
 """How errors begin of runs that did not end by themselves."""

@@ -10,14 +10,11 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Generator, Sequence
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.model import Model
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 BATCH_TIME = 0.1  # seconds of work in a batch: much longer than handing it over, too short to be missed
 _MOST = 200

@@ -9,8 +9,9 @@ import threading
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import nullcontext
 from itertools import zip_longest
+from queue import SimpleQueue
 from time import monotonic, perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.model import Model
@@ -21,13 +22,7 @@ from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution.own_indicators import OwnIndicator
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
-from desim_warehouse.world.robots.settled import UNSETTLED
-
-if TYPE_CHECKING:
-    from queue import SimpleQueue
-
-    from desim_warehouse.world.robots.settled import SettledFleets
-
+from desim_warehouse.world.robots.settled import UNSETTLED, SettledFleets
 
 ENOUGH = 1.0  # seconds after which a batch is returned as far as it has got
 _KEPT = 64  # models kept

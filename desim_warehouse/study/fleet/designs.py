@@ -104,7 +104,7 @@ class Designs:
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
         kinds, others = [*special, *[""] * (robots - len(special))], sum(self._now.values()) - self.today
         paid = {kind.place: number * kind.nodes for kind, number in zip(self.people, people, strict=True)}
-        return year_of(self.model, kinds, others + chargers, paid)
+        return year_of(self.model, kinds, None if self.zone is None else others + chargers, paid)
 
     def key(self, design: Counts) -> tuple[float, ...]:
         """The sort key of a design: cost, then robots, chargers and people."""

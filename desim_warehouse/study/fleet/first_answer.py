@@ -26,9 +26,9 @@ def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int]
     for number in order:
         if not any(within_counts(designs[number], other) for other in failed):
             judged = 1 + len(_largest(cheaper))
-            return f"about {name(number)}, by single days; some {number_of(judged, 'fleet')} to judge"
+            return f"first guess from single days: {name(number)}; about {number_of(judged, 'fleet')} to judge"
         cheaper.append(designs[number])
-    return "no fleet is enough, by single days"
+    return "first guess from single days: no fleet is enough"
 
 
 def _largest(designs: Sequence[Counts]) -> list[Counts]:

@@ -46,8 +46,8 @@ from desim_warehouse.study.statistics.cheapest import (
     Earlier,
     cheapest_meeting_steps,
     covered,
+    rules_out,
     ruling_out,
-    within_counts,
 )
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import (
@@ -77,10 +77,14 @@ SAME = 0.2
 
 @dataclass(frozen=True)
 class _Demand:
-    """A demand as a factor of today's: designs that failed, designs in doubt after a scout, the answer."""
+    """A demand as a factor of today's: designs that failed, designs in doubt after a scout, the answer.
+
+    Designs that fail by their batteries are `drained`, others `failing`.
+    """
 
     growth: float
     failing: frozenset[Counts]
+    drained: frozenset[Counts]
     doubted: frozenset[Counts]
     best: Counts | None
 
@@ -257,7 +261,7 @@ class Planner:
             tuple(counts),
             () if best is None else by_hour(base, study.results.by_point[best.verdict.value], self.search.confidence),
             year,
-            frozenset(counts[number] for number in earlier.failing),
+            {counts[number]: number in earlier.drained for number in earlier.failing},
             most,
             None if best is None else lead_of(study.results.by_point[best.verdict.value]),
             not self.more_helps,
@@ -287,9 +291,12 @@ class Planner:
 
     def _share(self, growth: float, cheapest: Cheapest, doubts: set[int], counts: list[Counts]) -> None:
         """Keep the results of a year for the others."""
-        fails = frozenset(counts[n] for n, verdict in cheapest.verdicts.items() if verdict.verdict == "fails")
+        fails = {n for n, verdict in cheapest.verdicts.items() if verdict.verdict == "fails"} - cheapest.drained
         answer = None if cheapest.design is None or cheapest.open else counts[cheapest.design]
-        self.shared.append(_Demand(growth, fails, frozenset(counts[n] for n in doubts), answer))
+        failing, drained, doubted = (
+            frozenset(counts[n] for n in numbers) for numbers in (fails, cheapest.drained, doubts)
+        )
+        self.shared.append(_Demand(growth, failing, drained, doubted, answer))
 
     def _known(self, growth: float, counts: list[Counts]) -> Earlier:
         """Verdicts known from other years: a design that fails with less demand fails, one enough for more is enough.
@@ -302,17 +309,18 @@ class Planner:
 
         largest = max(counts)  # judged each year, for its figures
 
-        def among(designs: Iterable[Counts]) -> frozenset[int]:
-            smaller = (
-                n for design in designs for n, candidate in enumerate(counts) if within_counts(candidate, design)
-            )
-            return frozenset(n for n in smaller if counts[n] != largest)
+        def ruled_out(designs: Iterable[Counts], *, drained: bool = False) -> frozenset[int]:
+            numbers = (n for other in designs for n in number.values() if rules_out(other, counts[n], drained=drained))
+            return frozenset(n for n in numbers if counts[n] != largest)
 
+        fails = ruled_out(design for demand in less for design in demand.failing)
+        drains = ruled_out((design for demand in less for design in demand.drained), drained=True) - fails
         return Earlier(
-            among(design for demand in less for design in demand.failing),
-            among(design for demand in less for design in demand.doubted),
+            fails | drains,
+            ruled_out(design for demand in less for design in demand.doubted),
             min(enough, key=lambda n: self.designs.key(counts[n]), default=None),
             compare=len(self.shared) < ENDS,
+            drained=drains,
         )
 
     def _most(self, ranges: Sequence[Sequence[int]], changes: Mapping[str, Any], name: str) -> Most | None:

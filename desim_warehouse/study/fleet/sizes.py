@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import Any
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.keys import about
@@ -12,15 +12,13 @@ from desim_warehouse.model.facts.workers import Load
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.study.fleet.capped import Capped
+from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.study.fleet.hours import Hour, Lead
 from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.target import Days
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.fleet.designs import Designs
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,8 @@ class Sized:
     `worse`: designs that do worse than a smaller one: both, the difference (None: robots ran flat), and the target.
     `capped`: the gain of a cap on robots under way at the largest design, where none is enough as robots wait.
     `counts`: of all designs searched. `hours`: how the target is met by the hour at `best`.
-    `year`: from today, where years are planned. `failed_before`: designs that failed in an earlier year.
+    `year`: from today, where years are planned. `failed_before`: designs that failed in an earlier year, each with
+    whether it failed by its batteries.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
     `fewer`: the target's indicator made fewer robots the guess to do no worse. `against`: the smallest and the
     largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were, as asked.
@@ -103,7 +102,7 @@ class Sized:
     counts: tuple[Counts, ...] = ()
     hours: tuple[Hour, ...] = ()
     year: int | None = None
-    failed_before: frozenset[Counts] = frozenset()
+    failed_before: Mapping[Counts, bool] = field(default_factory=dict)
     most: Most | None = None
     lead: Lead | None = None
     fewer: bool = False

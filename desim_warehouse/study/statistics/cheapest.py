@@ -44,13 +44,15 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 class Earlier:
     """Results of an earlier search, by number of design: `failing` fail, `doubted` may fail, `enough` may suffice.
 
-    `compare`: whether the answer is held against larger designs.
+    `compare`: whether the answer is held against larger designs. `drained`: those of the failing designs that fail by
+    their batteries.
     """
 
     failing: frozenset[int] = frozenset()
     doubted: frozenset[int] = frozenset()
     enough: int | None = None
     compare: bool = True
+    drained: frozenset[int] = frozenset()
 
 
 NOTHING = Earlier()
@@ -76,11 +78,11 @@ class Cheapest:
 
     `design` is None if none was shown to meet it. `verdicts` are on the designs judged, by number, in their order;
     `below` are the designs that rule out all cheaper ones, each of them judged; `close` are the undecided ones among
-    these. `vetoed`: why designs fail whatever the target says, `drained`: those of them that fail by their
-    batteries. `open`: designs without a result, as the runs allowed
-    ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`: comparisons with
-    larger designs: with one more of a count than the answer; with more of the other counts than the first, where such a
-    design rules out a smaller fleet; or of the largest, where it fails and does worse than one with half of the first
+    these. `vetoed`: why designs fail whatever the target says. `drained`: designs that fail by their batteries, here or
+    in an earlier search. `open`: designs without a result, as the runs allowed ended before an answer; then `design` is
+    the cheapest known to meet the target so far. `larger`: comparisons with larger designs:
+    with one more of a count than the answer; with more of the other counts than the first, where such a design rules
+    out a smaller fleet; or of the largest, where it fails and does worse than one with half of the first
     count. If any larger design does worse, no design was ruled out by another. `against`: the largest and the smallest
     design contradict the guess of which is better, so cheaper ones were judged one after the other.
     """
@@ -121,7 +123,7 @@ def scout_steps(
     if earlier.enough is not None:
         order = order[: order.index(earlier.enough)]
     failed = {*earlier.failing, *earlier.doubted}
-    order = [n for n in order if not covered(designs, n, failed)]
+    order = [n for n in order if not covered(designs, n, failed, earlier.drained)]
     while order:
         rank = _halving([designs[number] for number in order])
         probe = order[rank]
@@ -140,13 +142,18 @@ def within_counts(design: Counts, other: Counts) -> bool:
     return all(map(int.__le__, design, other))
 
 
+def rules_out(failing: Counts, design: Counts, *, drained: bool) -> bool:
+    """Whether a failing design rules out another, as it has no less of any count.
+
+    If it is `drained`, it fails by its batteries, and rules out designs with as many robots only: with fewer robots as
+    many chargers may do.
+    """
+    return within_counts(design, failing) and (not drained or failing[0] == design[0])
+
+
 def covered(designs: Sequence[Counts], number: int, by: Collection[int], drained: Collection[int] = ()) -> bool:
-    """Whether another design is at least as large in every count; one whose batteries fall has as many robots."""
-    design = designs[number]
-    return any(
-        within_counts(design, designs[other]) and (other not in drained or designs[other][0] == design[0])
-        for other in by
-    )
+    """Whether one of some failing designs rules out a design; those that are `drained` fail by their batteries."""
+    return any(rules_out(designs[other], designs[number], drained=other in drained) for other in by)
 
 
 def ruling_out(
@@ -154,7 +161,7 @@ def ruling_out(
 ) -> set[int]:
     """Return the failing designs that no other failing design rules out.
 
-    A design that was shown to fail is ruled out only by another that was shown to fail. `drained`: see `covered`.
+    A design that was shown to fail is ruled out only by another that was shown to fail. `drained`: see `rules_out`.
     """
     return {n for n in failing if not covered(designs, n, (shown if n in shown else failing) - {n}, drained)}
 
@@ -215,7 +222,7 @@ def cheapest_meeting_steps(
         tuple(proof.open),
         proof.larger,
         proof.against,
-        frozenset(judge.drained),
+        proof.drained,
     )
 
 
@@ -237,6 +244,11 @@ class _Proof:
         self.fewer = False
         self.against = False
         self.halves = True
+
+    @property
+    def drained(self) -> frozenset[int]:
+        """The failing designs that fail by their batteries."""
+        return self.earlier.drained.union(self.judge.drained)
 
     def steps(self) -> Procedure[None]:
         """Judge candidates until a design meets the target and no cheaper one is left that might."""
@@ -438,9 +450,7 @@ class _Proof:
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
-        kept = (
-            ruling_out(self.designs, among, set(filter(self._told, among)), self.judge.drained) - self.earlier.failing
-        )
+        kept = ruling_out(self.designs, among, set(filter(self._told, among)), self.drained) - self.earlier.failing
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
@@ -465,4 +475,4 @@ class _Proof:
         return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:
-        return covered(self.designs, number, by, self.judge.drained)
+        return covered(self.designs, number, by, self.drained)

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+from desim_warehouse.values.arrays import Floats
 
 ROUNDING = 1e-12  # a spread below this share of the values is rounding, not randomness
 
 
-def finite(values: Sequence[float] | NDArray[np.float64], what: str = "values") -> NDArray[np.float64]:
+def finite(values: Sequence[float] | Floats, what: str = "values") -> Floats:
     """Return the values of an indicator as a one-dimensional float array, none missing.
 
     Raises:
@@ -51,13 +47,13 @@ def check_share(share: float) -> None:
         raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
 
 
-def check_same(values: NDArray[np.float64]) -> None:
+def check_same(values: Floats) -> None:
     """Refuse values of a deterministic model that differ. Raises StudyError."""
     if not is_constant(values):
         raise StudyError(f"a deterministic model gave values from {values.min():g} to {values.max():g}")
 
 
-def is_constant(values: NDArray[np.float64], scale: float | None = None) -> bool:
+def is_constant(values: Floats, scale: float | None = None) -> bool:
     """Whether values differ by no more than floating-point rounding of numbers of size `scale`."""
     size = float(np.abs(values).max()) if scale is None else scale
     return float(np.ptp(values)) <= ROUNDING * size

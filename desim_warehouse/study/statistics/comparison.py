@@ -7,27 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence, finite
 from desim_warehouse.study.statistics.intervals import Estimate, bounds, described, gaps, p_value
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+from desim_warehouse.values.arrays import Floats
 
 D = TypeVar("D", bound="Hashable")
 Method = Literal["bonferroni", "holm"]
 
 STATEMENTS = {
-    "bonferroni": "{m} differences, all intervals hold at once with {c:g} % (Bonferroni: each at {e:.4g} %); "
-    "p-values times {m}",
-    "holm": "{m} differences, p-values by Holm's step-down, wrong about any with at most {a:g} %; "
-    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:.4g} %), so Holm may tell a difference "
-    "whose interval contains 0",
+    "bonferroni": "{m} differences; all intervals hold together with {c:g} % confidence (Bonferroni: each at "
+    "{e:.4g} %); p-values times {m}",
+    "holm": "{m} differences; p-values by Holm's step-down, wrong about any with at most {a:g} %; "
+    "all intervals hold together with {c:g} % confidence (Bonferroni: each at {e:.4g} %), so Holm may tell a "
+    "difference whose interval contains 0",
 }
 
 
@@ -64,8 +61,8 @@ class Differences:
 
 
 def paired(
-    values: Sequence[float] | NDArray[np.float64],
-    baseline_values: Sequence[float] | NDArray[np.float64],
+    values: Sequence[float] | Floats,
+    baseline_values: Sequence[float] | Floats,
     confidence: float = 0.95,
     *,
     deterministic: bool = False,
@@ -100,7 +97,7 @@ def paired(
 
 
 def compare(
-    table: Mapping[D, Sequence[float] | NDArray[np.float64]],
+    table: Mapping[D, Sequence[float] | Floats],
     baseline: D,
     method: Method = "bonferroni",
     confidence: float = 0.95,
@@ -121,7 +118,7 @@ def compare(
 
 
 def compare_pairs(
-    table: Mapping[D, Sequence[float] | NDArray[np.float64]],
+    table: Mapping[D, Sequence[float] | Floats],
     against: Mapping[D, D],
     method: Method = "bonferroni",
     confidence: float = 0.95,
@@ -171,7 +168,7 @@ def compare_pairs(
         )
         for d, e in estimates.items()
     )
-    statement = STATEMENTS[method] if m > 1 else "1 difference, its interval holds with {c:g} %"
+    statement = STATEMENTS[method] if m > 1 else "1 difference; its interval holds with {c:g} % confidence"
     statement = statement.format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
     return Differences(dict(against), confidence, differences, statement)
 
@@ -202,10 +199,8 @@ def _adjusted(p_values: Mapping[D, float], method: Method, m: int) -> dict[D, fl
 
 
 def _common(
-    design: Hashable,
-    ours: Sequence[float] | NDArray[np.float64],
-    base: Sequence[float] | NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    design: Hashable, ours: Sequence[float] | Floats, base: Sequence[float] | Floats
+) -> tuple[Floats, Floats, int]:
     """Return the values of the replications that both designs have, and the number that either lacks."""
     a, b = np.asarray(ours, dtype=float), np.asarray(base, dtype=float)
     n = min(a.size, b.size)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +17,7 @@ from desim_warehouse.study.statistics.intervals import bounds, gaps
 from desim_warehouse.study.statistics.judge import schedule
 from desim_warehouse.study.statistics.limits import FIRST
 from desim_warehouse.study.statistics.procedure import Procedure, request
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from desim_warehouse.values.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -162,12 +159,12 @@ def gains_steps(
     return _ranked(by_design, data, delta, confidence, beaten)
 
 
-def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> NDArray[np.float64]:
+def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> Floats:
     """Return the differences to the base scaled to an equal dose, day by day."""
     return (1.0 if scale is None else scale) * np.subtract(ours, base[: len(ours)], dtype=float)
 
 
-def _is_less(ours: NDArray[np.float64], other: NDArray[np.float64], error: float) -> bool:
+def _is_less(ours: Floats, other: Floats, error: float) -> bool:
     """Whether one change is shown to gain less than another on the same days."""
     differences, reach = gaps(ours, other)
     return bool((differences[0] if differences.size == 1 else bounds(differences, 1.0 - error, reach=reach)[1]) < 0)

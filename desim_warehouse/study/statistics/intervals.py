@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -20,9 +20,7 @@ from desim_warehouse.study.statistics.checks import (
     finite,
     is_constant,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from desim_warehouse.values.arrays import Floats
 
 Interval = tuple[float, float]
 QUANTILES = (0.05, 0.25, 0.75, 0.95)
@@ -80,7 +78,7 @@ class Estimate:
 
 
 def estimate(
-    values: Sequence[float] | NDArray[np.float64],
+    values: Sequence[float] | Floats,
     confidence: float = 0.95,
     *,
     deterministic: bool = False,
@@ -113,15 +111,13 @@ def estimate(
     return described(array, interval, deterministic, confidence)
 
 
-def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
+def bounds_of(values: Sequence[float] | Floats, level: float, within: Interval = ANYTHING) -> Interval:
     """Return the bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
     array, tasks = finite(values), tasks_of(values)
     return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
 
 
-def described(
-    array: NDArray[np.float64], interval: Interval | None, deterministic: bool, confidence: float
-) -> Estimate:
+def described(array: Floats, interval: Interval | None, deterministic: bool, confidence: float) -> Estimate:
     """Describe the values of an indicator, or of a difference, given the interval of their mean."""
     n = array.size
     constant = is_constant(array)
@@ -137,9 +133,7 @@ def described(
     )
 
 
-def bounds(
-    array: NDArray[np.float64], level: float, within: Interval = ANYTHING, *, reach: float | None = None
-) -> Interval:
+def bounds(array: Floats, level: float, within: Interval = ANYTHING, *, reach: float | None = None) -> Interval:
     """Return a lower and an upper bound of the mean, each right with probability `level`, from at least two values.
 
     Values that are all 0 or 1, as of a rare event: Clopper & Pearson's bounds of a proportion, exact. Values that
@@ -171,7 +165,7 @@ def bounds(
     return max(low, within[0]), min(high, within[1])
 
 
-def p_value(array: NDArray[np.float64], reach: float) -> float:
+def p_value(array: Floats, reach: float) -> float:
     """Return the two-sided p-value that the mean of differences is zero: the level at which an end of `bounds` is zero.
 
     The array has at least two values. Where all are equal, `reach` is how far a value not yet seen may lie from them.
@@ -185,7 +179,7 @@ def p_value(array: NDArray[np.float64], reach: float) -> float:
     return 2.0 * float(stdtr(array.size - 1, -abs(_to_symmetric(mean / se, skew))))
 
 
-def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def gaps(ours: Floats, base: Floats) -> tuple[Floats, float]:
     """Return the differences replication by replication, and how far from them an unseen difference may lie.
 
     The latter counts if all of them agree. It is as far as either design varied, at least 1, and as far as the opposite
@@ -200,7 +194,7 @@ def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[
     return differences, float(max(1.0, 2.0 * abs(differences.mean()), np.ptp(ours), np.ptp(base)))
 
 
-def does_not_vary(values: Sequence[float] | NDArray[np.float64], within: Interval) -> bool:
+def does_not_vary(values: Sequence[float] | Floats, within: Interval) -> bool:
     """Whether an indicator counts as equal in all runs: it agrees to 12 digits in five runs or more.
 
     Counts, and shares and rates made of counts, may agree by chance: do not ask of them. Nor is it said of a value at
@@ -215,7 +209,7 @@ def differing_share(n: int, level: float) -> float:
     return float(1.0 - (1.0 - level) ** (1.0 / n))
 
 
-def _error(array: NDArray[np.float64]) -> tuple[float, float]:
+def _error(array: Floats) -> tuple[float, float]:
     """Return the standard error of the mean, and skewness over sqrt(n): 0 for few values, where it is mostly chance."""
     n = array.size
     se = float(array.std(ddof=1)) / math.sqrt(n)
@@ -254,11 +248,7 @@ class QuantileEstimate:
 
 
 def quantile(
-    values: Sequence[float] | NDArray[np.float64],
-    share: float,
-    confidence: float = 0.95,
-    *,
-    deterministic: bool = False,
+    values: Sequence[float] | Floats, share: float, confidence: float = 0.95, *, deterministic: bool = False
 ) -> QuantileEstimate:
     """Estimate a quantile of an indicator from one value per replication, with an interval between two values.
 
@@ -312,13 +302,13 @@ class TaskShare(float):
         return made
 
 
-def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64] | None:
+def tasks_of(values: Sequence[float] | Floats) -> Floats | None:
     """Return the number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
     counts = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
     return np.array(counts) if counts and len(counts) == len(values) else None
 
 
-def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level: float) -> tuple[float, float]:
+def share_bounds(shares: Floats, tasks: Floats, level: float) -> tuple[float, float]:
     """Return a lower and an upper bound of the mean share over all days, each right with probability `level`.
 
     The lower bound is Clopper and Pearson's with the effective sample size of Korn and Graubard: as many independent
@@ -357,12 +347,12 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     return low, min(high, 1.0)
 
 
-def _worth(tasks: NDArray[np.float64], alike: float) -> float:
+def _worth(tasks: Floats, alike: float) -> float:
     """Effective sample size of the tasks of all days (design effect of the correlation within a day)."""
     return tasks.size**2 / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
 
 
-def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
+def _low(missed: Floats, most: float, level: float) -> float:
     """Return the lower bound from the share of tasks missed each day, worst day first, of `most` tasks at most."""
     from scipy.special import ndtri
 
@@ -376,7 +366,7 @@ def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
     return float(_by_tasks_low(means, tasks, level).min())
 
 
-def _by_tasks_low(missed: Any, tasks: Any, level: float) -> NDArray[np.float64]:
+def _by_tasks_low(missed: Any, tasks: Any, level: float) -> Floats:
     """Clopper and Pearson's lower bound for numbers of tasks with a share missed; shapes as given."""
     from scipy.special import betaincinv
 
@@ -391,7 +381,7 @@ def _by_tasks_high(mean: float, most: float, level: float) -> float:
     return float(betaincinv(mean * most + 1.0, (1.0 - mean) * most, level)) if mean < 1.0 else 1.0
 
 
-def _by_days_high(days: NDArray[np.float64], level: float) -> float:
+def _by_days_high(days: Floats, level: float) -> float:
     """Return the least upper bound of Student's t over k and c, if the k worst days had all been c.
 
     For k days at c it is a + k c / n + b sqrt(u² + d), convex in c = u + away: its least value has a closed form.

@@ -7,15 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import finite
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from desim_warehouse.values.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -34,11 +31,7 @@ class Knee:
     maximum: float
 
 
-def knee(
-    sizes: Sequence[float] | NDArray[np.float64],
-    outputs: Sequence[float] | NDArray[np.float64],
-    sensitivity: float = 1.0,
-) -> Knee:
+def knee(sizes: Sequence[float] | Floats, outputs: Sequence[float] | Floats, sensitivity: float = 1.0) -> Knee:
     """Find the knee of mean output (throughput per hour, say) over size (robots, say).
 
     Args:
@@ -69,11 +62,7 @@ def knee(
     return Knee(float(x[index]), float(y[index]), prominence, maximum_at, maximum)
 
 
-def smallest_within(
-    sizes: Sequence[float] | NDArray[np.float64],
-    outputs: Sequence[float] | NDArray[np.float64],
-    share: float = 0.05,
-) -> float:
+def smallest_within(sizes: Sequence[float] | Floats, outputs: Sequence[float] | Floats, share: float = 0.05) -> float:
     """Return the smallest size whose mean output is within `share` (0.05: 5 %) of the largest.
 
     Raises:
@@ -89,11 +78,7 @@ def smallest_within(
     return float(x[np.argmax(y >= (1.0 - share) * y.max())])
 
 
-def _curve(
-    sizes: Sequence[float] | NDArray[np.float64],
-    outputs: Sequence[float] | NDArray[np.float64],
-    least: int = 3,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _curve(sizes: Sequence[float] | Floats, outputs: Sequence[float] | Floats, least: int = 3) -> tuple[Floats, Floats]:
     """Check sizes and outputs, and return them as arrays."""
     x, y = finite(sizes, "sizes"), finite(outputs, "outputs")
     if x.size != y.size or x.size < least:

@@ -7,16 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import estimate
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from desim_warehouse.values.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -40,10 +37,7 @@ class PrecisionRule:
 
 
 def replications_needed(
-    values: Sequence[float] | NDArray[np.float64],
-    relative: float,
-    confidence: float = 0.95,
-    cap: int = 100_000,
+    values: Sequence[float] | Floats, relative: float, confidence: float = 0.95, cap: int = 100_000
 ) -> int | None:
     """Predict from a pilot the replications, in all, for a half-width of at most `relative` of |mean|.
 
@@ -65,9 +59,7 @@ def replications_needed(
     return int(i[enough[0]]) if enough.size else None
 
 
-def replications_to_run(
-    values: Sequence[float] | NDArray[np.float64], rule: PrecisionRule, *, deterministic: bool = False
-) -> int:
+def replications_to_run(values: Sequence[float] | Floats, rule: PrecisionRule, *, deterministic: bool = False) -> int:
     """Return how many replications to run next; 0 where those so far are precise enough, or as many as the cap.
 
     The next batch is the predicted shortfall, but never more than doubles the replications, so a lucky or

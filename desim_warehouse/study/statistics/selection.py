@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,7 @@ from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, differing_share, gaps
 from desim_warehouse.study.statistics.limits import COMMON_DAYS
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from desim_warehouse.values.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -153,7 +150,7 @@ class _Race:
             self.judged_on[i] = want
         self.r = want
 
-    def difference_variances(self, level: float) -> NDArray[np.float64]:
+    def difference_variances(self, level: float) -> Floats:
         """S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k).
 
         Differences that agree so far: as if the share that may still differ (`level`) did, by as much as it may.
@@ -166,7 +163,7 @@ class _Race:
             result[i, j] = result[j, i] = variance
         return result
 
-    def shortened(self, slack: NDArray[np.float64]) -> NDArray[np.float64]:
+    def shortened(self, slack: Floats) -> Floats:
         """Return the N_il, shorter for designs equal in every run so far: a difference on one day in ten would show."""
         made = slack.copy()
         for i, j in combinations(range(len(self.data)), 2):
@@ -192,7 +189,7 @@ class _Race:
                 tied.append(i)
         return tuple(tied)
 
-    def screen(self, slack: NDArray[np.float64], delta: float) -> None:
+    def screen(self, slack: Floats, delta: float) -> None:
         """Drop designs whose mean is more than W_il(r) = max(0, δ/2r (N_il - r)) below another survivor's."""
         ids = np.array(self.alive)
         means = self.sign * self.means()[ids]
@@ -203,11 +200,11 @@ class _Race:
             self.eliminated_at[i] = self.r
         self.alive = kept
 
-    def over(self, slack: NDArray[np.float64]) -> bool:
+    def over(self, slack: Floats) -> bool:
         """Whether one design is left, or r is the largest N_il + 1: then only equal means are left."""
         return all(self.r >= int(slack[i, j]) + 1 for i, j in combinations(self.alive, 2))
 
-    def means(self) -> NDArray[np.float64]:
+    def means(self) -> Floats:
         return self.totals / self.judged_on
 
     def leader(self) -> int:

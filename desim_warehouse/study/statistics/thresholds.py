@@ -13,17 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim_warehouse.study.statistics.intervals import t_quantile
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
+from desim_warehouse.values.arrays import Floats
 
 _STEPS = 2000
 """Points between two probes at which a crossing is looked for."""

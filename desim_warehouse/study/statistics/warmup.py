@@ -7,18 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import finite
+from desim_warehouse.values.arrays import Floats, Ints
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-
-Series: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float64]"
+Series: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | Floats"
 """Observations in order of time, shape (n,), or of several replications, shape (replications, n)."""
 TAIL = 5  # batches that a cut must leave: the spread of fewer is meaningless
 
@@ -36,12 +33,12 @@ class WarmUp:
     truncate: int
     valid: bool
     batch: int
-    means: NDArray[np.float64]
-    statistic: NDArray[np.float64]
+    means: Floats
+    statistic: Floats
     note: str
 
     @property
-    def positions(self) -> NDArray[np.int64]:
+    def positions(self) -> Ints:
         """Observations discarded at each point of `statistic`: the horizontal axis of the plot."""
         return np.arange(self.statistic.size) * self.batch
 
@@ -79,7 +76,7 @@ def mser(values: Series, batch: int = 5) -> WarmUp:
     return WarmUp(cut * batch, valid, batch, means, statistic, note)
 
 
-def welch(values: Series, window: int) -> NDArray[np.float64]:
+def welch(values: Series, window: int) -> Floats:
     """Return the moving average of Welch's plot: where it levels off, the warm-up is over.
 
     Args:
@@ -108,13 +105,13 @@ def welch(values: Series, window: int) -> NDArray[np.float64]:
     return np.asarray((sums[middle + beside + 1] - sums[middle - beside]) / (2 * beside + 1))
 
 
-def averaged(values: Series) -> NDArray[np.float64]:
+def averaged(values: Series) -> Floats:
     """Return the observations over time, shape (n,): the mean of the replications where there are several."""
     array = np.asarray(values, dtype=float)
     return finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
 
 
-def _statistic(means: NDArray[np.float64]) -> NDArray[np.float64]:
+def _statistic(means: Floats) -> Floats:
     """Return MSER after discarding 0, 1, ... m-1 batches, shape (m,), from sums over the tail in one pass."""
     centred = means - np.median(means)  # keeps a constant series at exactly 0, and large levels precise
     left = np.arange(means.size, 0, -1)

@@ -14,11 +14,10 @@ from desim_warehouse.policies import Batching, Task, TaskBatch, Travel, WaitingT
 from desim_warehouse.policies.asked import asked_for_all, fault, short
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.robots.reach import suits
-from desim_warehouse.world.traffic.events import BATCHES, end_of_instant
+from desim_warehouse.world.traffic.events import BATCHES, Clock, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.events import Event
 
     Key = tuple[str, tuple[str, ...], str]
@@ -34,7 +33,7 @@ class Batcher:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         policy: Batching,
         fleet: Fleet,
         travel: Travel,

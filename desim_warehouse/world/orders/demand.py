@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 from simpy.events import Event, Timeout
 
@@ -13,10 +13,7 @@ from desim_warehouse.model.facts.places import only_place, own_destinations, pla
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 BATCH = 1024
 """Goods drawn at a time."""
@@ -43,7 +40,7 @@ class Orders(Protocol):
 class Demand:
     """A source of tasks: `total` of them or, where it is None, without end."""
 
-    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
+    def __init__(self, env: Clock, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.robots = model.fleet.size
         self.layout = layout
@@ -119,7 +116,7 @@ class Demand:
         self._open += 1
         self.release(task)
 
-    def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:
+    def _arrivals(self, goods: PoissonGoods) -> Steps:
         mean = self.hour / goods.poisson
         gaps = self.streams.stream("arrivals")
         while True:

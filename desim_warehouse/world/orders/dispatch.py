@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict, deque
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simpy.core import StopSimulation
 from simpy.events import Event
@@ -26,12 +26,8 @@ from desim_warehouse.world.robots.forecast import busy_view
 from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
-from desim_warehouse.world.traffic.events import DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.events import DECISIONS, Clock, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
 
 VAIN = 1000
 """After this many openings in a row at which no task could be given out, none ever will be."""
@@ -53,7 +49,7 @@ class Dispatcher:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         log: Log,
         policies: Policies,
         allocation: Allocation | None,

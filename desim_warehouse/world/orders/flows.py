@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
-from simpy.events import Event, Timeout
+from simpy.events import Timeout
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import StoragePlace
@@ -35,10 +35,9 @@ from desim_warehouse.model.sections.order_lines import OrderLine
 from desim_warehouse.model.sections.orders import read, resampled, summary
 from desim_warehouse.policies import StopPlace, Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     End = StorageEnd | tuple[str, ...]
 
 
@@ -51,7 +50,7 @@ BATCH = 1024
 class Flows:
     """A source of the tasks of all flows, `total` of them or, where it is None, without end."""
 
-    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
+    def __init__(self, env: Clock, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.flows = {name: _Flow(name, flow, model, layout, streams) for name, flow in model.tasks.flows.items()}
         self.total: int | None = None
@@ -81,7 +80,7 @@ class Flows:
         for member in task.tasks:
             self.flows[member.flow].open += 1
 
-    def _arrivals(self, flow: _Flow) -> Generator[Event, object, None]:
+    def _arrivals(self, flow: _Flow) -> Steps:
         for time, line in flow.releases():
             if time > self.env.now:
                 yield Timeout(self.env, time - self.env.now)

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter, OrderedDict, deque
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from simpy.events import Timeout
 
@@ -43,12 +43,8 @@ from desim_warehouse.world.places.opening_hours import at
 from desim_warehouse.world.places.service import Service
 from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop
-
-if TYPE_CHECKING:
-    from simpy import Environment
-    from simpy.events import Event
-
-    from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 
 class Pod:
@@ -180,7 +176,7 @@ class Pods:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         spec: PodsSpec,
         shelves: Shelves,
         policies: PodPolicies,
@@ -421,7 +417,7 @@ class Pods:
         place = self.shelves.pods[number].place
         self.log.event(now, kind, robot.number, stop.task.number, robot.node, float(number), other=place)
 
-    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
+    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Steps:
         """Serve a robot in its station, with a server: pick line after line until none is left; then choose a place."""
         pod, node = self.shelves.pods[stop.task.pod], stop.node
         if self.spec.change_time and service.queued:

@@ -9,10 +9,10 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import OpenTasks, RobotView, Situation, Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.traffic.events import Clock
 
 if TYPE_CHECKING:
     from numpy.random import Generator
-    from simpy import Environment
 
     from desim_warehouse.world.robots.mixed_reach import MixedReach
     from desim_warehouse.world.robots.reach import Reach
@@ -24,7 +24,7 @@ class Situations:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         layout: Layout,
         travel: FreeTravel,
         *,

@@ -2,7 +2,9 @@
 
 A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every
 robot without one would still find one. So a robot that leaves its work always has somewhere to go, and none queues in
-a lane.
+a lane. Where there are no more slots than robots no second one is ever left: there a robot that goes to a charger has
+its slot there once it has left the bay where it rests, unless a robot from work has been faster. Until then other
+robots at rest leave it that slot.
 
 On two-way lanes a robot at work keeps a slot all the time. If that has a charger which another seeks, it keeps a slot
 elsewhere from its next task on: otherwise the other ran flat on a plant with two robots and one charger. That needs
@@ -12,14 +14,12 @@ one slot more than robots, which parking bays that grow have.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from simpy import Event
 
-if TYPE_CHECKING:
-    from simpy import Environment
-
-    from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
+from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
+from desim_warehouse.world.traffic.events import Clock
 
 
 class Bay:
@@ -79,11 +79,12 @@ class Bays:
     """All bays, and who has which slot.
 
     `slotless` robots are out without a slot reserved. `seekers` rest where there is no charger for them and
-    must charge. Those in `making_room` leave a slot of the bay that stands there to one of them.
-    `keep`: robots that are out keep a slot, as the route that they have declared ends there (see `avoidance`).
+    must charge. Those in `making_room` leave a slot of the bay that stands there to one of them, and those in
+    `_promised` set out for a slot that they reserve once they are out. `keep`: robots that are out keep a slot, as the
+    route that they have declared ends there (see `avoidance`).
     """
 
-    def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
+    def __init__(self, env: Clock, bays: Iterable[Bay], *, keep: bool = False) -> None:
         self.env = env
         self.keep = keep
         self.by_node = {bay.node: bay for bay in bays}
@@ -93,6 +94,7 @@ class Bays:
         self._left: Event | None = None
         self.seekers: list[Guest] = []
         self.making_room: dict[int, Bay] = {}
+        self._promised: dict[int, Bay] = {}
 
     def settle(self, robot: Guest, bay: Bay) -> None:
         """Put a robot in the bay where it starts."""
@@ -110,6 +112,21 @@ class Bays:
         # somewhere, and none queues in a lane.
         return robot.bay is None or self.free - 1 >= self.slotless
 
+    def may_go(self, robot: Guest, bay: Bay) -> bool:
+        """Whether a robot may set out for a slot in a bay, which it reserves now or when it has left its own."""
+        promised = sum(other is bay for other in self._promised.values())
+        return self.may_take(robot, bay) or bay.free > promised
+
+    def promise(self, robot: Guest, bay: Bay) -> None:
+        """Have a robot that may take no second slot set out for one in a bay."""
+        self._promised[robot.number] = bay
+
+    def goal_of(self, robot: Guest) -> Bay:
+        """Return the bay for which a robot sets out."""
+        bay = self._promised.get(robot.number, robot.bay)
+        assert bay is not None
+        return bay
+
     def take(self, robot: Guest, bay: Bay) -> None:
         """Reserve a slot, before setting out for it. A robot that stands in a bay keeps that one until it leaves."""
         if robot.bay is bay:
@@ -125,18 +142,23 @@ class Bays:
         self.free -= 1
         robot.bay = bay
 
-    def leave(self, robot: Guest) -> None:
-        """Note that a robot has left its bay. With no slot reserved elsewhere it has none now, or keeps this one."""
+    def leave(self, robot: Guest) -> Bay | None:
+        """Note that a robot has left its bay. With no slot reserved elsewhere it has none now, or keeps this one.
+
+        Returns the bay for which it has set out, if it has no slot yet.
+        """
         self.making_room.pop(robot.number, None)
+        goal = self._promised.pop(robot.number, None)
         bay = robot.leaving or robot.bay
         assert bay is not None
         if robot.leaving is None:
             if self.keep:
-                return
+                return None
             robot.bay = None
             self.slotless += 1
         robot.leaving = None
         self._free(bay)
+        return goal
 
     def _free(self, bay: Bay) -> None:
         bay.taken -= 1
@@ -158,7 +180,7 @@ class Bays:
 
     def charger_for(self, robot: Guest) -> bool:
         """Whether a robot may reserve a slot at a charger now: robots with less energy that seek one come first."""
-        bays = [bay for bay in self.by_node.values() if robot.kind in bay.charges and self.may_take(robot, bay)]
+        bays = [bay for bay in self.by_node.values() if robot.kind in bay.charges and self.may_go(robot, bay)]
         if not bays or not self.seekers:
             return bool(bays)
         left = robot.charge_left()
@@ -187,7 +209,7 @@ class Bays:
         """Return the bays to which a robot can go to make room: without chargers that others seek where it is."""
         assert robot.bay is not None
         sought = robot.bay.charges.intersection(seeker.kind for seeker in self.seekers)
-        return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_take(robot, bay)]
+        return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_go(robot, bay)]
 
     def tell_sought(self) -> None:
         """Notify robots at chargers that another must charge and finds no slot, or no charger in its bay."""

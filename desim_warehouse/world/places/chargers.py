@@ -21,10 +21,9 @@ from simpy.events import Timeout
 from desim_warehouse.values.distributions import draws
 from desim_warehouse.values.disturbances import OutageSpec
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.events import Arrival, Clock
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.resources.resource import Request
 
 
@@ -74,7 +73,7 @@ class FailingCharger:
 class FailingChargers:
     """The chargers of a bay, each with outages of its own, and the `queue` of requests that wait."""
 
-    def __init__(self, env: Environment, node: str, number: int, spec: OutageSpec, streams: Streams) -> None:
+    def __init__(self, env: Clock, node: str, number: int, spec: OutageSpec, streams: Streams) -> None:
         self.env = env
         self.capacity = number
         self.queue: list[Turn] = []
@@ -133,7 +132,7 @@ class FailingChargers:
 class Spares:
     """The spare batteries of a bay: the full ones are a SimPy container, which robots are served from in turn."""
 
-    def __init__(self, env: Environment, number: int) -> None:
+    def __init__(self, env: Clock, number: int) -> None:
         self.env = env
         self._full = Container(env, init=number)
 
@@ -155,7 +154,7 @@ class NewBattery:
         self.full: Event | None = None
         self._begun: float | None = None
 
-    def waits(self, env: Environment, charge_time: float) -> Iterator[Event]:
+    def waits(self, env: Clock, charge_time: float) -> Iterator[Event]:
         """Yield the events that the robot waits for; its own battery is full after `charge_time`."""
         if self.spares is not None:
             self.full = self.full or self.spares.exchange(charge_time)

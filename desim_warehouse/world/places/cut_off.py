@@ -13,18 +13,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.traffic.closures import ClosedHours
-
-if TYPE_CHECKING:
-    Edge = tuple[str, str]
-
 
 TRIES = 100
 """After so many openings in a row at which other closures are in the way, a task is not held back for them."""

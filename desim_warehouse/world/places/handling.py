@@ -6,18 +6,13 @@ thus differ by what they decide, not by luck at the shelves.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
-from desim_warehouse.values.distributions import drawn
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.policies import Handling, Task
-    from desim_warehouse.values.distributions import Distribution
-    from desim_warehouse.values.streams import Streams
-    from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.layout.spec import StationSpec
+from desim_warehouse.policies import Handling, Task
+from desim_warehouse.values.distributions import Distribution, drawn
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.places.stops import Stop
 
 
 class HandlingTimes:

@@ -3,38 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Callable
 
 from simpy.events import Event, Timeout
 
 from desim_warehouse.values.calendars import Hours
-from desim_warehouse.world.traffic.events import Arrival
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
-Steps: TypeAlias = Generator[Event, object, None]
+from desim_warehouse.world.traffic.events import Arrival, Clock, Steps
 
 
-def at(env: Environment, time: float) -> Event:
+def at(env: Clock, time: float) -> Event:
     """Return an event at a time. One at infinity keeps nothing going."""
     return Arrival(env, time) if math.isfinite(time) else Event(env)
 
 
-def change(env: Environment, hours: Hours) -> Event:
+def change(env: Clock, hours: Hours) -> Event:
     """Return an event that is due when a station opens or closes next."""
     return at(env, hours.changes(env.now))
 
 
-def until_open(env: Environment, hours: Hours) -> Steps:
+def until_open(env: Clock, hours: Hours) -> Steps:
     """Wait until a station is open."""
     while not hours.is_open(env.now):
         yield change(env, hours)
 
 
 def open_time(
-    env: Environment,
+    env: Clock,
     time: float,
     hours: Hours | None,
     pause: Callable[[], None] | None = None,

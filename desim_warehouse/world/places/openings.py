@@ -17,17 +17,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import count, zip_longest
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, RobotView, Task
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop, between, time_at
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from simpy import Environment
 
 KEPT = 100_000
 """Pairs of robot and task for which the answer is cached."""
@@ -81,7 +79,7 @@ class Openings:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         stations: Stations,
         cut_off: CutOff,
         handling: Handling[float],

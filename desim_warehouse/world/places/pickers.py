@@ -10,26 +10,20 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from simpy.events import Event
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import Layout
-from desim_warehouse.layout.walking import at_start, walking_on, zones_of
+from desim_warehouse.layout.walking import Spot, at_start, walking_on, zones_of
 from desim_warehouse.model.sections.pickers import PickersSpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.stops import Stop
-from desim_warehouse.world.traffic.events import DECISIONS, Arrival, end_of_instant
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout.walking import Spot
-    from desim_warehouse.world.traffic.events import Clock
-
-    Steps = Generator[Event, object, None]
+from desim_warehouse.world.traffic.events import DECISIONS, Arrival, Clock, Steps, end_of_instant
 
 
 class _Body(Protocol):

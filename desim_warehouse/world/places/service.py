@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from desim_warehouse.world.places.opening_hours import Steps, change, open_time
+from desim_warehouse.world.places.opening_hours import change, open_time
 from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.events import Event
     from simpy.resources.resource import Request
 
@@ -32,7 +32,7 @@ class Service:
     After the last load the robot is to `leave` the server. `queued`: whether none was free when it came.
     """
 
-    def __init__(self, env: Environment, robot: Served, station: Station) -> None:
+    def __init__(self, env: Clock, robot: Served, station: Station) -> None:
         self.env = env
         self.robot = robot
         self.station = station

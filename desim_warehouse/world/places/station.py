@@ -7,7 +7,7 @@ after service does in a line of machines.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from simpy import Resource
@@ -16,10 +16,9 @@ from desim_warehouse.outcome.log import NONE, Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.opening_hours import open_time, until_open
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 if TYPE_CHECKING:
-    from simpy import Environment
-    from simpy.events import Event
     from simpy.resources.resource import Request
 
 
@@ -33,7 +32,7 @@ class Workplace:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         node: str,
         log: Log,
         *,
@@ -61,7 +60,7 @@ class Workplace:
         self.log.is_for_workers(task.number)
         self.env.process(self._work(task, place))
 
-    def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:
+    def _work(self, task: Task, place: Request | None) -> Steps:
         env, hours, put = self.env, self.hours, self.env.now
         with self.workers.request() as worker:
             yield worker
@@ -86,7 +85,7 @@ class Station:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         node: str,
         places: int,
         servers: int,

@@ -10,7 +10,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.travel import FreeTravel
@@ -23,9 +22,7 @@ from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.places.station import Station, Workplace
 from desim_warehouse.world.places.stops import Stop, stops_of_tour
-
-if TYPE_CHECKING:
-    from simpy import Environment
+from desim_warehouse.world.traffic.events import Clock
 
 
 class Stations:
@@ -38,7 +35,7 @@ class Stations:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         tasks: Tasks,
         by_node: dict[str, Station],
         full: set[str],
@@ -245,7 +242,7 @@ class Stations:
 
 
 def stations_of(
-    env: Environment,
+    env: Clock,
     model: Model,
     layout: Layout,
     travel: FreeTravel,

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 
-from simpy.events import Event, Timeout
+from simpy.events import Timeout
 
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.tour import Tour
+from desim_warehouse.world.traffic.events import Steps
 from desim_warehouse.world.traffic.wide import WideLane
-
-Steps = Generator[Event, object, None]
 
 
 class TourAside(Tour):
@@ -33,7 +31,7 @@ class TourAside(Tour):
         yield from super()._handle(stop)
         lane = self.aside
         if lane is not None:
-            yield from self._break_down()
+            yield from self._break_down(lane)
             if not self._stays(stop):
                 yield from lane.come_back(robot.body)
                 self.aside = None
@@ -45,7 +43,7 @@ class TourAside(Tour):
             return False
         return (following.edge, following.offset) == (stop.edge, stop.offset)
 
-    def _break_down(self) -> Steps:
+    def _break_down(self, lane: WideLane) -> Steps:
         """Be repaired beside the lane, where the robot is in nobody's way, if a breakdown is due."""
         robot, breakdowns = self.robot, self.robot.breakdowns
         if breakdowns is None:
@@ -55,6 +53,7 @@ class TourAside(Tour):
             repair, _ = breakdowns.begin()
             robot.enter("broken")
             body.break_down()
+            lane.break_down(body)
             yield Timeout(self.env, repair)
             body.be_repaired()
             robot.enter(robot.doing)

@@ -18,11 +18,10 @@ from desim_warehouse.policies import Levels
 from desim_warehouse.states import STATES, TOO_LOW, Phase
 from desim_warehouse.world.robots.forecast import need_now
 from desim_warehouse.world.robots.reach import Reach
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.robots.robot import Robot
 
 
@@ -108,7 +107,7 @@ class Alarms:
     The level is computed on demand. `give_back` takes the robot's task from it.
     """
 
-    def __init__(self, env: Environment, robot: Robot, reach: Reach, give_back: Callable[[Robot], None]) -> None:
+    def __init__(self, env: Clock, robot: Robot, reach: Reach, give_back: Callable[[Robot], None]) -> None:
         self.env = env
         self.robot = robot
         self.reach = reach

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import BayView, RobotView
 from desim_warehouse.policies.asked import asked, fault, short
+from desim_warehouse.world.places.bays import Bay
+from desim_warehouse.world.robots.reach import Reach
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
-    from desim_warehouse.world.places.bays import Bay
-    from desim_warehouse.world.robots.reach import Reach
 
 
 class BayChoice:
     """The choice of a bay for a robot that leaves its work: a charger if its battery wants one, else by the policy."""
 
-    def __init__(self, env: Environment, policy: Any, travel: FreeTravel, reaches: Mapping[str, Reach]) -> None:
+    def __init__(self, env: Clock, policy: Any, travel: FreeTravel, reaches: Mapping[str, Reach]) -> None:
         self.env = env
         self.policy = policy
         self.travel = travel

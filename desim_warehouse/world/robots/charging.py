@@ -38,12 +38,10 @@ from desim_warehouse.states import Phase
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, NewBattery
 from desim_warehouse.world.robots.surroundings import WorkGiver
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Clock, Steps, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
 
@@ -60,7 +58,7 @@ class ChargingStop:
     it went out last. If it goes out to work, C counts it.
     """
 
-    def __init__(self, robot: Robot, env: Environment, *, dispatcher: WorkGiver, reach: Reach, bays: Bays) -> None:
+    def __init__(self, robot: Robot, env: Clock, *, dispatcher: WorkGiver, reach: Reach, bays: Bays) -> None:
         self.robot = robot
         self.env = env
         self.dispatcher = dispatcher
@@ -138,7 +136,7 @@ class ChargingStop:
         self.is_charging = False
         return offer
 
-    def _wait(self, due: Event) -> Generator[Event, object, None]:
+    def _wait(self, due: Event) -> Steps:
         """Wait until there is a charger for the robot, or a task; robots at a charger know of it meanwhile."""
         bay = self.robot.bay
         assert bay is not None

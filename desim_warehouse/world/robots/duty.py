@@ -16,13 +16,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from desim_warehouse.model import Model
 from desim_warehouse.values.calendars import Hours
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.events import Clock
+from desim_warehouse.world.traffic.events import Clock
 
 
 def duty_of(clock: Clock, model: Model) -> Duty:

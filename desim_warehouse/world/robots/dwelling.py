@@ -17,7 +17,6 @@ length (docs/why.md, "Resting where the load was put down"):
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 from simpy.events import AnyOf, Event, Timeout
@@ -25,11 +24,10 @@ from simpy.events import AnyOf, Event, Timeout
 from desim_warehouse.world.places.bays import Bays
 from desim_warehouse.world.robots.duty import Departures
 from desim_warehouse.world.robots.surroundings import WorkGiver
+from desim_warehouse.world.traffic.events import Clock, Steps
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.traffic.traffic import Traffic
@@ -41,7 +39,7 @@ class Dwelling:
     def __init__(
         self,
         robot: Robot,
-        env: Environment,
+        env: Clock,
         *,
         is_allowed: bool,
         dispatcher: WorkGiver,
@@ -75,7 +73,7 @@ class Dwelling:
             return False
         return robot.docked is not None or not self.traffic.gridlock.is_waited_for(robot.body)
 
-    def rest(self) -> Generator[Event, object, None]:
+    def rest(self) -> Steps:
         """Rest until the robot is given a task, is called away, or its battery is so low that it goes to a charger."""
         robot, env = self.robot, self.env
         offer, self._called = self.dispatcher.wait(robot), Event(env)

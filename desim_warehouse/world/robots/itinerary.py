@@ -8,20 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.policies import Task
 from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.routes import Routes
+from desim_warehouse.world.traffic.rulebook import StepGuard
 
-if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.routes import Routes
-    from desim_warehouse.world.traffic.rulebook import StepGuard
-
-    Place: TypeAlias = tuple[Lane, float]
-    Leg: TypeAlias = tuple[list[Lane], Place | None]
+Place: TypeAlias = tuple[Lane, float]
+Leg: TypeAlias = tuple[list[Lane], Place | None]
 
 
 class Itinerary:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.policies import Levels, RobotView
 from desim_warehouse.policies.asked import asked, fault, short
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
+from desim_warehouse.world.traffic.events import Clock
 
 _FIFTH = 0.2
 """Part of a battery that no policy means by full."""
@@ -19,7 +16,7 @@ _FIFTH = 0.2
 class ChargingLevels:
     """The battery levels of robots by the charging policy, which is asked only once if levels are alike for all."""
 
-    def __init__(self, env: Environment, policy: Any) -> None:
+    def __init__(self, env: Clock, policy: Any) -> None:
         self.env = env
         self.policy = policy
         self._fixed: Levels | None = None

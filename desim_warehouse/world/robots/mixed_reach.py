@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-from desim_warehouse.world.robots.reach import may_do
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.policies import RobotView, Task
-    from desim_warehouse.world.robots.reach import Reach
+from desim_warehouse.policies import RobotView, Task
+from desim_warehouse.world.robots.reach import Reach, may_do
 
 
 class MixedReach:

@@ -9,31 +9,25 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.feasibility.batteries import cause, too_small
 from desim_warehouse.findings import amount
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import LEAST_CHARGE, consumption
+from desim_warehouse.policies import Handling, Levels, RobotView, Task
+from desim_warehouse.world.places.bays import Bays
+from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.openings import Openings
-from desim_warehouse.world.places.stops import driven, handled
+from desim_warehouse.world.places.stations import Stations
+from desim_warehouse.world.places.stops import Stop, driven, handled
+from desim_warehouse.world.robots.levels import ChargingLevels
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-
-    from simpy import Environment
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import FreeTravel
-    from desim_warehouse.model import Model
-    from desim_warehouse.policies import Handling, Levels, RobotView, Task
-    from desim_warehouse.world.places.bays import Bays
-    from desim_warehouse.world.places.cut_off import CutOff
-    from desim_warehouse.world.places.stations import Stations
-    from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.robots.levels import ChargingLevels
-
 
 MORE = 0.05
 """Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again.
@@ -77,7 +71,7 @@ class Reach:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         model: Model,
         layout: Layout,
         travel: FreeTravel,

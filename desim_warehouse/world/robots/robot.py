@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Sequence
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
@@ -37,20 +36,14 @@ from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.closings import Closings
 from desim_warehouse.world.robots.dwelling import Dwelling
 from desim_warehouse.world.robots.forecast import time_to_node
-from desim_warehouse.world.robots.itinerary import Itinerary
+from desim_warehouse.world.robots.itinerary import Itinerary, Place
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.drive import Drive
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, Steps, end_of_instant
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.motion import Motion, NodeDelays
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.robots.itinerary import Place
-
-    Steps = Generator[Event, object, None]
-
 
 FAR = 1e15
 """A time that never comes. It is not scheduled, as waiting for it would keep a stalled run going."""
@@ -250,9 +243,12 @@ class Robot:
         if away:
             bay = self.bay_choice.parking(view, self.bays.away_from(self))
         else:
-            bays = [bay for bay in self.bays.by_node.values() if self.bays.may_take(self, bay)]
+            bays = [bay for bay in self.bays.by_node.values() if self.bays.may_go(self, bay)]
             bay = self.bay_choice.choose(view, bays, must_charge=charging.must_charge)
-        self._take_slot(bay)
+        if self.bays.may_take(self, bay):
+            self._take_slot(bay)
+        else:
+            self.bays.promise(self, bay)
 
     def _take_slot(self, bay: Bay) -> None:
         """Reserve a slot in a bay, unless the declared route ends in another and cannot be changed safely."""
@@ -271,10 +267,14 @@ class Robot:
 
     def go_to_bay(self) -> Steps:
         """Drive home, or to the bay that the policies choose."""
-        assert self.bay is not None
-        if self.is_out or self.bay.node != self.parked_at:
-            yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
+        goal = self.bays.goal_of(self)
+        if self.is_out or goal.node != self.parked_at:
+            yield from self.drive(self.itinerary.leg(self.node, goal.node))
+            assert self.bay is not None
+            if self.bay is not goal:  # another robot has taken the slot that it set out for
+                yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
             self.enter_bay(self.bay.node)
+        assert self.bay is not None
         self.last_bay = self.bay.node
         self.record("parked")
         self.dispatcher.came_home(self)
@@ -608,7 +608,9 @@ class Robot:
             self.docked = None
             self.dispatcher.call()
         else:
-            self.bays.leave(self)
+            goal = self.bays.leave(self)
+            if goal is not None:
+                self.bays.take(self, goal) if goal.free else self.reserve_bay()
             if self.reach.scarce:
                 self.dispatcher.call()
         if self.closings is not None:

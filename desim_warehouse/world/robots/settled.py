@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from simpy.events import Timeout
 
@@ -26,11 +26,8 @@ from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_lev
 from desim_warehouse.model.facts.hours import repeats_after
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.bays import Bay
+from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.traffic.events import Clock
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.robots.robot import Robot
-
 
 SEED = 39_916_801
 """The seed of the run that nobody counts; no counted run has it."""

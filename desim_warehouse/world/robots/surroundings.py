@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -16,6 +16,7 @@ from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
 from desim_warehouse.world.robots.duty import Departures
+from desim_warehouse.world.traffic.events import Steps
 
 if TYPE_CHECKING:
     from simpy.events import Event
@@ -75,7 +76,7 @@ class Carried(Protocol):
     def lifted(self, robot: Robot, stop: Stop) -> None:
         """Note that a robot has taken a pod from its place."""
 
-    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
+    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Steps:
         """Pick line after line from the pod, until none is left for it."""
 
 

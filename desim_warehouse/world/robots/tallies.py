@@ -8,15 +8,13 @@ be taken at any instant (the end of the warm-up, the end of a run) and agree wit
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from desim_warehouse.world.places.station import Station
-    from desim_warehouse.world.robots.robot import Robot
-    from desim_warehouse.world.traffic.intersection import Intersection
-    from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.traffic import Traffic
-
+from desim_warehouse.world.places.station import Station
+from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.traffic.intersection import Intersection
+from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.traffic import Traffic
 
 Rows = list[dict[str, Any]]
 

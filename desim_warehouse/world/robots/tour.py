@@ -21,13 +21,10 @@ from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.closings import Closings
 from desim_warehouse.world.robots.duty import Departures
 from desim_warehouse.world.robots.surroundings import Carried, WorkGiver
+from desim_warehouse.world.traffic.events import Clock, Steps
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.robots.robot import Robot
-
-    Steps = Generator[Event, object, None]
 
 
 class Tour:
@@ -40,7 +37,7 @@ class Tour:
     def __init__(
         self,
         robot: Robot,
-        env: Environment,
+        env: Clock,
         *,
         dispatcher: WorkGiver,
         stations: Stations,

@@ -37,14 +37,13 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.way_home import room
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Clock, end_of_instant
 from desim_warehouse.world.traffic.home_plan import Declared, DeclaredRoute, HomePlan, trail_of
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.home_plan import Stand, Step
@@ -142,7 +141,7 @@ class Avoidance:
     all. Only departures are held back, never robots that are out: holding those would break the proof.
     """
 
-    def __init__(self, env: Environment, patience: float, *, has_zones: bool = False) -> None:
+    def __init__(self, env: Clock, patience: float, *, has_zones: bool = False) -> None:
         self.env = env
         self.has_zones = has_zones
         self.patience = patience

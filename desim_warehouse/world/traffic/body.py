@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.states import IN_LIFT
 from desim_warehouse.world.traffic.drive import Drive
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.motion import LookAhead, Motion, NodeDelays, Stretch
 from desim_warehouse.world.traffic.rulebook import Driver, NoDriver
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
-
     from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.lane import Lane
 
@@ -410,7 +409,7 @@ class Body:
         assert self.stretch is not None
         return self.pace * self.pace * self.stretch.motion.gathers / 2
 
-    def keep_braking_distance(self, env: Environment) -> None:
+    def keep_braking_distance(self, env: Clock) -> None:
         """Make the robot look its braking distance ahead, so that it can always stop before it may have to."""
         assert self.stretch is not None
         self.look_ahead = LookAhead(env, self, self.stretch.motion.brakes)

@@ -12,17 +12,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
 from desim_warehouse.values.calendars import ALWAYS, Hours
 from desim_warehouse.world.traffic.people import Passer, PeopleSource
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    Edge = tuple[str, str]
 
 
 class Closure(Protocol):

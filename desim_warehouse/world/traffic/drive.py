@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import NORMAL, Event
 
-from desim_warehouse.world.traffic.events import Arrival, happened
+from desim_warehouse.world.traffic.events import Arrival, Steps, happened
 from desim_warehouse.world.traffic.intersection import Intersection
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import EPS
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.motion import Stretch
-
-    Steps = Generator[Event, object, None]
 
 
 class Departure(Enum):

@@ -5,13 +5,16 @@ Together with `drive.py`, the only file where SimPy's private names are used: `e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from heapq import heappop, heappush
 from math import inf
+from typing import TypeAlias
 
 from simpy import Environment
 from simpy.events import NORMAL, Event, EventPriority
 
+Steps: TypeAlias = Generator[Event, object, None]
+"""The steps of a process, or of a part of one: the events that it waits for, one after the other."""
 BATCHES = EventPriority(NORMAL + 1)
 """Priority of putting tasks together among the events of one instant: after all that happens at that time."""
 DECISIONS = EventPriority(NORMAL + 2)

@@ -16,22 +16,17 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import partial
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
-from simpy.events import Timeout
+from simpy.events import Event, Timeout
 
 from desim_warehouse.errors import GridlockError
 from desim_warehouse.outcome.log import Log
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.events import Clock
+from desim_warehouse.world.traffic.intersection import Claim
+from desim_warehouse.world.traffic.lift import LiftCrossing
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from simpy import Environment
-    from simpy.events import Event
-
-    from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.intersection import Claim
-    from desim_warehouse.world.traffic.lift import LiftCrossing
-
 
 _NAMED = 6  # robots of a ring that an error names
 Rule = Literal["rotate", "avoid", "stop"]
@@ -43,7 +38,7 @@ class Gridlock:
     With `stop` a ring is an error, for fleets that cannot turn. With `avoid` there are none.
     """
 
-    def __init__(self, env: Environment, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
+    def __init__(self, env: Clock, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
         self.env = env
         self.log = log
         self.headway = headway

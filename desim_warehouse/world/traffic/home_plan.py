@@ -19,20 +19,18 @@ import math
 from bisect import bisect_left, insort
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from desim_warehouse.layout.way_home import HomeSearch, Stands
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.intersection import Intersection
+from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
-if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.intersection import Intersection
-    from desim_warehouse.world.traffic.lane import Lane
-
-    Stand: TypeAlias = Intersection | Lane
-    Step: TypeAlias = Stand | ZoneDirection | Exit
-    Move: TypeAlias = tuple[float, int]
-    """Its rank, and how far on the robot's trail: to a refuge, or home (the length of the trail)."""
+Stand: TypeAlias = Intersection | Lane
+Step: TypeAlias = Stand | ZoneDirection | Exit
+Move: TypeAlias = tuple[float, int]
+"""Its rank, and how far on the robot's trail: to a refuge, or home (the length of the trail)."""
 
 
 class DeclaredRoute:

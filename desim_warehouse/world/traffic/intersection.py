@@ -9,12 +9,11 @@ straight on, to which the node is never closed, would starve a crossing robot.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.events import Arrival, Steps
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.lane import Lane
-
-    Steps = Generator[Event, object, None]
 
 
 class Claim(Event):

@@ -10,23 +10,15 @@ before, and repairs.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
-from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.layout import Lift
-from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.events import Arrival, Steps
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from simpy.events import Event
-
-    from desim_warehouse.world.traffic.body import Body
-
-    Steps = Generator[Event, object, None]
 
 
 class LiftCrossing(Intersection):

@@ -45,11 +45,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from desim_warehouse.values.distributions import draws
 from desim_warehouse.values.disturbances import DelaySpec
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.events import Arrival, Clock
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from simpy import Environment
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
@@ -114,7 +113,8 @@ class Stretch(NamedTuple):
     def braking_distance(self, most: float) -> float:
         """Return the length over which it brakes to its end: `most`, or less if it gathers less speed."""
         gathers, brakes = self.motion
-        return min(most, sum(length for length, _ in self.pieces) * brakes / (gathers + brakes))
+        run_up = self.speed * self.speed * gathers / 2 + sum(length for length, _ in self.pieces)
+        return min(most, run_up * brakes / (gathers + brakes))
 
     def at_speed(self, limit: float) -> Stretch:
         """Return the stretch after a stop, when it has lost all that gathering speed up to a limit can take."""
@@ -198,11 +198,11 @@ class NodeDelays:
 class LookAhead:
     """The braking distance that one robot looks ahead: there it decides whether to go on or to brake.
 
-    `brakes` is the time in which it loses a unit of speed. `when` is the time of the next decision, inf if none is to
-    come, and `pending` the time of the event for it, then or before.
+    `brakes` is the time in which it loses a unit of speed. `when` is the time of the latest decision expected, and
+    `pending` the time of the event for it, then or before, inf once it is made.
     """
 
-    def __init__(self, env: Environment, robot: Body, brakes: float) -> None:
+    def __init__(self, env: Clock, robot: Body, brakes: float) -> None:
         self.env = env
         self.robot = robot
         self.brakes = brakes
@@ -239,7 +239,6 @@ class LookAhead:
             if self.when < math.inf:
                 self._look_again_at(self.when)
             return
-        self.when = math.inf
         robot, drive = self.robot, self.drive
         if drive is None or robot.lane is None or robot.until < now or not robot.braking:
             return

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Sequence
 from functools import cache, partial
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_along
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import place_shares
@@ -21,9 +22,6 @@ from desim_warehouse.model.sections.traffic import PeopleSpec
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.values.distributions import drawn, mean_left
 from desim_warehouse.values.streams import Streams
-
-if TYPE_CHECKING:
-    Edge = tuple[str, str]
 
 
 class Claiming(Protocol):

@@ -6,25 +6,22 @@ import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import networkx as nx
 
 from desim_warehouse.errors import PolicyError, nearest, shown
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked_for_all, fault, is_ours
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.closures import Restrictions
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.lane import Lane
 
-if TYPE_CHECKING:
-    from simpy import Environment
-
-
-Edge = tuple[str, str]
 _ATTRIBUTES = ("length", "speed")
 _USUAL = "weight"
 """The weight that networkx looks for where nobody names one."""
@@ -57,7 +54,7 @@ class Routes:
     # All that a routing policy may ask, long as the list is.
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         policy: Any,
         layout: Layout,
         travel: FreeTravel,

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.outcome.log import Log
+from desim_warehouse.world.traffic.events import Clock, Steps
 from desim_warehouse.world.traffic.rules import closing_distance, closing_distance_apart, turn
 
 if TYPE_CHECKING:
-    from simpy import Environment
-    from simpy.events import Event
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
-
-    Steps = Generator[Event, object, None]
 
 
 class Rings(Protocol):
@@ -120,7 +116,7 @@ class Rules:
     Where it is None, full rings of waiting robots turn instead.
     """
 
-    env: Environment
+    env: Clock
     log: Log
     gridlock: Rings
     headway: float

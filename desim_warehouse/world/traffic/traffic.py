@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
@@ -21,6 +20,7 @@ from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.closures import Restrictions
 from desim_warehouse.world.traffic.drive import Drive
+from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
@@ -30,9 +30,6 @@ from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import exact_length
 from desim_warehouse.world.traffic.wide import WideLane, WideRestrictedLane
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
-
-if TYPE_CHECKING:
-    from simpy import Environment
 
 
 class Traffic:
@@ -48,7 +45,7 @@ class Traffic:
 
     def __init__(
         self,
-        env: Environment,
+        env: Clock,
         layout: Layout,
         log: Log,
         *,

@@ -7,27 +7,24 @@ rings turn no other robot is let onto the lane meanwhile, so it comes back after
 ring that turns does not heed that.
 
 A robot that finds the room taken waits in the lane. When the one beside it is ready the two change places at once.
-Where lanes are two-way the guard may refuse that; then it loads in the lane, as in a narrow aisle. So it waits for time
-alone (proof: docs/why.md, "Wide aisles").
+Where lanes are two-way the guard may refuse that; then it loads in the lane, as in a narrow aisle, and so it does while
+the one beside the lane is broken, for a repair would hold up the whole aisle. So it waits for time alone (proof:
+docs/why.md, "Wide aisles").
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from simpy.events import Event
 
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, Steps, end_of_instant
+from desim_warehouse.world.traffic.intersection import Claim
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.intersection import Claim
-
-    Steps = Generator[Event, object, None]
 
 
 class RoomClaim(Event):
@@ -173,11 +170,20 @@ class WideLane(Lane):
         if other is None:
             self._leave(robot)
             return True
+        if other.broken:
+            return False
         if other in side.ready:
             return self._change_places(robot, other)
         claim = side.queued[place] = RoomClaim(robot, None, other)
         yield from self._wait(claim)
         return bool(claim.value)
+
+    def break_down(self, robot: Body) -> None:
+        """Let another load in the lane that waits for the room beside it, which a broken robot keeps."""
+        queued = self.side.queued.pop(self._place(robot), None)
+        if queued is not None:
+            queued.robot.resume()
+            queued.succeed(value=False)
 
     def come_back(self, robot: Body) -> Steps:
         """Come back onto the lane, where the robot left it, once there is room."""

@@ -189,6 +189,12 @@ def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other():
         assert math.dist(*zone.places) >= 2 * zone.room
 
 
+def test_a_floor_is_a_grid_of_cells_up_to_eight_radii_wide():
+    model = grid_run().model
+    small, smaller = (model.replace({"fleet.robot.radius": radius}) for radius in (0.125, 0.124))
+    assert (cell_size(small, small.floor), cell_size(smaller, smaller.floor)) == (1.0, 0.0)
+
+
 def test_many_slots_of_a_station_do_not_hide_a_small_floor():
     few, many = (dw.load("models/tutorial.yaml", {"layout.stations.packing.places": places}) for places in (8, 28))
     width = max(data["x"] for _, data in many.floor.graph.nodes(data=True))

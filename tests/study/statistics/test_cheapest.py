@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.targets import parse_target
-from desim_warehouse.study.statistics.cheapest import Earlier, _Proof, cheapest_meeting_steps, scout_steps
+from desim_warehouse.study.statistics.cheapest import NOTHING, Earlier, _Proof, cheapest_meeting_steps, scout_steps
 from desim_warehouse.study.statistics.judge import Budget, Judge, verdict_steps
 from desim_warehouse.study.statistics.procedure import follow
 from tests.study.statistics.searches import up_to
@@ -26,7 +26,9 @@ def priced(robot, charger):
     return lambda design: (robot * design[0] + charger * design[1], *map(float, design))
 
 
-def search(mean, cost=fewest, *, noise=0.0, seed=0, designs=GRID, target=ENOUGH, zone=0.01, cap=80, **options):
+def search(
+    mean, cost=fewest, *, noise=0.0, seed=0, designs=GRID, target=ENOUGH, zone=0.01, cap=80, earlier=NOTHING, **options
+):
     """Scout and proof of a surface of means with normal noise."""
     rng = np.random.default_rng(seed)
 
@@ -34,9 +36,9 @@ def search(mean, cost=fewest, *, noise=0.0, seed=0, designs=GRID, target=ENOUGH,
         return mean(designs[number]) + noise * rng.standard_normal()
 
     budget = options.pop("budget", Budget(10**6))
-    doubted = follow(scout_steps(designs, cost, target, budget), sample)
+    doubted = follow(scout_steps(designs, cost, target, budget, earlier), sample)
     judge = Judge(target, zone=zone, budget=budget, days=up_to(cap), **options)
-    steps = cheapest_meeting_steps(designs, cost, judge, doubted)
+    steps = cheapest_meeting_steps(designs, cost, judge, doubted, earlier=earlier)
     return follow(steps, sample)
 
 
@@ -311,6 +313,14 @@ def test_what_is_known_to_fail_is_not_judged_again():
     assert GRID[found.design] == (5, 2)
     assert {design[0] for design, _ in asked} == {5}
     assert [GRID[number] for number in found.below] == [(5, 1)]
+
+
+def test_batteries_that_fell_with_less_demand_rule_out_no_fewer_robots_on_as_many_chargers():
+    """One charger did not last for six robots or more with less demand; today five are enough, and it lasts."""
+    flat = frozenset(n for n, (robots, chargers) in enumerate(GRID) if chargers == 1 and robots > 5)
+    for drained, cheapest in ((flat, (5, 1)), (frozenset(), (5, 2))):
+        known = Earlier(flat, compare=False, drained=drained)
+        assert GRID[search(at_least(5, 1), noise=0.01, earlier=known).design] == cheapest
 
 
 @pytest.mark.parametrize(("mean", "then"), [(0.92, (3, 1, 2)), (0.88, (3, 3, 3))])

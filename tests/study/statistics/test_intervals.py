@@ -80,6 +80,11 @@ def test_equal_values_so_far_are_neither_exact_nor_infinitely_precise():
     assert result.interval == pytest.approx((5 - 1.5425, 5 + 1.5425), abs=1e-4)
 
 
+def test_two_values_that_differ_by_rounding_have_no_spread():
+    assert 0.1 + 0.2 != 0.3
+    assert estimate([0.1 + 0.2, 0.3]).sd == 0.0
+
+
 def test_a_small_spread_that_is_more_than_rounding_is_a_spread():
     result = estimate([1.0, 1.0 + 1e-9])
     assert not result.deterministic

@@ -68,6 +68,15 @@ def test_the_error_of_a_look_is_shared_by_the_targets():
     assert {one.level for one in both.verdicts[0].each} == {both.verdicts[0].level}
 
 
+def test_a_mean_known_to_within_the_zone_and_within_it_of_the_target_is_about_at_it():
+    """Five values around 103 at a target of 100, known to 4: with a zone of 5 it is close, with one of 3 it is not."""
+    target, data = parse_target("throughput_per_hour >= 100"), [103 + 3.2 * step for step in (-2, -1, 0, 1, 2)]
+    close, open_ = (judged("", data, target, 0.95, False, target.measure.within, zone) for zone in (5.0, 3.0))
+    assert (close.low, close.high) == (pytest.approx(99, abs=1), pytest.approx(107, abs=1))
+    assert (close.verdict, close.within_zone) == ("undecided", True)
+    assert (open_.verdict, open_.within_zone) == ("undecided", False)
+
+
 def test_one_missed_target_is_enough_to_fail_and_an_open_one_to_stay_open():
     def verdict(values, goal):
         return judged("", values, goal, 0.95, False, goal.measure.within, 0.001)
