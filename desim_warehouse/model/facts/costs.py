@@ -26,7 +26,7 @@ def year_of(
     Args:
         model: prices, and the rest of the design.
         kinds: the kind of each robot.
-        chargers: all of them; None: without batteries only those that the model counts, as nobody uses the others.
+        chargers: all of them; None: the chargers of the model, without batteries only where a bay gives their number.
         people: how many are paid in some stations, in all nodes of each, and under "" of no station.
     """
     prices = model.prices
@@ -45,7 +45,7 @@ def year_of(
 
 
 def _chargers(model: Model) -> int:
-    """Count the chargers that are paid: those of slots whose chargers the model does not count only with batteries."""
+    """Count the chargers that are paid; without batteries, only chargers for which a bay gives a number."""
     bays = model.floor.bays
     at_nodes = chargers_at(model, model.floor).items()
     return sum(count for node, count in at_nodes if model.battery is not None or bays[node].chargers is not None)
