@@ -114,8 +114,7 @@ class Bays:
 
     def may_go(self, robot: Guest, bay: Bay) -> bool:
         """Whether a robot may set out for a slot in a bay, which it reserves now or when it has left its own."""
-        promised = sum(other is bay for other in self._promised.values())
-        return self.may_take(robot, bay) or bay.free > promised
+        return self.may_take(robot, bay) or bay.free > sum(other is bay for other in self._promised.values())
 
     def promise(self, robot: Guest, bay: Bay) -> None:
         """Have a robot that may take no second slot set out for one in a bay."""
@@ -123,7 +122,7 @@ class Bays:
 
     def goal_of(self, robot: Guest) -> Bay:
         """Return the bay for which a robot sets out."""
-        bay = self._promised.get(robot.number, robot.bay)
+        bay = self._promised.get(robot.number, robot.bay) if self._promised else robot.bay
         assert bay is not None
         return bay
 
@@ -148,7 +147,7 @@ class Bays:
         Returns the bay for which it has set out, if it has no slot yet.
         """
         self.making_room.pop(robot.number, None)
-        goal = self._promised.pop(robot.number, None)
+        goal = self._promised.pop(robot.number, None) if self._promised else None
         bay = robot.leaving or robot.bay
         assert bay is not None
         if robot.leaving is None:

@@ -233,19 +233,20 @@ class Robot:
 
     def reserve_bay(self, *, away: bool = False) -> None:
         """Reserve a slot for the robot to go to before it sets out; with `away` a slot without a charger."""
-        charging = self.charging
+        charging, is_out = self.charging, self.is_out
         self.body.recall_from(math.inf)
-        if self.is_out:
+        if is_out:
             self.enter("returning")
         view = self.view()
-        if self.is_out and self.battery.spec is not None and not charging.must_charge and self.reach.must_charge(view):
+        if is_out and self.battery.spec is not None and not charging.must_charge and self.reach.must_charge(view):
             charging.require()
         if away:
             bay = self.bay_choice.parking(view, self.bays.away_from(self))
         else:
-            bays = [bay for bay in self.bays.by_node.values() if self.bays.may_go(self, bay)]
+            may_go = self.bays.may_take if is_out else self.bays.may_go
+            bays = [bay for bay in self.bays.by_node.values() if may_go(self, bay)]
             bay = self.bay_choice.choose(view, bays, must_charge=charging.must_charge)
-        if self.bays.may_take(self, bay):
+        if is_out or self.bays.may_take(self, bay):
             self._take_slot(bay)
         else:
             self.bays.promise(self, bay)
