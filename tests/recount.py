@@ -282,6 +282,8 @@ class Recount:
                 start, place = since.pop(robot, (at, None))
                 if place is not None:
                     used += sum(b - a for a, b in hours[place].between(max(start, self.begin), min(at, self.end)))
+                if self.model.pods is not None and kind in {"loaded", "empty", "returning"}:
+                    docked[robot] = None  # with its pod, or without one, it has left the station
                 if kind in {"loading", "unloading"}:
                     outside = kind == "loading" and task in stored  # on the node beside a station that it has left
                     since[robot] = at, None if outside else docked.get(robot)

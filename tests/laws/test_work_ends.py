@@ -70,7 +70,7 @@ TWO_WAY = tuple(features for features in GROUPS if not {"policies", "restless"} 
 """What is put on two-way lanes."""
 WENT_WRONG = {
     "closures": (260,),  # a robot turned off that waited for a robot and then for an opening
-    "wider pods": (794,),  # a run ended while a pod was picked up at the node of a station: a server counted as busy
+    "wider pods": (794, 1211),  # a run ended as a pod was picked up, or put down, at the node of a station
     "wider moving": (1213,),  # a run ended while a ring gathered speed: how far its robots had come was wrong
     "closures moving": (2234,),
     "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
