@@ -1,5 +1,5 @@
 """Orders exported by a WMS or ERP, converted by `desim orders` to the plain table that models read.
 
-`export` reads the table, whatever its form, `cells` reads times and numbers as people write
-them; `day` puts together what is in it, what is wrong with it and what was assumed.
+`export` reads the table in any format, `cells` parses times and numbers in common notations, and `day` collects the
+orders, the problems and the assumptions.
 """

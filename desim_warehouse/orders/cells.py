@@ -1,11 +1,11 @@
-"""Reading cells of an export as times and numbers, in all ways in which people and programs write them.
+"""Parse cells of an export as times and numbers, in the notations of people and programs.
 
 For `desim orders`.
 
-A column has one reading of dates, points and commas, by all its rows. Row by row `2.5` beside `1,5` was 2.5 beside 1.5,
-and `1.234` beside `2.5` was 1,234. Going by the language of the headings was rejected, which are often English in
-German exports. Where only `1.234` stands it is 1,234, as SAP writes it, and that is said. Times have no zone, as the
-calendars of the hall have none; a column with two is refused, but for those of a night of a clock change.
+Dates, points and commas are read in one way per column, by all its rows. Row by row, `2.5` beside `1,5` was 2.5 beside
+1.5, and `1.234` beside `2.5` was 1,234. The language of the headings was rejected as a criterion, as they are often
+English in German exports. A lone `1.234` is 1,234, as SAP writes it, and this is reported. Times have no zone, as the
+calendars of the hall have none; a column with two is refused, except in the night of a clock change.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _AROUND_ALL = dt.timedelta(days=366)
-"""Orders so long before most others are dates of nothing, such as 1900-01-01, and no start of a run."""
+"""Orders so long before most others have sentinel dates, such as 1900-01-01, which are no start of a run."""
 _HOUR, _UTC = dt.timedelta(hours=1), dt.timedelta()
 _LAST_DAY = dt.datetime(9999, 12, 31)  # noqa: DTZ001 - wall clock
 _COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
-"""Quantities with a word for pieces; kilograms, cartons or pallets are none."""
+"""Quantities with a word for pieces, as opposed to kilograms, cartons or pallets."""
 _GROUPED, _POINT = r"[+-]?[1-9]\d{0,2}(\.\d{3})+", r"[+-]?\d*\.\d+"
 _COMMA, _THOUSANDS = r"[+-]?(\d+|\d{1,3}(\.\d{3})+),\d+", r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?"
 
@@ -94,10 +94,10 @@ class ExportRows(OrderRows):
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities
 
     def _parsed(self, column: str, *, whole: bool = False) -> Times:
-        """Read a column of times in the one way that fits all its cells, on one clock.
+        """Parse a column of times in the one way that fits all its cells, on one clock.
 
-        Whole numbers are days of Excel, and not seconds, where that is sure (`whole`), or where the column is not
-        called `release`, as in our own tables.
+        Whole numbers are Excel days rather than seconds if that is certain (`whole`), or if the column is not called
+        `release`, as in our own tables.
         """
         text, title = self.cells[column], self.titles[column]
         numbers = self.amounts(column, text).tolist()
@@ -108,9 +108,9 @@ class ExportRows(OrderRows):
         return read
 
     def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Remove the offsets from UTC of dates; how they are read is added to `assumed`.
+        """Remove the offsets from UTC of dates, and add their interpretation to `assumed`.
 
-        In a night of a clock change all are on the clock of the first. Times of any other zone are refused.
+        In the night of a clock change all are on the clock of the first. Times of any other zone are refused.
         """
         zones = [None if date is None else date.utcoffset() for date in dates]
         offsets = [*dict.fromkeys(zone for zone in zones if zone is not None)]

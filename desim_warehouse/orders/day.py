@@ -33,9 +33,9 @@ _CANCELLED = (
     r"cancel|cancell?ed|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
     r"deleted|gelöscht"
 )
-"""States in which an order is not driven."""
+"""States of orders that are not driven."""
 _FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen)?"
-"""Headings of columns that say of each order whether it is in such a state."""
+"""Headings of columns that state whether an order is in such a state."""
 _NO = {"", "0", "n", "no", "nein", "f", "false", "falsch", "-"}
 _HOUR, _DAY = 3600.0, 86_400.0
 

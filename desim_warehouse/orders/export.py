@@ -2,10 +2,10 @@
 
 For `desim orders`.
 
-What the file does not say is found out and kept as words: encoding, separator, the row of the header, columns by
-common headings. A file is read in one way or refused, as a guess would be wrong in silence. Common headings are looked
-for only where there is no column `release`. The whole file is held, so that a column is read by all of its rows: at
-most a million rows and 200 MB of text.
+Encoding, separator, header row, and columns by common headings are inferred where the file does not state them, and
+reported in words. A file is read unambiguously or refused, as a wrong guess would go unnoticed. Common headings are
+tried only if there is no column `release`. The whole file is held in memory, so that a column is interpreted by all of
+its rows: at most a million rows and 200 MB of text.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ HEADINGS = {
 }
 """Headings of our columns in files, in letters and digits alone; `clock`: the time of day in a column of its own.
 
-They are looked for where a file has no column `release`, so in none that is written in our words.
+They are tried only for files without a column `release`, so never for tables in our own format.
 """
 _HEAD = 20  # rows in which the header is searched
 _SAMPLE = 65_536  # bytes that show the format of a file
@@ -226,8 +226,8 @@ def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[
 def _ours(names: Sequence[str], columns: Mapping[str, str]) -> dict[str, int]:
     """Find the ranks of our columns in a header.
 
-    Unlike columns of plants (`plants.records`) they are guessed only where no heading is our `release`. A second column
-    that could be meant is left, and what was guessed is said.
+    Unlike columns of plants (`plants.records`) they are guessed only if no heading is our `release`. A second candidate
+    for a column is left unread, and guesses are reported.
     """
     exact = {ours: columns.get(ours, ours) for ours in ORDER_COLUMNS}
     ranks = {ours: names.index(theirs) for ours, theirs in exact.items() if theirs in names}

@@ -1,4 +1,4 @@
-"""Decisions: pure functions of what they are shown; one module a family, one frozen dataclass a policy."""
+"""Decisions as pure functions of their views; a module for each family, a frozen dataclass for each policy."""
 
 from desim_warehouse.policies.catalogue import create, problems
 from desim_warehouse.policies.pods import (

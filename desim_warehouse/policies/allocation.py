@@ -1,4 +1,4 @@
-"""Allocation policies: one robot after the other by a simple rule, or all free robots at once, by least total cost."""
+"""Allocation policies: greedy rules for one robot after the other, or assignments of all free robots at least cost."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from desim_warehouse.policies.protocols import RobotView, Task
 from desim_warehouse.policies.situation import Situation
 
 CANDIDATES = 1000
-"""Open tasks that a decision considers, from the front of the list; more if more robots are free."""
+"""The open tasks that a decision considers, from the front of the list; more if more robots are free."""
 MISSES = 8
-"""Pairs that are looked at one by one and may not be given, until all are looked at together."""
+"""The number of pairs checked one by one and not allowed, after which all pairs are checked at once."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class InOrder:
 
 @dataclass(frozen=True)
 class Nearest:
-    """The pair of free robot and open task with the shortest directed driving time, then the next shortest, ...
+    """Assigns the pair of free robot and open task with the shortest directed driving time, then the next shortest, ...
 
     Source: nearest-vehicle-first rule; Egbelu and Tanchoco, Int. J. Production Research 22 (1984) 359-374.
     `candidates`: how many open tasks are considered, from the front of the list.
@@ -61,7 +61,7 @@ class Nearest:
 
 @dataclass(frozen=True)
 class NearestAging:
-    """Nearest, but a task counts as nearer by `aging` for every time unit it has waited, so that none is left behind.
+    """As `nearest`, but each time unit of waiting brings a task nearer by `aging`, so that no task is left behind.
 
     Source: aging against starvation, as in Tanenbaum, Modern Operating Systems, on shortest-job-first scheduling.
     `aging`: driving time that a time unit of waiting makes up for. `candidates`: open tasks considered.
@@ -88,7 +88,7 @@ class NearestAging:
 
 @dataclass(frozen=True)
 class EarliestDue:
-    """The task with the highest priority, then the earliest due time, to the robot that is nearest to it.
+    """Assigns the task with the highest priority, then the earliest due time, to the nearest free robot.
 
     Source: Jackson's earliest-due-date rule (1955): least maximum lateness on one machine. Tasks without a due time
     come last, in the order of the list. `candidates`: open tasks considered.
@@ -129,8 +129,8 @@ def greedy(
 ) -> Iterable[tuple[int, int]]:
     """Yield the cheapest allowed pair, then the next cheapest; ties go to the earlier task, the lower robot number.
 
-    Whether a pair is allowed is asked when its turn comes, so of few; after `MISSES` that are not, of all at once.
-    `asked`: that is done, and pairs that are not allowed cost inf.
+    A pair is checked only when its turn comes, so few are; after `MISSES` pairs that are not allowed, all are checked
+    at once. `asked`: all are checked already, and pairs that are not allowed cost inf.
     """
     import numpy as np
 
@@ -164,10 +164,10 @@ def _at_least_one(candidates: int) -> None:
 
 @dataclass(frozen=True)
 class Hungarian:
-    """The assignment of free robots to open tasks with the least total driving time to the goods.
+    """Assigns free robots to open tasks with the least total driving time to the goods.
 
-    Source: Kuhn, Naval Research Logistics Quarterly 2 (1955) 83-97; solved by scipy's linear_sum_assignment
-    (Crouse 2016). Assigns as many tasks as possible. `candidates`: open tasks considered, from the front of the list.
+    Source: Kuhn, Naval Research Logistics Quarterly 2 (1955) 83-97; solved by scipy's linear_sum_assignment (Crouse
+    2016). Assigns as many tasks as possible. `candidates`: open tasks considered, from the front of the list.
     """
 
     candidates: int = CANDIDATES
@@ -185,11 +185,11 @@ class Hungarian:
 
 @dataclass(frozen=True)
 class CostAware:
-    """The assignment that minimises w_d distance + w_t time + w_c expected collisions on the route to the goods.
+    """Minimises w_d distance + w_t time + w_c expected collisions on the route to the goods, over all assignments.
 
     Time includes expected waiting. Waiting and collisions are estimated by their means on the edges of the route in the
-    run so far, and an edge not yet used counts one free passage. What follows the good costs the same whichever robot
-    fetches it, and is left out. Source: the paper's outlook, Cost_total; means as in a running sample average.
+    run so far, where an unused edge counts as one free passage. The part after the good costs the same for every robot,
+    and is left out. Source: the paper's outlook, Cost_total; means as in a running sample average.
 
     `distance`, `time`, `collisions`: the weights; by default those of the model's cost section. `candidates`: open
     tasks considered, from the front of the list (fewer than elsewhere, as every route is traversed).
@@ -244,7 +244,7 @@ def along(means: Mapping[tuple[str, str], float], way: Sequence[str]) -> float:
 
 
 def matched(situation: Situation, tasks: Sequence[Task], costs: Any) -> Iterable[tuple[int, int]]:
-    """Yield the allowed pairs that assign as many tasks as possible at the least total cost."""
+    """Yield the allowed pairs of an assignment of as many tasks as possible at the least total cost."""
     import numpy as np
     from scipy.optimize import linear_sum_assignment
 

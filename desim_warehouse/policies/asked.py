@@ -1,4 +1,4 @@
-"""Calling policies for their answers; errors name the file and line of the user's own code."""
+"""Calls of policies for their answers; errors name the file and line of the user's own code."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from desim_warehouse.policies.catalogue import METHODS
 
 Answer = TypeVar("Answer")
 _LONG = 80
-"""Letters of an answer in a message."""
+"""The most letters of an answer in a message."""
 
 
 def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
-    """Return the answer of a policy; an exception of it becomes a PolicyError with file and line."""
+    """Return the answer of a policy; its exceptions become a PolicyError with file and line."""
     try:
         return ask()
     except (WarehouseError, *PASSED_ON):
@@ -32,7 +32,7 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
 
 
 def place_in(error: BaseException, policies: Iterable[str]) -> str:
-    """Return the place in the code of a user's policy at which a traceback ends; empty if it ends elsewhere."""
+    """Return the place in a user's policy at which a traceback ends; empty if it ends elsewhere."""
     places = [name.rpartition(":")[0] for name in policies]
     modules = (sys.modules[place] for place in places if place in sys.modules)
     files = {*places, *(module.__file__ for module in modules)}
@@ -43,7 +43,7 @@ def place_in(error: BaseException, policies: Iterable[str]) -> str:
 def asked_for_all(
     kind: str, policy: object, now: float, ask: Callable[[], Iterable[Answer]], expected: str
 ) -> list[Answer]:
-    """List all answers of a policy; raises PolicyError, with what is `expected`, for an answer that is no iterable."""
+    """List all answers of a policy; raises PolicyError, with the `expected` answer, if it is not iterable."""
 
     def whole() -> list[Answer]:
         answer = ask()
@@ -55,12 +55,12 @@ def asked_for_all(
 
 
 def fault(kind: str, policy: object, now: float, text: str) -> PolicyError:
-    """Make the error of an answer that cannot be carried out, with the place of the user's method that gave it."""
+    """Make the error for an answer that cannot be carried out, with the place of the user's method that returned it."""
     return PolicyError(f"policies.{kind} ({type(policy).__name__}) at time {now:g}: {text}{_place(kind, policy)}")
 
 
 def is_ours(policy: object) -> bool:
-    """Whether a policy belongs to this package, and not to the user."""
+    """Whether a policy belongs to this package rather than to the user."""
     return type(policy).__module__.startswith("desim_warehouse.")
 
 

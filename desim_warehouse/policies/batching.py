@@ -1,6 +1,6 @@
-"""Batching policies: which tasks a robot that carries several loads does on one tour.
+"""Batching policies: the tasks that a robot with several loads does on one tour.
 
-All loads of a tour are picked, then all are unloaded. The order of the picks is the policy's: those here begin with the
+All loads of a tour are picked, then all are unloaded. The policy orders the picks: the policies here begin with the
 task that has waited longest and go on to the nearest place each time (nearest neighbour).
 """
 
@@ -17,7 +17,7 @@ from desim_warehouse.values.fields import Unit, Usual
 
 @dataclass(frozen=True)
 class Single:
-    """Every task by itself: no task waits for another (the paper).
+    """Makes every task a batch by itself: no task waits for another (the paper).
 
     Source: Liu et al., ROBIO 2017, section V.
     """
@@ -29,7 +29,7 @@ class Single:
 
 @dataclass(frozen=True)
 class FixedSize:
-    """As soon as `size` tasks wait they go together, in the order of release; the last ones may be fewer.
+    """Batches tasks as soon as `size` of them wait, in the order of release; the last batch may be smaller.
 
     Source: variable time window batching; Van Nieuwenhuyse and de Koster, Int. J. Production Economics 121 (2009)
     654-664. `size`: loads of a tour; by default as many as a robot carries. `by`: flow, only tasks of one flow.
@@ -44,7 +44,7 @@ class FixedSize:
         _by_flow(self.by)
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Yield full batches; the rest too, if no other tasks are to come."""
+        """Yield full batches, and also the rest if no other tasks are to come."""
         size = min(self.size or waiting.most, waiting.most)
         for tasks in _cut(waiting.tasks, size):
             if len(tasks) == size or not waiting.to_come:
@@ -53,7 +53,7 @@ class FixedSize:
 
 @dataclass(frozen=True)
 class TimeWindow:
-    """Tasks that become known within `window` of the first of them go together; a full batch goes at once.
+    """Batches tasks that become known within `window` of the first of them; a full batch goes at once.
 
     Source: fixed time window batching; Van Nieuwenhuyse and de Koster, Int. J. Production Economics 121 (2009) 654-664,
     here with a limit. `window`: in the model's time unit. `size`: most loads of a tour; by default as many as a robot
@@ -72,7 +72,7 @@ class TimeWindow:
             raise ValueError(f"window is {self.window}, expected a time of at least 0")
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Yield full batches now, the rest when the window of their first task ends or no other tasks are to come."""
+        """Yield full batches now, and the rest when its first task's window ends or no other tasks are to come."""
         size = min(self.size or waiting.most, waiting.most)
         for tasks in _cut(waiting.tasks, size):
             whole = len(tasks) == size or not waiting.to_come
@@ -82,13 +82,13 @@ class TimeWindow:
 
 @dataclass(frozen=True)
 class ByOrder:
-    """Known tasks of one order go together, as many as a robot carries; other tasks go by themselves.
+    """Batches the known tasks of one order, as many as a robot carries; tasks without an order go by themselves.
 
-    Source: strict order picking, in which an order is not mixed with others; with several `orders`, sort-while-pick;
-    de Koster, Le-Duc and Roodbergen, European J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour;
-    by default as many as a robot carries. `orders`: whole orders of a tour, in the order of release; fewer, where one
-    more is too large for the rest of it, or no other tasks are to come. `window`: in the model's time unit, the longest
-    that orders wait for others; by default until there are enough.
+    Source: strict order picking, in which an order is not mixed with others; with several `orders`, sort-while-pick; de
+    Koster, Le-Duc and Roodbergen, European J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour; by
+    default as many as a robot carries. `orders`: whole orders of a tour, in the order of release; fewer if another is
+    too large for the rest of it, or no other tasks are to come. `window`: in the model's time unit, the longest that
+    orders wait for others; by default until there are enough.
     """
 
     size: int | None = None
@@ -103,7 +103,7 @@ class ByOrder:
             raise ValueError(f"window is {self.window}, expected a time of at least 0")
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Yield full batches of whole orders, a large order in several, and the rest when it need not wait."""
+        """Yield full batches of whole orders, a large order in several, and the rest once it need not wait."""
         orders: dict[tuple[str, str, int], list[Task]] = {}
         for task in waiting.tasks:
             alone = -1 if task.order else task.number

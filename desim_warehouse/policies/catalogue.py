@@ -1,4 +1,4 @@
-"""The policies by name, ours and the user's own, with their parameters from the model file."""
+"""The policies by name, the package's and the user's own, with their parameters from the model file."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ METHODS = {
 
 
 class _RefusedError(Exception):
-    """Raised where a policy cannot be created: the parameter at fault ("" for the name), and the reason."""
+    """Raised if a policy cannot be created, with the parameter at fault ("" for the name) and the reason."""
 
     def __init__(self, parameter: str, message: str) -> None:
         super().__init__(parameter, message)
@@ -95,7 +95,7 @@ def find(kind: str, name: str) -> type:
 
 
 def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
-    """Create a policy with its parameters; raises PolicyError where that is impossible."""
+    """Create a policy with its parameters; raises PolicyError if that is impossible."""
     policy, faults = _attempt(kind, name, parameters)
     if faults:
         parameter, message = faults[0]
@@ -104,12 +104,12 @@ def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
 
 
 def problems(kind: str, name: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the problems of a policy as a model names it: pairs of parameter ("" for the name) and message."""
+    """Return the problems of a policy as named in a model: pairs of parameter ("" for the name) and message."""
     return _attempt(kind, name, parameters)[1]
 
 
 def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, list[tuple[str, str]]]:
-    """Create a policy, with no problems; or return None, and all problems as pairs of parameter and message."""
+    """Create a policy, with no problems; or return None and all problems as pairs of parameter and message."""
     try:
         cls = _find(kind, name)
     except _RefusedError as refused:
@@ -157,7 +157,7 @@ def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
 def quantities_of(kind: str, name: str) -> dict[str, str]:
     """Return the parameters of a policy of ours that are written with a unit, and its kind: `{"window": "time"}`.
 
-    Of the user's own nothing is known before its code is run.
+    Parameters of a user's policy are unknown before its code is run.
     """
     return {key: note.kind for key, note in notes_of(kind, name) if hasattr(note, "kind")}
 
@@ -172,9 +172,9 @@ def notes_of(kind: str, name: str) -> tuple[tuple[str, Any], ...]:
 
 
 def reads_threshold(name: str, parameters: Mapping[str, Any]) -> bool:
-    """Whether the levels of a charging policy depend on the battery's threshold: ours is asked with two thresholds.
+    """Whether the levels of a charging policy depend on the battery's threshold, tested with two thresholds.
 
-    The user's own may read it; one that cannot be made does not.
+    A user's own policy counts as dependent, and one that cannot be created does not.
     """
     if ":" in name:
         return True
@@ -184,7 +184,7 @@ def reads_threshold(name: str, parameters: Mapping[str, Any]) -> bool:
 
 
 def resolved(name: str, folder: Path) -> str:
-    """Return the name with the full path of a policy file, relative to the model's folder, else the working folder."""
+    """Return the name with the full path of a policy file, relative to the model's folder or the working folder."""
     place, _, cls = name.rpartition(":")
     if not place.endswith(".py"):
         return name
@@ -226,7 +226,7 @@ def user_source(name: str) -> bytes:
 
 
 def _module_file(name: str) -> Path | None:
-    """Return the file of a module; unlike `importlib.util.find_spec`, without importing the packages it lies in."""
+    """Return the file of a module; unlike `importlib.util.find_spec`, without importing the packages around it."""
     folders, whole, spec = None, "", None
     for part in name.split("."):
         whole = f"{whole}.{part}" if whole else part

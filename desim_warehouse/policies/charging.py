@@ -1,4 +1,4 @@
-"""Charging policies: when a robot leaves its work to charge, where, and when it is ready again."""
+"""Charging policies: when a robot leaves its work to charge, at which charger, and when it is ready again."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ShareOfCapacity = Annotated[float, Unit("share")]
 
 @dataclass(frozen=True)
 class Threshold:
-    """At the battery's threshold an empty robot gives its task back and goes home, to charge full (the paper).
+    """Sends an unloaded robot home at the battery's threshold: it gives its task back and charges fully (the paper).
 
     Above the threshold it takes any task, so the threshold must cover the longest route from a good's edge via the
     station to a charger. Source: Liu et al., ROBIO 2017, section IV.
@@ -39,11 +39,11 @@ class Threshold:
 class ReachAware:
     """Works until the last moment at which it can still reach a charger, with a margin; then charges fully.
 
-    A robot gets a task only if its energy lasts for all of it and for free driving to the nearest charger, with
-    `margin` left. On the route to a good only waiting makes that fail: at that instant it gives the task back.
-    After the good is loaded the delivery is always finished, so the margin is what pays for waiting from there on.
-    Source: the reachability condition of electric-vehicle routing, as in Schneider, Stenger and Goeke, Transportation
-    Science 48 (2014) 500-520, applied at every decision.
+    A robot gets a task only if its energy suffices for all of it and for free driving to the nearest charger, with
+    `margin` left. On the route to a good only waiting can use that up: at that instant it gives the task back. After
+    loading, the delivery is always finished, so the margin covers waiting from then on. Source: the reachability
+    condition of electric-vehicle routing, as in Schneider, Stenger and Goeke, Transportation Science 48 (2014) 500-520,
+    applied at every decision.
 
     `margin`: share of the capacity. `charger`: nearest, own (its home) or least-loaded.
     """
@@ -65,7 +65,7 @@ class ReachAware:
 
 @dataclass(frozen=True)
 class Opportunity:
-    """Charges whenever it has nothing to fetch, and breaks off as soon as it may take a task.
+    """Charges whenever the robot is idle, and stops as soon as it may take a task.
 
     Source: opportunity charging; McHaney, Int. J. Production Research 33 (1995), on batteries in AGV simulations.
     `minimum`: share of the capacity below which it takes no task. `margin`: share of the capacity to be left after a
@@ -84,14 +84,14 @@ class Opportunity:
         _known_charger(self.charger)
 
     def levels(self, robot: RobotView) -> Levels:
-        """Return levels that send the robot to a charger at any level, and free it above the minimum."""
+        """Return levels that send the robot to a charger at any level, and release it above the minimum."""
         full, low = robot.capacity, self.minimum * robot.capacity
         return Levels(low, full, low, full, margin=self.margin * full, charger=self.charger)
 
 
 @dataclass(frozen=True)
 class FourThresholds:
-    """Critical: charges now. Good: goes to charge when idle. Sufficient: may break off for work. Full: ends charging.
+    """Charges by four levels: critical, at once; good, when idle; sufficient, work may interrupt; full, end.
 
     Source: the four energy levels of openTCS vehicles (critical, good, sufficiently recharged, fully recharged). All
     are shares of the capacity, as is `margin`, to be left after a task on reaching a charger. `charger`: nearest, own
@@ -132,12 +132,12 @@ class FourThresholds:
 
 @dataclass(frozen=True)
 class Swap:
-    """At a charger the battery is swapped for a full one in a fixed time.
+    """Swaps the battery at a charger for a full one in a fixed time.
 
-    Source: battery swapping of AGVs; McHaney (1995). `time`: of a swap, in time units. `level`: share of the
-    capacity at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger. `batteries`:
-    spare ones, full at the start, shared out among the bays with chargers; one that is taken out of a robot charges by
-    itself from then on, and robots wait for a full one. None: there is always a full one.
+    Source: battery swapping of AGVs; McHaney (1995). `time`: of a swap, in time units. `level`: share of the capacity
+    at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger. `batteries`: spare
+    ones, full at the start, shared out among the bays with chargers; a battery taken out of a robot charges by itself
+    from then on, and robots wait for a full one. None: a full one is always available.
     """
 
     time: Annotated[float, Unit("time"), Usual("5 s", "1 h")]

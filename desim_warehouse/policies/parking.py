@@ -1,4 +1,4 @@
-"""Parking policies: where an idle robot goes."""
+"""Parking policies: the destination of an idle robot."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from desim_warehouse.policies.protocols import BayView, RobotView, Travel
 
 @dataclass(frozen=True)
 class Home:
-    """Back to the bay it started from (the paper); if that is full, to the nearest with a free slot.
+    """Returns to the bay it started from (the paper); if that is full, to the nearest with a free slot.
 
     Source: Liu et al., ROBIO 2017, section IV.
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """Return the home bay if it has a free slot."""
+        """Return the home bay, or the nearest if that is full."""
         if any(bay.node == robot.home for bay in bays):
             return robot.home
         return _nearest(robot, bays, travel)
@@ -25,13 +25,13 @@ class Home:
 
 @dataclass(frozen=True)
 class Stay:
-    """Back to the bay it stood in last; if that is full, to the nearest with a free slot.
+    """Returns to the bay it stood in last; if that is full, to the nearest with a free slot.
 
     Source: dwell points of idle vehicles; Egbelu, European J. Operational Research 71 (1993) 32-44.
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """Return the last bay if it has a free slot."""
+        """Return the last bay, or the nearest if that is full."""
         if any(bay.node == robot.bay for bay in bays):
             return robot.bay
         return _nearest(robot, bays, travel)
@@ -39,7 +39,7 @@ class Stay:
 
 @dataclass(frozen=True)
 class NearestBay:
-    """The nearest bay by driving time with a free slot; ties by the order of the model file.
+    """Goes to the nearest bay by driving time with a free slot; ties by the order of the model file.
 
     Source: nearest dwell point; Egbelu (1993).
     """
@@ -51,7 +51,7 @@ class NearestBay:
 
 @dataclass(frozen=True)
 class Spread:
-    """The bay with the fewest robots in it or on the way, then the nearest, so that idle robots are spread out.
+    """Goes to the bay with the fewest robots in it or on the way, then the nearest, to spread out idle robots.
 
     Source: distributed dwell points; Egbelu (1993).
     """
@@ -64,11 +64,11 @@ class Spread:
 
 @dataclass(frozen=True)
 class WhereItIs:
-    """Where it has put its load or pod down, until the place is needed; then the nearest bay with a free slot.
+    """Stays where it has put its load or pod down until the place is needed; then the nearest bay with a free slot.
 
     A robot rests in the lane, on the node or in the slot of the station where it unloaded. It gives way when another
-    robot waits for it, and leaves when its battery wants a charger or its hours end. Lanes that are closed at times it
-    leaves at once; where lanes are two-way it gives way as soon as any robot waits in traffic.
+    robot waits for it, and leaves when its battery needs a charger or its hours end. It leaves lanes that are closed at
+    times at once; where lanes are two-way it gives way as soon as any robot waits in traffic.
 
     Source: dwell points of idle vehicles; Egbelu (1993).
     """
@@ -76,7 +76,7 @@ class WhereItIs:
     dwells: ClassVar[bool] = True
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """Return the nearest bay, once it may no longer rest where it is."""
+        """Return the nearest bay, for a robot that may no longer rest where it is."""
         return _nearest(robot, bays, travel)
 
 

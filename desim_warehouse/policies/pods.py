@@ -1,7 +1,7 @@
-"""Goods to person: which pod is brought, where it goes back, which station gets an order, and what is put where.
+"""Goods to person: policies for calling and storing pods, assigning orders to stations, and replenishment.
 
-What these policies see comes first, with the one method of each kind, without a clock. `draw` is a number from 0 to 1,
-drawn for a policy with the class attribute `random = True`, and else 0.
+First come the views that these policies get, and the one method of each kind, without a clock. `draw` is a random
+number from 0 to 1 for policies with the class attribute `random = True`, and otherwise 0.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from desim_warehouse.policies.protocols import Task, Travel
 class PodView(NamedTuple):
     """A pod that stands, or last stood, on the storage place `offset` beyond the start of `edge`.
 
-    `home`: the number of the place where it stood at the start. `units`: all that it holds, inf where stock never runs
-    out. `rank`: the share of pods that hold more popular items, 0 for the most popular pod. `lines`: the open lines of
-    the station in question that it has.
+    `home`: the number of its place at the start. `units`: its total stock, inf if stock never runs out. `rank`: the
+    share of pods that hold more popular items, 0 for the most popular pod. `lines`: the open lines of the station in
+    question that the pod has.
     """
 
     number: int
@@ -31,7 +31,7 @@ class PodView(NamedTuple):
 
 
 class PlaceView(NamedTuple):
-    """A storage place that no pod stands on or is bound for."""
+    """A storage place where no pod stands or is bound to."""
 
     number: int
     edge: tuple[str, str]
@@ -39,7 +39,7 @@ class PlaceView(NamedTuple):
 
 
 class StationView(NamedTuple):
-    """A station with room for an order: its node, how many `orders` it has, and of its lines to pick the `items`."""
+    """A station with room for an order: its node, its number of `orders`, and the `items` of its lines to pick."""
 
     node: str
     orders: int
@@ -47,11 +47,11 @@ class StationView(NamedTuple):
 
 
 class PodCall(NamedTuple):
-    """A station has lines to pick and room for a robot: the policy chooses which of `pods` is brought.
+    """The choice of which of `pods` is brought to a station that has lines to pick and room for a robot.
 
-    Each of them has some of these lines.
+    Each pod has some of these lines.
 
-    `robots`: the nodes of the robots that are free, at least one.
+    `robots`: the nodes of the free robots, at least one.
     """
 
     time: float
@@ -63,7 +63,7 @@ class PodCall(NamedTuple):
 
 
 class StorageCall(NamedTuple):
-    """A pod is about to leave a station: the policy chooses on which of some free `places` it is put down."""
+    """The choice on which of some free `places` a pod that is about to leave a station is put down."""
 
     time: float
     station: str
@@ -74,7 +74,7 @@ class StorageCall(NamedTuple):
 
 
 class OrderCall(NamedTuple):
-    """The oldest order may go to one of some stations with room for it: the policy chooses which."""
+    """The choice to which of some stations with room the oldest order goes."""
 
     time: float
     lines: Sequence[Task]
@@ -83,9 +83,9 @@ class OrderCall(NamedTuple):
 
 
 class PutCall(NamedTuple):
-    """Some units of an item have come to a station: the policy chooses onto which of the `pods` they are put.
+    """The choice onto which of the `pods` some units of an item that came to a station are put.
 
-    Pods that stand, or are bound for that station already.
+    The pods stand, or are bound for that station already.
     """
 
     time: float
@@ -96,16 +96,16 @@ class PutCall(NamedTuple):
 
 
 class PodChoice(Protocol):
-    """Which pod is brought to a station."""
+    """The choice of the pod that is brought to a station."""
 
     def choose(self, call: PodCall) -> int:
-        """Return the number of one of the given pods. Asked when a robot is free, for one station at a time."""
+        """Return the number of one of the given pods. Called when a robot is free, for one station at a time."""
 
 
 class PodStorage(Protocol):
-    """Where a pod is put down.
+    """The choice of the place where a pod is put down.
 
-    With the attribute `keeps = True` every pod keeps the place where it stood at the start, which is then the only one.
+    With the attribute `keeps = True` every pod keeps its place at the start, which is then the only choice.
     """
 
     def choose(self, call: StorageCall) -> int:
@@ -113,14 +113,14 @@ class PodStorage(Protocol):
 
 
 class OrderAssignment(Protocol):
-    """Which station an order goes to."""
+    """The choice of the station for an order."""
 
     def choose(self, call: OrderCall) -> str:
         """Return the node of one of the given stations."""
 
 
 class PutChoice(Protocol):
-    """Onto which pod goods are put that come in."""
+    """The choice of the pod for incoming goods."""
 
     def choose(self, call: PutCall) -> int:
         """Return the number of one of the given pods."""
@@ -128,7 +128,7 @@ class PutChoice(Protocol):
 
 @dataclass(frozen=True)
 class NearestPod:
-    """The pod that is there soonest: from the nearest free robot to it, and on to the station.
+    """Calls the pod that arrives soonest: from the nearest free robot to it, and on to the station.
 
     Source: Merschformann, Xie and Li, Annals of Operations Research (2018), RAWSim-O: nearest pod.
     """
@@ -140,7 +140,7 @@ class NearestPod:
 
 @dataclass(frozen=True)
 class MostLines:
-    """The pod from which most open lines of the station can be picked; of these the one that is there soonest.
+    """Calls the pod with the most open lines of the station; of these the one that arrives soonest.
 
     Source: pile-on; Xie, Thieme, Krenzler and Li, European J. Operational Research 288 (2021) 80-97.
     """
@@ -153,7 +153,7 @@ class MostLines:
 
 @dataclass(frozen=True)
 class RandomPod:
-    """Any pod that has a line, all equally likely: a yardstick, as its lines per visit are known exactly.
+    """Calls any pod that has a line, all equally likely: a yardstick, as its lines per visit are known exactly.
 
     Source: random pod selection; Merschformann et al., Operations Research Perspectives 6 (2019) 100128.
     """
@@ -175,7 +175,7 @@ def _soonest(call: PodCall, pods: Sequence[PodView]) -> int:
 
 @dataclass(frozen=True)
 class NearestPlace:
-    """The free place nearest to the station that it leaves, by driving time.
+    """Stores the pod at the free place nearest to the station that it leaves, by driving time.
 
     Source: closest open location; Lamballais, Roy and De Koster, European J. Operational Research 256 (2017) 976-990.
     """
@@ -189,7 +189,7 @@ class NearestPlace:
 
 @dataclass(frozen=True)
 class OwnPlace:
-    """Back to the place where it stood at the start, which is kept for it.
+    """Stores the pod at the place where it stood at the start, which is reserved for it.
 
     Source: fixed storage; Merschformann et al. (2019).
     """
@@ -203,7 +203,7 @@ class OwnPlace:
 
 @dataclass(frozen=True)
 class RandomPlace:
-    """Any free place, all equally likely.
+    """Stores the pod at any free place, all equally likely.
 
     Source: random storage; Merschformann et al. (2019).
     """
@@ -218,7 +218,7 @@ class RandomPlace:
 
 @dataclass(frozen=True)
 class ByTurnover:
-    """Popular pods near the station: of the free places, by driving time, the one as far along as the pod's rank.
+    """Stores popular pods near the station: at the free place as far along, by driving time, as the pod's rank.
 
     Source: turnover-based storage; Hausman, Schwarz and Graves, Management Science 22 (1976) 629-638.
     """
@@ -240,7 +240,7 @@ def _by_time(call: StorageCall) -> list[int]:
 
 @dataclass(frozen=True)
 class FewestOrders:
-    """The station with the fewest orders; ties by their order.
+    """Assigns the order to the station with the fewest orders; ties by their order.
 
     Source: even workload; Merschformann et al. (2019).
     """
@@ -252,7 +252,7 @@ class FewestOrders:
 
 @dataclass(frozen=True)
 class MostLinesInCommon:
-    """The station whose open lines share most items with the order, so that one pod serves both; else the emptiest.
+    """Assigns the order to the station whose open lines share most items with it, for common pods; else the emptiest.
 
     Source: the rule that matters most in Merschformann et al. (2019): pods in common of orders at one station.
     """
@@ -268,7 +268,7 @@ class MostLinesInCommon:
 
 @dataclass(frozen=True)
 class Emptiest:
-    """The pod that holds the fewest units, with those that are on their way to it; ties by number.
+    """Puts goods onto the pod with the fewest units, those on their way included; ties by number.
 
     Source: emptiest pod; Merschformann et al. (2019).
     """
@@ -280,7 +280,7 @@ class Emptiest:
 
 @dataclass(frozen=True)
 class AnyPod:
-    """Any pod, all equally likely.
+    """Puts goods onto any pod, all equally likely.
 
     Source: random pod; Merschformann et al. (2019).
     """

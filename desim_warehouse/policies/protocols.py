@@ -1,4 +1,4 @@
-"""The interfaces of policies: what they see, and the one method of each kind, without a clock or SimPy."""
+"""The interfaces of policies: the views that they get, and the one method of each kind, without a clock or SimPy."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ CHARGERS = ("own", "nearest", "least-loaded")
 
 
 class StopPlace(NamedTuple):
-    """Where a task stops on its way: at one of some `nodes`, or at a storage place, an edge and an offset on it.
+    """A stop of a task on its way: at one of some `nodes`, or at a storage place, an edge and an offset on it.
 
-    `nodes` is then the end of that edge.
+    In the latter case `nodes` is the end of that edge.
     """
 
     nodes: tuple[str, ...]
@@ -30,20 +30,21 @@ class StopPlace(NamedTuple):
 class Task:
     """One load to be brought from a storage place or a station to another, or several that one robot does on a tour.
 
-    It is picked `offset` beyond the start of `edge`. At a node, or in the station beside it, both ends of `edge` are
-    that node, and the offset is 0. `good` is the number of its storage place, -1 if it comes from none. `to`: nodes of
-    which it goes to one; empty: it goes where all do (tasks.unload_at). `drop`: the edge and the offset of the storage
-    place to which it is brought (`to` is then the end of the edge); None: it goes to a node or station. `flow` names
-    its flow, of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty:
-    all. `load_type`: for robots that carry it; empty: for all. `via`: where it stops in between, in order.
+    The load is picked `offset` beyond the start of `edge`. At a node, or in the station beside it, both ends of `edge`
+    are that node, and the offset is 0. `good` is the number of its storage place, -1 if it comes from none. `to`: the
+    nodes of which one is its destination; empty: the common one (tasks.unload_at). `drop`: the edge and the offset of
+    the storage place to which it is brought (`to` is then the end of the edge); None: it goes to a node or station.
+    `flow` names its flow, of which it is the `nth` task from 0, and `order` its order. `kinds`: the kinds of robots
+    that may do it; empty: all. `load_type`: only for robots that carry it; empty: for all. `via`: its stops in between,
+    in order.
 
-    `members`: the tasks of a tour, in the order in which they are picked, for a robot that carries as many; empty: it
-    is a task by itself. A tour has the number of its first member and is picked where that is; it is due when the
-    first of them is.
+    `members`: the tasks of a tour, in the order in which they are picked, for a robot that carries as many; empty: a
+    single task. A tour has the number of its first member and is picked where that is; it is due when the first of its
+    members is.
 
-    With pods, `item` is that of a line, which is picked nowhere yet (-1: it is none). A visit of a `pod` (-1: it is
-    none) is a tour by way of its station and back to a storage place, for so many `lines` when it was called. It has
-    the number of the first of them.
+    With pods, `item` is that of a line whose pod is not chosen yet (-1: it is none). A visit of a `pod` (-1: it is
+    none) is a tour via its station and back to a storage place, with the number of `lines` at the time of the call. It
+    has the number of the first of them.
     """
 
     number: int
@@ -81,10 +82,10 @@ class Task:
 class RobotView:
     """A robot as a policy sees it, read-only; energies in the model's unit.
 
-    `node` is where it is or comes to next; of a busy robot where it will be free, in about `free_in` time units.
-    `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one. `kind`
-    is its kind in fleet.kinds; empty for ordinary robots. It carries `loads` at once, of the types `carries`; empty:
-    of all types.
+    `node` is where it is or comes to next; for a busy robot where it will be free, in about `free_in` time units. `bay`
+    is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one. `kind` is its
+    kind in fleet.kinds; empty for ordinary robots. It carries `loads` at once, of the types `carries`; empty: of all
+    types.
     """
 
     number: int
@@ -184,16 +185,16 @@ class Oracle(Protocol):
         """Return the free driving time of the route."""
 
     def counted(self, origin: str, goal: str) -> float:
-        """Return the cost by which routes are compared: more where the route goes against a preferred direction."""
+        """Return the cost that routes are compared by: higher where the route goes against a preferred direction."""
 
 
 @dataclass(frozen=True, slots=True)
 class Roads:
     """The Highways as a routing policy sees them.
 
-    `graph` has x, y at its nodes (in_lane: no route may lead through it) and length, speed at its edges.
-    `oracle("hops" | "length" | "time")` knows the cheapest routes. `waits` is the mean waiting per passage of each edge
-    so far, its end node included. `queued` is how many robots wait now to leave an edge by its end node, or are held up
+    `graph` has x, y at its nodes (in_lane: no route may lead through it) and length, speed at its edges. `oracle("hops"
+    | "length" | "time")` gives the cheapest routes. `waits` is the mean waiting per passage of each edge so far, its
+    end node included. `queued` is the number of robots that wait now to leave an edge by its end node, or are held up
     on it.
     """
 
@@ -205,40 +206,40 @@ class Roads:
     node_time: float
     contact: float
     turning: Callable[[str, str, str], float] | None = None
-    """How long a robot turns on the second node that comes from the first and goes to the third; None: no time."""
+    """Turning time of a robot on the second node, between the first and the third; None: no time."""
     node_times: Mapping[str, float] = field(default_factory=dict)
-    """Time at nodes at which not `node_time` is spent."""
+    """The times at nodes that differ from `node_time`."""
     closed_for: Callable[[tuple[str, str], float], float] | None = None
-    """How long a robot that reaches an edge after a time will wait because it is closed; inf: it never opens again.
+    """The wait of a robot that reaches an edge after a time, because it is closed; inf: it never opens again.
 
-    Closures are known by their calendars. A person who is in it now is assumed to stay for the mean remaining time of a
+    Closures are known by their calendars. A person in the edge now is assumed to stay for the mean remaining time of a
     stay, and later visits are not known. None: no edge ever closes.
     """
     shut_for: Callable[[tuple[str, str], float], float] | None = None
-    """How long a robot that reaches an edge will wait for `traffic.closures` alone, known for all times; None: none.
+    """The wait of a robot that reaches an edge, for `traffic.closures` alone, known for all times; None: none.
 
     It counts from the stop line before the edge, where a robot is let in or waits.
     """
     limit: Callable[[tuple[str, str]], float] | None = None
-    """The speed limit on an edge now; None: it is always the `speed` of the graph."""
+    """The speed limit on an edge now; None: always the `speed` of the graph."""
 
     def time_at(self, node: str) -> float:
-        """Return the time spent at a node that is reached: `node_time`, or the node's own."""
+        """Return the time spent at a node on reaching it: `node_time`, or the node's own."""
         return self.node_times.get(node, self.node_time)
 
 
 class Routing(Protocol):
-    """Which route a robot takes."""
+    """The choice of a robot's route."""
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """Return the nodes from origin to goal, both included."""
 
 
 class Charging(Protocol):
-    """When a robot leaves its work to charge, where, and when it is ready again.
+    """The choice of when a robot leaves its work to charge, at which charger, and when it is ready again.
 
-    A policy with the attribute `fixed = True` promises that the levels depend on a robot's capacity and threshold only:
-    it is asked once in a run.
+    A policy with the attribute `fixed = True` guarantees that the levels depend on a robot's capacity and threshold
+    only: it is called once in a run.
     """
 
     def levels(self, robot: RobotView) -> Levels:
@@ -248,7 +249,7 @@ class Charging(Protocol):
 class TaskBatch(NamedTuple):
     """Tasks that one robot does on one tour, by number, in the order in which they are picked.
 
-    `at`: not before then; until that time the batching policy is asked again whenever there is another task.
+    `at`: the earliest time of the batch; until then the batching policy is called again at each new task.
     """
 
     tasks: tuple[int, ...]
@@ -257,10 +258,10 @@ class TaskBatch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class WaitingTasks:
-    """Tasks that a batching policy decides on: they may go together and are in no batch yet, in order of release.
+    """The tasks that a batching policy decides on: in no batch yet, and free to share one, in order of release.
 
-    They have one load type and are for the same kinds of robots, of which one carries up to `most` loads. `to_come`:
-    whether more of them will become known, whatever is done with these; with tasks that are always open none are.
+    They have one load type and are for the same kinds of robots, which carry up to `most` loads. `to_come`: whether
+    more of them will become known in any case; with tasks that are always open none are.
     """
 
     time: float
@@ -271,19 +272,20 @@ class WaitingTasks:
 
 
 class Batching(Protocol):
-    """Which tasks a robot does on one tour."""
+    """The choice of the tasks that a robot does on one tour."""
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Batches of waiting tasks, each task in at most one; those left out wait until there is another task.
+        """Return batches of waiting tasks, each task in at most one; those left out wait until there is another task.
 
-        Asked at the end of every instant at which a task has become known, and at the first `at` to come.
+        Called at the end of every instant at which a task has become known, and at the first `at` to come.
         """
 
 
 class Parking(Protocol):
-    """Where an idle robot goes.
+    """The choice of an idle robot's destination.
 
-    Of a class with `dwells = True` robots rest where they unloaded until somebody needs the place, and ask only then.
+    With the class attribute `dwells = True` robots rest where they unloaded until the place is needed, and call only
+    then.
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:

@@ -1,4 +1,4 @@
-"""Allocation policies that plan short queues of tasks for the whole fleet, robots at work included.
+"""Allocation policies that plan short queues of tasks for the whole fleet, including busy robots.
 
 Both build the queues by insertion: a task may go between any two of a robot's planned tasks. At every decision the
 queues are planned anew and only the first tasks of free robots are assigned, unless `commit` is set.
@@ -39,7 +39,7 @@ class _Queues(ABC):
             raise ValueError(f"objective is {self.objective!r}, expected one of {', '.join(OBJECTIVES)}")
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Plan in groups of at most `robots` robots: the free ones by number, filled up with those free next."""
+        """Plan in groups of at most `robots` robots: the free ones by number, then those that are free next."""
         free = list(situation.robots)
         busy = [robot for robot in situation.fleet() if not robot.free and not robot.queue]
         busy.sort(key=lambda robot: (robot.free_in, robot.number))
@@ -71,17 +71,17 @@ class _Queues(ABC):
 
 @dataclass(frozen=True)
 class Regret(_Queues):
-    """Regret-2 insertion: the task that loses most if its best robot does not get it is planned first.
+    """Regret-2 insertion: plans first the task that loses most if its best robot does not get it.
 
     Source: Potvin and Rousseau, European J. Operational Research 66 (1993) 331-340. Regret is the difference between
     the best bids of the two best robots; ties go to the lower bid.
 
-    `depth`: most tasks in a queue. `objective`: a robot bids the time at which it would be done (makespan) or the
-    time added (total). `candidates`: open tasks, `robots`: robots planned together. `commit`: assign whole queues.
+    `depth`: most tasks in a queue. `objective`: a robot bids its completion time (makespan) or the time added (total).
+    `candidates`: open tasks, `robots`: robots planned together. `commit`: assign whole queues.
     """
 
     def choose(self, bids: Any) -> tuple[int, int] | None:
-        """Return the task with the largest regret, to its best robot; a task that only one robot can do comes first."""
+        """Return the task with the largest regret, for its best robot; a task for only one robot comes first."""
         import numpy as np
 
         best = bids.min(axis=0)
@@ -98,10 +98,9 @@ class Regret(_Queues):
 class Auction(_Queues):
     """Sequential single-item auction: in every round all robots bid for all tasks and the lowest bid wins.
 
-    Source: Lagoudakis et al., Robotics: Science and Systems 2005; bids are for the cheapest insertion into the
-    robot's queue. `objective`: makespan (MiniMax: the time at which the robot would be done) or total (MiniSum: the
-    time added). `depth`: most tasks in a queue. `candidates`: open tasks, `robots`: robots that bid together.
-    `commit`: assign whole queues.
+    Source: Lagoudakis et al., Robotics: Science and Systems 2005; bids are for the cheapest insertion into the robot's
+    queue. `objective`: makespan (MiniMax: the robot's completion time) or total (MiniSum: the time added). `depth`:
+    most tasks in a queue. `candidates`: open tasks, `robots`: robots that bid together. `commit`: assign whole queues.
     """
 
     objective: Literal["makespan", "total"] = "total"
@@ -146,14 +145,14 @@ class QueuePlan:
             self._bid(rank)
 
     def length(self, rank: int, queue: Sequence[int]) -> float:
-        """Time at which a robot would be done with a queue."""
+        """Return the time at which a robot would complete a queue."""
         delivery, onward = self.of[rank]
         time = float(self.approach[rank, queue[0]]) if queue else 0.0
         links = sum(float(onward[a, b]) for a, b in itertools.pairwise(queue))
         return time + links + sum(float(delivery[task]) for task in queue)
 
     def _bid(self, rank: int) -> None:
-        """The cheapest insertion of every open task into a robot's queue."""
+        """Compute the cheapest insertion of every open task into a robot's queue."""
         import numpy as np
 
         queue, (delivery, onward) = self.queues[rank], self.of[rank]

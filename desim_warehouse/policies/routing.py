@@ -1,12 +1,12 @@
-"""Routing policies: which route a robot takes.
+"""Routing policies: the choice of a robot's route.
 
 `cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes. `fixed`
-says that routes change for closures alone, so that without those each is computed once a run. `knows_closures` says
-that they go round lanes that `traffic.closures` closes where waiting takes longer. `goes_round` says that they go round
-people and broken robots, too.
+routes change for closures alone, so without those each is computed once a run. With `knows_closures` routes go round
+lanes closed by `traffic.closures` if waiting takes longer. With `goes_round` they go round people and broken robots,
+too.
 
-Below the policies stands what they share: the way with the least expected time (`quickest`), and whether to wait before
-a closed lane or to go round it (`past_closures`).
+The policies share the way with the least expected time (`quickest`), and the choice between waiting before a closed
+lane and going round it (`past_closures`), both below.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ Closed: TypeAlias = Callable[[tuple[str, str], float], float] | None
 Waiting: TypeAlias = Callable[[tuple[str, str]], float] | None
 
 NEVER = 1e12
-"""Cost of an edge that does not open again: more than any other, and routes over it can still be compared."""
+"""The cost of an edge that does not open again: larger than any other, but finite, so that routes over it compare."""
 DETOURS = 3
 """How often a robot may change its route on one drive, so that it does arrive."""
 LESS = 1e-9
-"""Part by which another way must be quicker: less is rounding."""
+"""The relative gain that another way must have: smaller gains are rounding."""
 
 
 @dataclass(frozen=True)
 class Highways:
-    """The route with the fewest nodes, by breadth-first search (Algorithm 1 of the paper); ties by order of successors.
+    """Takes the route with the fewest nodes, by breadth-first search (the paper); ties by order of successors.
 
-    Past lanes that are closed by `traffic.closures`, where waiting would take longer, leads the quickest other route.
+    Around lanes closed by `traffic.closures`, where waiting would take longer, it takes the quickest other route.
     Source: Liu et al., ROBIO 2017, Algorithm 1.
     """
 
@@ -50,11 +50,11 @@ class Highways:
 
 @dataclass(frozen=True)
 class Shortest:
-    """The shortest route; of equally short ones, `spread` of them in turn.
+    """Takes the shortest route; of equally short ones, `spread` of them in turn.
 
-    Past lanes that are closed by `traffic.closures`, where waiting would take longer, leads the quickest other route.
-    Grids have many equally short routes, and robots that all take the same one jam it. Whichever is taken, length and
-    time are the same. Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
+    Around lanes closed by `traffic.closures`, where waiting would take longer, it takes the quickest other route. Grids
+    have many equally short routes, and robots that all take the same one jam it. Length and time do not depend on which
+    is taken. Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
 
     `spread`: how many of the equally short routes between two nodes are used; one where turns take time.
     """
@@ -81,10 +81,10 @@ class Shortest:
 
 @dataclass(frozen=True)
 class Fastest(Shortest):
-    """The fastest route without traffic, with node times and speed limits; of several, `spread` of them in turn.
+    """Takes the fastest route without traffic, with node times and speed limits; of several, `spread` of them in turn.
 
-    Waiting is not counted, save before lanes that `traffic.closures` closes, as for `shortest`. Whichever is taken,
-    length and time are the same. Source: Dijkstra (1959).
+    Waiting counts only before lanes closed by `traffic.closures`, as for `shortest`. Length and time do not depend on
+    which route is taken. Source: Dijkstra (1959).
 
     `spread`: how many of the equally fast routes between two nodes are used; one where turns take time.
     """
@@ -93,19 +93,19 @@ class Fastest(Shortest):
 
 
 def _tie(turns: Iterator[int], spread: int) -> int:
-    """Rank of the equally good route to take in this turn; 0: the route taken without `spread`."""
+    """Return the rank of the equally good route to take in this turn; 0: the route taken without `spread`."""
     return 0 if spread == 1 else 1 + next(turns) % spread
 
 
 @dataclass(frozen=True)
 class CongestionAware:
-    """The route with the least expected time: free driving, mean waiting on each edge so far, and the queues there now.
+    """Takes the route with the least expected time: free driving, mean waiting on each edge so far, and present queues.
 
     A closed edge, or one with a person or a broken robot in it, costs the time until it is expected to open; slow zones
-    count as they are now.
-    A robot held up at a node decides again there, at most `detours` times on a route, so that it does arrive. A queue
-    of n robots before a node counts as n times the time in which one clears it. Source: A* search, Hart, Nilsson and
-    Raphael, IEEE Trans. Systems Science and Cybernetics 4 (1968) 100-107, with the free time left as its estimate.
+    count as they are now. A robot held up at a node decides again there, at most `detours` times on a route, so that it
+    does arrive. A queue of n robots before a node counts as n times the time in which one clears it. Source: A* search,
+    Hart, Nilsson and Raphael, IEEE Trans. Systems Science and Cybernetics 4 (1968) 100-107, with the free time left as
+    its estimate.
 
     `history`: weight of the mean waiting so far. `queues`: weight of the queues now. `detours`: see above.
     """
@@ -170,7 +170,7 @@ def quickest(origin: str, goal: str, roads: Roads, closed_for: Closed, waiting: 
 
 
 def past_closures(way: Sequence[str], roads: Roads) -> Sequence[str]:
-    """Return the way, or a quicker one where the robot would wait on it for a closed edge to open."""
+    """Return the way, or a quicker one if the robot would wait on it for a closed edge to open."""
     if roads.shut_for is None or len(way) < 2:  # noqa: PLR2004 - one node is no way
         return way
     free, usual = (time_along(way, roads, closed_for) for closed_for in (None, roads.shut_for))
@@ -181,7 +181,7 @@ def past_closures(way: Sequence[str], roads: Roads) -> Sequence[str]:
 
 
 def time_along(way: Sequence[str], roads: Roads, closed_for: Closed) -> float:
-    """Time that a robot takes along the nodes of a way if it sets out now."""
+    """Return the time that a robot takes along the nodes of a way if it sets out now."""
     time, before = 0.0, None
     for here, successor in itertools.pairwise(way):
         time = time_at_end(roads, before, here, successor, time, closed_for)
@@ -192,7 +192,7 @@ def time_along(way: Sequence[str], roads: Roads, closed_for: Closed) -> float:
 def time_at_end(
     roads: Roads, before: str | None, here: str, target: str, begin: float, closed_for: Closed, waiting: float = 0.0
 ) -> float:
-    """Time at which a robot reaches `target` that is at `here` at `begin`, and came from `before`."""
+    """Return the time at which a robot reaches `target` from `here`, at `begin`, where it came from `before`."""
     edge = roads.graph.adj[here][target]
     counts = edge.get("counts", 1.0)
     speed = edge["speed"] if roads.limit is None else roads.limit((here, target))

@@ -1,4 +1,4 @@
-"""Situation that an allocation policy decides on, with the tables that most policies need: times, energies."""
+"""The situation that an allocation policy decides on, with the tables that most policies need: times, energies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from desim_warehouse.policies.protocols import RobotView, Task, Travel
 
 Act = Literal["load", "visit", "unload"]
-"""What is done at a stop: a load is picked, handed over on its way, or put down."""
+"""The kind of a stop: a load is picked, handed over on its way, or put down."""
 T = TypeVar("T")
 
 
@@ -27,8 +27,8 @@ T = TypeVar("T")
 class Handling(Generic[T]):
     """Times spent apart from driving, and the weights of Cost_total; in the units of the model file.
 
-    Policies are given the mean of times that vary. `flows`: loading and unloading of the flows that have times of their
-    own; `visits`: of flows a stop on the way (`via`); `stations`: by node, of stations that have times of their own.
+    Policies get the mean of random times. `flows`: loading and unloading of the flows that have times of their own;
+    `visits`: of flows a stop on the way (`via`); `stations`: by node, of stations that have times of their own.
     """
 
     load_time: T
@@ -42,7 +42,7 @@ class Handling(Generic[T]):
     stations: Mapping[str, tuple[T | None, T | None]] = field(default_factory=dict)
 
     def at_stop(self, act: Act, flow: str = "", station: str | None = None) -> T:
-        """Handling time of a stop: of the station at a node, else of the task's flow, else of all tasks."""
+        """Return the handling time of a stop: of the station at a node, else of the task's flow, else of all tasks."""
         if act == "visit":
             return self.visits[flow]
         which = act == "unload"
@@ -81,7 +81,7 @@ class Handling(Generic[T]):
 
 
 class OpenTasks(Sequence["Task"]):
-    """Open tasks in the order of the list: a sequence that is listed only once somebody asks for a place in it."""
+    """Open tasks in the order of the list: a sequence that is materialised only on first access to an item."""
 
     __slots__ = ("_listed", "_tasks")
 
@@ -90,11 +90,11 @@ class OpenTasks(Sequence["Task"]):
         self._listed: tuple[Task, ...] | None = None
 
     def __iter__(self) -> Iterator[Task]:
-        """The tasks in the order of the list."""
+        """Iterate over the tasks in the order of the list."""
         return iter(self._tasks)
 
     def __len__(self) -> int:
-        """Number of open tasks."""
+        """Return the number of open tasks."""
         return len(self._tasks)
 
     @overload
@@ -102,7 +102,7 @@ class OpenTasks(Sequence["Task"]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Task]: ...
     def __getitem__(self, place: int | slice) -> Task | Sequence[Task]:
-        """The task at a place from 0, or the tasks of a slice."""
+        """Return the task at a place from 0, or the tasks of a slice."""
         if self._listed is None:
             self._listed = tuple(self._tasks)
         return self._listed[place]
@@ -160,7 +160,7 @@ class Situation:
         return list(islice(self.tasks, most))
 
     def approach(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Free driving time of every robot to every good, from where and when it is free: robots x tasks."""
+        """Return the free driving time of every robot to every good, from where and when it is free: robots x tasks."""
         import numpy as np
 
         driven = self.travel.times([robot.node for robot in robots], [task.edge[0] for task in tasks])
@@ -170,7 +170,7 @@ class Situation:
         return reached
 
     def delivery(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Time of every task from standing at the good to being free at the station, handling included: one a task."""
+        """Return the time of every task from standing at the good to being free again, with handling: one a task."""
         import numpy as np
 
         handling = self.handling
@@ -199,7 +199,7 @@ class Situation:
         return done
 
     def _driven_loaded(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Free driving time of every task with its load: up to the end of the edge, where it is a storage place."""
+        """Return the free driving time of every task with its load: up to the end of the edge, for a storage place."""
         import numpy as np
 
         driven = []
@@ -214,7 +214,7 @@ class Situation:
         return np.array(driven)
 
     def onward(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Free driving time from the station of every task (rows) to every good (columns): tasks x tasks."""
+        """Return the free driving time from the station of every task (rows) to every good (columns): tasks x tasks."""
         import numpy as np
 
         stations = [self.station(robot, task) for task in tasks]
@@ -224,7 +224,7 @@ class Situation:
 
 
 class Allocation(Protocol):
-    """Which free robot takes which open task."""
+    """The choice of which free robot takes which open task."""
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
         """Return pairs (robot number, task number); robots and tasks left out stay free and open.

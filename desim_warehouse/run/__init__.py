@@ -44,7 +44,7 @@ class RunData:
         self.record = log
         self.layout = layout
         self.deterministic = deterministic
-        """Whether no random stream and no policy of the user's own was used: every seed gives this run."""
+        """Whether the run used no random stream and no policy of the user's own, so that every seed gives this run."""
         self.history = History(log, model, layout, seed)
 
     @classmethod

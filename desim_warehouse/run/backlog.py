@@ -1,9 +1,9 @@
-"""The tasks of a probe: in the model's own mix, so many of them always known, and spread evenly instead of by chance.
+"""The tasks of a probe: in the model's own mix, a fixed number known at any time, spread evenly rather than at random.
 
 For the quick estimate (`run.quick`).
 
-Places and flows are a stratified sample in random order: each stands in it as often as in the demand, as far as whole
-numbers let it, and no pattern of the floor does.
+Places and flows are a stratified sample in random order: each occurs in proportion to the demand, up to rounding, and
+without any pattern of the floor.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from desim_warehouse.world.orders.flows import Flows
 from desim_warehouse.world.traffic.events import Clock
 
 BY_OTHERS = {"least-loaded", "each"}
-"""Choices of a station that go by other robots: one by itself goes to them in turn."""
+"""Station choices that depend on other robots; a single robot takes these stations in turn."""
 BLOCK = 50
-"""Goods that are spread over all places, as a probe may end after some of them."""
+"""The number of goods spread over all places, as a probe may end after some of them."""
 
 
 class Backlog:
@@ -154,7 +154,7 @@ class Backlog:
     def _sample(self, weights: Sequence[float], count: int, block: int | None = None) -> list[int]:
         """Draw a stratified sample of numbers by weight, in random order: one from each of `count` equal parts.
 
-        They come in blocks, each spread over the whole; without `block` they are one block.
+        They come in blocks, each spread over the whole; without `block` all form one block.
         """
         import numpy as np
 

@@ -1,6 +1,6 @@
 """Examination of a model before it runs, for `desim check`: mistakes, findings of the quick estimate, and the night.
 
-Commands that simulate a model warn by it, too.
+Commands that simulate a model also warn of its findings.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from desim_warehouse.run.quick import measured
 
 
 def examined(model: Model) -> tuple[list[Finding], QuickEstimate | None]:
-    """Return all findings, the worst first, and the quick estimate; None where there can be none (see `examine`).
+    """Return all findings, the worst first, and the quick estimate; None if there can be none (see `examine`).
 
-    The night is looked at only where the model has no error that it does not accept. What takes long is bounded by
-    counts, of tasks and of rows of a log, so that the findings follow from the model and not from the clock.
+    The night is simulated only if the model has no unaccepted error. Long parts are bounded by numbers of tasks and of
+    log rows, so that the findings depend on the model and not on the clock.
     """
     findings, calculation = _examined(model)
     return list(findings), calculation

@@ -1,7 +1,7 @@
 """A run on disk, for `desim run --out` and commands that read its folder: written by `Run.save`, read by `load_run`.
 
 run.json holds seed, version, the model's content and the tallies. log.parquet holds the rows. kpis.json and the tables
-robots.csv, edges.csv and nodes.csv are there for people and other programs.
+robots.csv, edges.csv and nodes.csv are written for people and other programs.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ LOG, KPIS = "log.parquet", "kpis.json"
 TABLES = ("robots", "edges", "nodes")
 """Tables that are written as CSV."""
 NUMBER = "edge_number"
-"""Column of the log with the edges' numbers, where two edges have one name."""
+"""Column of the log with the edges' numbers, for layouts in which two edges share a name."""
 _NEEDED = {
     **dict.fromkeys(("parked", "docked"), ("node",)),
     "enter": ("edge",),
     **dict.fromkeys(("aside", "back"), ("edge", "value")),
     "drive": ("edge", "value", "until"),
 }
-"""Columns that no row of a kind is without."""
+"""Columns that every row of a kind has."""
 R = TypeVar("R")
 
 
 class KeptRun(NamedTuple):
     """A run as its folder keeps it.
 
-    `kpis`: its indicators by name, NaN where one has no value. Read back they are those that another version saved, and
-    none where this version simulated the run, as they follow from the log.
+    `kpis`: its indicators by name, NaN for those without a value. On reading they are those saved by another version,
+    and none if this version simulated the run, as they follow from the log.
     """
 
     model: Model
@@ -57,7 +57,7 @@ class KeptRun(NamedTuple):
 
 
 def prepare(folder: Path) -> None:
-    """Make the folder of a run; raises ReportError where that is not possible, or the folder is somebody else's."""
+    """Make the folder of a run; raises ReportError if that is impossible, or the folder holds something else."""
     if (folder / STUDY).exists():
         raise ReportError(f"{folder}: holds a study; a run needs a folder of its own")
     try:
@@ -168,7 +168,7 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
 
 
 def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
-    """Read the table of the log, as it was written; raises ValueError for another. 0.3.0 did not say what it wrote."""
+    """Read the table of the log as written; raises ValueError for any other table. 0.3.0 did not mark its tables."""
     import pandas as pd
 
     written = content.get("sha256", {}).get(LOG)
@@ -205,7 +205,7 @@ def _rows(table: pd.DataFrame, layout: Layout, *, ours: bool) -> list[Any]:
 
 
 def _check(log: Log, model: Model, layout: Layout) -> None:
-    """Raise ValueError for a log that no run of this model can have written."""
+    """Raise ValueError for a log that cannot stem from a run of this model."""
     from desim_warehouse.outcome.log import KINDS, NONE, Detail
 
     size, before = model.fleet.size, 0.0

@@ -1,8 +1,8 @@
-"""A night without orders: the real engine with all robots and no tasks, which takes milliseconds, as little happens.
+"""A night without orders: the real engine with all robots and no tasks, which takes only milliseconds.
 
 For `desim check`, and for the chargers that `desim new` writes.
 
-Arithmetic sees whether chargers give what robots draw, but not who is given a charger when.
+Arithmetic can tell whether chargers supply the consumption of robots, but not which robot gets a charger when.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from desim_warehouse.world import World
 from desim_warehouse.world.orders.demand import NoOrders
 
 DAY = 24.0
-"""Hours without orders that are tried at least."""
+"""The least number of hours without orders that are simulated."""
 MOST_ROWS = 6_000
-"""Rows of the log after which a night is no longer looked at."""
+"""The number of log rows after which the simulation of a night is stopped."""
 
 
 class _LongEnoughError(Exception):
@@ -65,7 +65,7 @@ def night(model: Model) -> Flat | None:
 
 
 def _watch(world: World, hour: float) -> None:
-    """Stop a night in which hundreds of robots take turns at a few chargers: that takes minutes."""
+    """Stop a night in which hundreds of robots take turns at a few chargers, which would take minutes."""
 
     def look(_: object) -> None:
         if world.log.written() > MOST_ROWS:
@@ -78,7 +78,7 @@ def _watch(world: World, hour: float) -> None:
 def findings(model: Model, layout: Layout) -> Iterator[Finding]:
     """Warn of batteries that run flat in the model's nights, for runs with a length, in models with chargers.
 
-    Policies of the user's own are not tried: a check runs nobody's code.
+    Policies of the user's own are not simulated: a check does not run foreign code.
     """
     charging = [model.policies.charging, *(kind.charging for kind in model.fleet.kinds.values())]
     if model.policies.own() or any(spec is not None and spec.own for spec in charging):

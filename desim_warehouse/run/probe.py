@@ -1,7 +1,7 @@
 """The cost of a task, for `run.quick`: measured by simulating one robot of a kind alone, on the model's own floor.
 
-Everything that costs time or energy is told by the world alone, and read here from the log. What robots share
-(stations, chargers, lanes), and what keeps them from work for a share of the time, is worked out from it.
+All times and energies come from the simulated world, and are read here from its log. The effects of shared resources
+(stations, chargers, lanes), and of causes that keep robots from work part of the time, are calculated from them.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ from desim_warehouse.values.fields import FrozenMap
 from desim_warehouse.world import World
 
 LOOKS, MOST = (250, 500), 1000
-"""Tasks after which a probe may be over, and those after which it is: of flows always, as pairs of these differ."""
+"""The least and the most tasks of a probe: for flows always the most, as pairs of these differ."""
 WELL_KNOWN = 0.02
-"""Part of the mean time of a task: with a larger standard error a probe goes on."""
+"""Share of the mean time of a task: a probe continues while the standard error is larger."""
 TENS = 10
-"""Tasks whose mean times tell it."""
+"""The number of tasks that suffice to estimate a mean time."""
 CALM = 100
-"""Tasks of a robot that rests between them."""
+"""The number of tasks of a robot that rests between them."""
 SEED = 0
 FOREVER = 1e9
-"""A length, in time units, at which no probe ends."""
+"""A run length, in time units, that no probe reaches."""
 CHARGING = tuple(state.name for state in STATES.values() if state.phase is Phase.CHARGING)
 PATIENCE = 24
-"""Hours without a delivery, and without being charged, after which a probe is over."""
+"""Hours without a delivery or a charge after which a probe is stopped."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def shares_of_flows(model: Model) -> FrozenMap[str, float]:
 
 
 class _StuckError(Exception):
-    """Raised where nothing was delivered for long."""
+    """Raised if nothing is delivered for too long."""
 
 
 def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
@@ -123,9 +123,9 @@ def _probe(
 
 
 def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
-    """Return the evaluation period so far, begin and end, and its number of rounds from charger to charger.
+    """Return begin and end of the evaluation period so far, and its number of rounds from charger to charger.
 
-    Tasks that were chosen from fewer than `waiting` do not count. Where the robot is not charged, all but the first do.
+    Tasks chosen from fewer than `waiting` do not count. If the robot is not charged, all tasks but the first do.
     """
     done = sorted(row.time for row in log.of("delivered") if row.time <= now)
     if len(done) < 2 * waiting:
@@ -161,9 +161,9 @@ def _well_known(log: Log, waiting: int, now: float) -> bool:
 
 
 def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, float]:
-    """Measure time and energy of a task that no other follows at once: the robot is back and rests in between.
+    """Measure time and energy of a task that no other follows at once: the robot returns and rests in between.
 
-    Its battery is never empty. `pause`: from when a task is taken until the next is known, more than it takes.
+    Its battery is never empty. `pause`: the time between taking a task and the release of the next, longer than a task.
     """
     battery = by_kind(model)[kind].battery
     assert battery is not None
@@ -339,7 +339,7 @@ def _of_a_probe(model: Model) -> dict[str, Any]:
 
 
 def _built_in(model: Model) -> dict[str, PolicySpec]:
-    """Return the first built-in policy of its kind in place of each of the user's own: a check runs nobody's code."""
+    """Replace each of the user's own policies by the first built-in one of its kind: a check runs no foreign code."""
     own = [kind for kind, spec in model.policies.specs().items() if spec.own]
     return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
 

@@ -1,4 +1,4 @@
-"""The quick estimate: what a fleet can do, worked out from a probe of one robot of each kind.
+"""The quick estimate of a fleet's throughput, calculated from a probe of one robot of each kind.
 
 For `desim check`, `desim new`, the live page, and the fleet with which the search of `desim plan` begins.
 """
@@ -38,19 +38,19 @@ from desim_warehouse.states import Phase
 from desim_warehouse.values.distributions import mean_of
 
 BY_TIME = {"in-order", "earliest-due"}
-"""Allocations that go by no distance."""
+"""Allocation policies that do not consider distance."""
 BELOW, ABOVE = 0.07, 0.04
-"""Parts by which a long run may do less and more than the probe of a fleet: fitted to `benchmarks.estimates`."""
+"""Relative deviations, down and up, of a long run from the probe of a fleet: fitted to `benchmarks.estimates`."""
 ABOVE_WITH_PICKERS = 0.08
-"""The part of more with pickers: where each picker is when robots call varies more than where robots are."""
+"""The upward deviation with pickers, whose positions at calls of robots vary more than those of robots."""
 LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
-"""Part of a task's time, or of its empty drive, that is worth a word."""
+"""The share of a task's time, or of its empty drive, from which an effect is reported."""
 LEAST_LOADING = 0.05
-"""Part of the time of a task that loading takes, from which it may hold up others."""
+"""The share of a task's time from which loading may block other robots."""
 LEAST_WIDER = 0.05
-"""Part of a fleet's tasks that wide aisles must bring to be worth a word: what is measured varies by half of it."""
+"""The share of a fleet's tasks from which a gain by wide aisles is reported: measurements vary by half of it."""
 WIDEST = 1.28
 """Times the least that the most is: charging takes no random times, as it is taken to, so that queues are shorter."""
 PARTS = {
@@ -59,7 +59,7 @@ PARTS = {
     Phase.TO_STATION: "loaded",
     Phase.UNLOADING: "unload",
 }
-"""The parts of a task that are told by themselves."""
+"""The parts of a task that are reported separately."""
 
 
 def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
@@ -153,7 +153,7 @@ def _probes(model: Model, waiting: int | None) -> dict[str, Probe]:
 
 
 def _at_work(model: Model, layout: Layout) -> int:
-    """Return how many robots can be on a task at once: each needs a slot at its station from the beginning."""
+    """Return how many robots can be on a task at once: each needs a slot at its station from the start."""
     used = destinations(model, layout)
     if model.tasks.flows or not all(node in layout.stations for node in used):
         return model.fleet.size
@@ -184,13 +184,13 @@ def choice(model: Model, now: QuickEstimate) -> Choice | None:
 
 
 def _known(model: Model) -> int:
-    """Return the number of tasks with which a robot always knows the next, or has a whole tour of any flow."""
+    """Return the number of tasks with which a robot always has a next task, or a whole tour of any flow."""
     loads = most_loads(model)
     return max(len(model.tasks.flows), 1) * (loads - 1) + loads
 
 
 def _task(model: Model, kind: str, probed: Probe) -> MeanTask:
-    """Return the parts of a task as probed, and of a task that no other follows, where that is asked for."""
+    """Return the parts of a task as probed, and if requested those of a task that no other follows."""
     if model.battery is None or arrival_rate(model) is None:
         return _driven(probed)
     known_tasks = _known(model)
@@ -213,7 +213,7 @@ def _extent(layout: Layout) -> tuple[float, float]:
 
 
 def _unbroken(model: Model) -> float:
-    """Return the part of their time in which robots are not broken."""
+    """Return the availability of robots, the share of time in which they are not broken."""
     robots = model.fleet.robots()
     fails = [robot.breakdowns for robot in robots]
     left = [1.0 if f is None else mean_of(f.every) / (mean_of(f.every) + mean_of(f.repair)) for f in fails]
@@ -262,7 +262,7 @@ def _stations(
 def _used_lifts(
     model: Model, probes: Mapping[str, Probe], count: Mapping[str, int], rate: float | None
 ) -> tuple[LiftLoad, ...]:
-    """List the lifts that robots of the probes used, by how often; where robots would queue, also by their choice."""
+    """List the lifts used by robots of the probes, with rides; where robots would queue, also by their choice."""
     robots, rides = sum(count.values()), defaultdict[str, float](float)
     for kind, probed in probes.items():
         for edge, number in probed.rides.items():
@@ -296,7 +296,7 @@ def _lifts(model: Model, ridden: Mapping[str, float]) -> tuple[LiftLoad, ...]:
 
 
 def _shared_by(model: Model, lift: Lift) -> object:
-    """Return whatever lifts have in common that share their rides: their floors, where routes see queues."""
+    """Return the common key of lifts that share their rides: their floors, where routes see queues."""
     if model.policies.routing.name != "congestion-aware":
         return lift.name
     floors = tuple(model.floor.floors[node] for node in lift.nodes)
@@ -304,7 +304,7 @@ def _shared_by(model: Model, lift: Lift) -> object:
 
 
 def _time_in(model: Model, lift: Lift, rides: Sequence[float]) -> float:
-    """Return for how long a lift is taken by so many rides each way, with what people and repairs take."""
+    """Return how long a lift is busy with so many rides each way, people and repairs included."""
     along = dict(zip(permutations(lift.nodes, 2), rides, strict=True))
     return time_taken(model, lift, along) / left_for_robots(model, lift)
 
@@ -330,7 +330,7 @@ def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, fl
     return (None, None) if node is None else (node, 1 / busy[node])
 
 
-# What the estimate leaves out, and what another layout would save
+# Causes left out of the estimate, and gains of other layouts
 
 
 UNKNOWN = "; estimates leave this out"

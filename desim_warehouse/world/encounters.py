@@ -1,7 +1,7 @@
-"""Rows of closures and people in the log, and how often robots and people meet.
+"""Log rows of closures and people, and counts of encounters between robots and people.
 
-Both come and go whatever robots do, so their rows are written at the end of a run, and so is who was in an aisle when a
-person came.
+Neither depends on robots, so their rows are written at the end of a run, when the robots that were in an aisle at the
+arrival of a person are counted, too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from desim_warehouse.world.traffic.people import PeopleSource, Visit
 
 
 def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, list[tuple[float, float]]]:
-    """Return for each edge that closes by calendar when it is closed, from the start of a run to `end`."""
+    """Return for each edge that closes by calendar its closed periods, from the start of a run to `end`."""
     closed: defaultdict[Edge, list[tuple[float, float]]] = defaultdict(list)
     for closure in model.traffic.closures.values():
         hours = model.hours(closure.hours)
@@ -54,7 +54,7 @@ def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
 
 
 def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[Start]) -> None:
-    """Add to what robots have counted that people came into an aisle with them, and tally the visits of people.
+    """Add the people who came into an aisle with a robot to the robots' counts, and tally the visits of people.
 
     `visits` begin in the evaluation period; `time` is their time within it for all people, and `shared` the part with a
     robot in the aisle.
@@ -84,13 +84,13 @@ def _in_order(people: Iterable[PeopleSource]) -> list[Visit]:
 
 
 Stay = tuple[int, float, float]
-"""A robot on an edge, from when to when."""
+"""A robot's stay on an edge: its begin and end."""
 
 
 class Stays(NamedTuple):
-    """The robots on an edge, in the order in which they came, with the latest time up to each at which one left.
+    """The stays of robots on an edge, in order of arrival, with the latest departure up to each.
 
-    One that is cleared off the edge may leave it before the robots ahead of it.
+    A robot that is cleared off the edge may leave it before the robots ahead of it.
     """
 
     each: list[Stay]

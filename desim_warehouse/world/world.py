@@ -1,4 +1,4 @@
-"""The World: everything of one run, put together from a model and a seed."""
+"""The World: all parts of one run, built from a model and a seed."""
 
 from __future__ import annotations
 
@@ -72,26 +72,26 @@ from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
 
 PATIENCE = 300.0
-"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it. Else they might set out into
-its way for ever.
+"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it. Otherwise they might set out
+into its way for ever.
 """
 
 
 FEW = 10
-"""Open tasks for each robot in the run that nobody counts, at most."""
+"""The most open tasks per robot in the settling run."""
 
 
 class World:
-    """One run: `World(model, seed).run()`, then look at `log`, `robots` and `traffic`.
+    """One run: `World(model, seed).run()`; its results are in `log`, `robots` and `traffic`.
 
     With `ask` the run stops at every allocation decision: `begin()`, then `go_on()` until it returns False, and
     `dispatcher.decide(pairs)` in between.
 
-    `heed` is given the clock of every run that this takes, before it begins. `settles`: this is the run that nobody
-    counts, in which batteries settle. `demand`: where tasks come from instead of the orders of the model, which has
-    been checked then. `fleets`: where settled fleets are looked up, and kept.
+    `heed` is called with the clock of every run that this one needs, before it begins. `settles`: this is the uncounted
+    run in which batteries settle. `demand` replaces the orders of the model, which must have been checked with it.
+    `fleets`: the cache of settled fleets.
 
-    Each part is given what it needs, and none knows the world.
+    Each part is given its dependencies, and none knows the world.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class World:
         # People before the log and the lanes: their aisles close, and the log must say who is in one when they come.
         self.people = self._people(zones)
         self.log = Log(model.log, knows_moves=bool(self.people))
-        # Lanes before routes and robots, which drive on them, and before bays: on guarded lanes slots are kept.
+        # Lanes before routes and robots, which use them, and before bays: on guarded lanes slots are kept.
         restrictions = Restrictions.of(model, self.layout, self.people)
         self.traffic = _traffic(self.env, model, self.layout, self.log, zones, restrictions)
         if self.layout.lifts:
@@ -131,7 +131,7 @@ class World:
         # The list of open tasks is shared: the dispatcher keeps it, parts that look ahead read it.
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self._look_ahead(open_tasks)
-        # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
+        # So is the list of robots: the dispatcher gets it while it is empty, as robots need the dispatcher.
         self.robots: list[Robot] = []
         self._take_orders(open_tasks, ask=ask, demand=demand or (Flows if model.tasks.flows else Demand))
         self._put_into_bays(homes, start)
@@ -158,7 +158,7 @@ class World:
         return people
 
     def _find_ways(self, restrictions: Restrictions) -> None:
-        """Make routes and free driving times, first of all, because other parts read them."""
+        """Make routes and free driving times, before all parts that read them."""
         model, layout = self.model, self.layout
         routing = _policy("routing", model.policies.routing)
         self.travel = free_travel(model, layout)
@@ -177,7 +177,7 @@ class World:
         self.bays = _bays(env, layout, homes, kinds, batteries, streams, keep=keep)
 
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
-        """Make the parts that say which work energy and hours allow, and where robots go that leave their work."""
+        """Make the parts that decide which work energy and hours allow, and where robots go after work."""
         env, model, policies = self.env, self.model, self.model.policies
         handling = self.handling.said.means()
         routes = self.routes
@@ -213,7 +213,7 @@ class World:
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
 
     def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool, demand: Callable[..., Orders]) -> None:
-        """Make the source of tasks and the dispatcher, which tells the source what robots have in hand."""
+        """Make the source of tasks, and the dispatcher, which reports to it the tasks that robots have in hand."""
         env, model, policies = self.env, self.model, self.model.policies
         self.demand = demand(env, model, self.layout, self.streams)
         self.finished = Event(env)
@@ -248,7 +248,7 @@ class World:
             self.batcher = Batcher(env, batching, model.fleet, self.travel, to_come=to_come, dispatcher=self.dispatcher)
 
     def _pods(self) -> Pods | None:
-        """Make the pods, which stand between the orders and the dispatcher: its tasks are then visits of pods."""
+        """Make the pods between the orders and the dispatcher, whose tasks are then visits of pods."""
         model, spec = self.model, self.model.pods
         if spec is None:
             return None
@@ -299,7 +299,7 @@ class World:
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
         on_lanes = [number for number, item in enumerate(fleet.starts(self.layout.bays)) if item.on_lanes]
         nodes = nodes_at_start(start, homes, self.bays.by_node, on_lanes)
-        slow = fleet.slowness > 0  # else robots take no time to gather speed or to brake
+        slow = fleet.slowness > 0  # otherwise robots accelerate and brake in no time
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, nodes, start, strict=True)
         for number, (shape, kind, home, node, standing) in enumerate(shapes):
             robot = Robot(around, number, home, shape, kind, Motion(*shape.motion) if slow else None, node)
@@ -315,7 +315,7 @@ class World:
         return Pickers(self.env, spec, self.model.hours(spec.hours), self.layout, self.log)
 
     def _stand_on_lanes(self) -> None:
-        """Put robots on the lanes where they start, the one ahead first; each is bound for home until it has a task."""
+        """Put robots on the lanes where they start, from the front; each is bound for home until it has a task."""
         starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
         for number, start in sorted(starts, key=lambda item: -item[1].offset):
             robot = self.robots[number]
@@ -334,7 +334,7 @@ class World:
         return self
 
     def begin(self, until: float | None = None) -> None:
-        """Set everything going at time 0; the run ends at `until` if it would last longer."""
+        """Schedule the start of all parts at time 0; the run ends at `until` if it would last longer."""
         env, length = self.env, min((end for end in (self.model.run.length, until) if end is not None), default=None)
         release = (self.pods or self.batcher or self.dispatcher).release
         self.demand.start(self._while_few_are_open(release) if self.settles else release)
@@ -353,7 +353,7 @@ class World:
             self.over = self.finished if length is None else self.finished | Timeout(env, length)
 
     def _while_few_are_open(self, release: Callable[[Task], None]) -> Callable[[Task], None]:
-        """Take no tasks beyond what robots will do soon: a fleet that cannot keep up is as busy without them."""
+        """Keep the list to tasks that are done soon: a fleet that cannot keep up is as busy without the others."""
         most = FEW * len(self.robots)
 
         def take(task: Task) -> None:
@@ -388,7 +388,7 @@ class World:
             log.forget_moves()
 
     def _hours_change(self, robots: Sequence[int]) -> bool:
-        """Note that hours of some robots begin or end. False: nothing more can come of it."""
+        """Note that hours of some robots begin or end. Returns False if this can no longer lead to work."""
         goes_on = not self.env.only_ticks
         for number in robots:
             self.robots[number].hours_change()
@@ -409,7 +409,7 @@ class World:
         return less(robots, before[0]), less(edges, before[1]), less(nodes, before[2]), less(stations, before[3])
 
     def _worked(self) -> None:
-        """Note that a load unit in a station has been worked on, which may be the last thing the run waits for."""
+        """Note that a load unit in a station has been worked on, which may complete the run."""
         self.dispatcher.end_if_done()
 
     def _stalled(self) -> str:
@@ -431,7 +431,7 @@ class World:
         return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
 
     def _doing(self) -> str:
-        """Return, if nothing else explains a stall, the words that nothing was asked for, or on what the robots do."""
+        """Return the explanation of a stall by default: that no task was requested, or what the robots do."""
         if not self.demand.total:
             return "; no task was ever asked for: the goods, schedules and files of this model ask for none"
         doing = Counter(robot.state for robot in self.robots)
@@ -523,7 +523,7 @@ def _policy(kind: str, spec: PolicySpec) -> Any:
 def _traffic(
     env: Clock, model: Model, layout: Layout, log: Log, zones: Sequence[TrafficZone], restrictions: Restrictions
 ) -> Traffic:
-    """Make the Highways in use, by what the model says of traffic and of its robots."""
+    """Make the Highways in use, from the model's traffic section and robots."""
     fleet, spec = model.fleet, model.traffic
     speeds = {speed for robot in fleet.distinct() for speed in (robot.speed, robot.loaded_speed)}
     return Traffic(
@@ -564,7 +564,7 @@ def _bays(
     *,
     keep: bool,
 ) -> Bays:
-    """Make the layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there.
+    """Make the layout's bays. By default a bay has a slot and a charger for each robot at home there.
 
     Chargers are for robots of all `kinds`, unless the bay names some. `batteries`: spare ones of each kind, shared out
     among the bays with chargers round-robin.

@@ -1,1 +1,1 @@
-"""Orders: where tasks come from, and which robot is given which."""
+"""Orders: the sources of tasks, and their assignment to robots."""

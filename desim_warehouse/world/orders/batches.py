@@ -1,4 +1,4 @@
-"""Batches: which tasks go together on a tour, by the batching policy, which decides at each new one."""
+"""Batches: the tasks that go together on a tour, by the batching policy, which decides at each new task."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class Batcher:
-    """Keeps tasks until they are in a batch, and hands each batch on as one task.
+    """Keep tasks until they are in a batch, and pass each batch on as one task.
 
     Only tasks of one load type, for the same kinds of robots, go together, and of one flow where the policy is `by`
-    flow. `to_come` says whether other tasks like one will become known whatever is done. The `dispatcher` learns of
-    every task, and gives out batches.
+    flow. `to_come` returns whether further tasks like a given one will become known in any case. The `dispatcher`
+    learns of every task, and gives out batches.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Batcher:
             self._ask_at(then)
 
     def _loads(self, key: Key, task: Task) -> int:
-        """Return the largest number of loads that robots carry which may do tasks of this sort."""
+        """Return the largest number of loads carried by any robot that may do tasks of this sort."""
         if key not in self._most:
             able = (robot.capacity for kind, robot in self._robots if suits(task, kind, robot.carries))
             self._most[key] = max(able, default=1)
@@ -120,7 +120,7 @@ class Batcher:
 
 
 def tour_of(tasks: list[Task]) -> Task:
-    """Join tasks that one robot does on one tour into one task. A task alone is returned itself."""
+    """Join tasks that one robot does on one tour into one task. A single task is returned unchanged."""
     first = tasks[0]
     if len(tasks) == 1:
         return first

@@ -34,7 +34,7 @@ class Orders(Protocol):
         """Note that a robot has given back a task or tour, which is open again."""
 
     def to_come(self, task: Task, by_flow: bool, /) -> bool:
-        """Whether further tasks will become known that may go with a task on a tour, perhaps only `by_flow`."""
+        """Whether further tasks will become known that may share a tour with a given one, perhaps only `by_flow`."""
 
 
 class Demand:
@@ -59,7 +59,7 @@ class Demand:
         self._only = None if isinstance(self.goods, tuple) else only_place(model, layout)
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Hand the tasks that are known at the start of the run to `release`, and schedule the later arrivals."""
+        """Pass the tasks known at the start of the run to `release`, and schedule the later arrivals."""
         self.release = release
         goods = self.goods
         if isinstance(goods, PoissonGoods):
@@ -82,7 +82,7 @@ class Demand:
     def taken(self, task: Task) -> None:
         """Note that a robot has taken a task or tour: where work never ends, another task is released for each.
 
-        No task is released where robots have given tasks back, so that as many are open as there should be.
+        No task is released in place of those that robots have given back, so that the number of open tasks is kept.
         """
         self._open -= len(task.tasks)
         for _ in task.tasks:
@@ -124,7 +124,7 @@ class Demand:
             if goods.hours is None or self.hours.is_open(self.env.now):
                 self._release(self._draw(), goods.due_within)
 
-    # Which goods
+    # Choice of goods
 
     def _generator(self) -> Any:
         if self._stream is None:
@@ -140,7 +140,7 @@ class Demand:
         return self._drawn.pop()
 
     def _without_repetition(self, count: int) -> list[int]:
-        """Draw goods in random order, each at most once until all are drawn. Popular ones tend to come first."""
+        """Draw goods in random order, each at most once until all are drawn. Popular goods tend to come first."""
         if self._only is not None:
             return [self._only] * count
         size, weights = len(self.storage), self._weights()
@@ -156,7 +156,7 @@ class Demand:
 
 
 class NoOrders:
-    """No task ever comes: the run of a night."""
+    """A source without tasks, for the run of a night."""
 
     def __init__(self, *_: object) -> None:
         """There is nothing to know."""

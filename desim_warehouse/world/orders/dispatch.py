@@ -1,4 +1,4 @@
-"""Allocation: open tasks, robots that are free, and the allocation policy asked when either changes."""
+"""Allocation: open tasks, free robots, and the allocation policy, which is asked when either changes."""
 
 from __future__ import annotations
 
@@ -30,21 +30,22 @@ from desim_warehouse.world.traffic.events import DECISIONS, Clock, end_of_instan
 from desim_warehouse.world.traffic.rules import EPS
 
 VAIN = 1000
-"""After this many openings in a row at which no task could be given out, none ever will be."""
+"""The number of openings in a row without an assignable task after which none is expected any more."""
 DECLINED = 20
-"""After this many decisions for each robot in a row that give nothing out, while none has a task, none ever will:
-robots that draw energy at rest have been charged several times by then."""
+"""Decisions per robot in a row that assign nothing, while none has a task, after which none ever will: by then robots
+that draw energy at rest have been charged several times.
+"""
 _PAIRS = "pairs (robot number, task number)"
 RETURNS = 100
-"""A task that is given back so often will never be done."""
+"""The number of times that a task is given back before it counts as impossible."""
 
 
 class Dispatcher:
-    """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant.
+    """Keep the list of open tasks, and ask the allocation policy once for all events of one instant.
 
-    So robots that become free at the same instant are seen together, by number, and tasks in the order of the list.
-    With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at every
-    decision (`waiting`) until `decide` is told the answer.
+    So the policy sees robots that become free at the same instant together, by number, and tasks in the order of the
+    list. With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at
+    every decision (`waiting`) until `decide` is called with the answer.
     """
 
     def __init__(
@@ -91,18 +92,18 @@ class Dispatcher:
         self._pods: Pods | None = None
 
     def carry(self, pods: Pods) -> None:
-        """Take the pods of a model with goods to person: tasks are then lines, which robots do by visits of pods."""
+        """Use the pods of a model with goods to person: tasks are then lines, which robots do by visits of pods."""
         self._pods = pods
 
-    # What happens
+    # Events
 
     def release(self, task: Task) -> None:
-        """Take a new task into the list, from which it may be allocated."""
+        """Add a new task to the list, from which it may be allocated."""
         self.announce(task)
         self.give_out(task)
 
     def announce(self, task: Task) -> None:
-        """Take note of a new task that is known but not open yet."""
+        """Record a new task that is known but not open yet."""
         self.released += 1
         self._vain = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order, task.item)
@@ -119,7 +120,7 @@ class Dispatcher:
         return self._offer(robot)
 
     def ask(self, robot: Robot) -> Event:
-        """Offer a robot that has just unloaded; the returned event is due when a decision gives it a task, or none."""
+        """Offer a robot that has just unloaded; the returned event is due when a decision gives it a task or none."""
         self._passing.add(robot.number)
         return self._offer(robot, at_once=robot.docked is None)
 
@@ -132,15 +133,15 @@ class Dispatcher:
         return event
 
     def withdraw(self, robot: Robot) -> None:
-        """Withdraw a robot in a bay: its battery wants a charger, or another robot wants its slot."""
+        """Withdraw a robot in a bay: its battery needs a charger, or another robot needs its slot."""
         self.free.pop(robot.number, None)
         self._put_back(robot.number)
 
     def give_back(self, robot: Robot) -> None:
-        """Take back the task of a robot whose battery does not let it fetch its good after all."""
+        """Take back the task of a robot whose battery does not suffice to fetch its good after all."""
         task = robot.job
         assert task is not None
-        robot.charging.require()  # else it would take the task again at once
+        robot.charging.require()  # otherwise it would take the task again at once
         if self.reach.give_back(task) > RETURNS:
             raise PolicyError(
                 f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
@@ -149,7 +150,7 @@ class Dispatcher:
         self.take_back(robot)
 
     def take_back(self, robot: Robot) -> None:
-        """Take back the task of a robot that does not fetch its good: it goes to the front of the list at once."""
+        """Take back, at once to the front of the list, the task of a robot that does not fetch its good."""
         task = robot.job
         assert task is not None
         self._record("returned", robot, task)
@@ -164,7 +165,7 @@ class Dispatcher:
         self.call()
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
-        """Note that a task is done. With the last of a tour the robot is free."""
+        """Note that a task is done. After the last task of a tour the robot is free."""
         if self._pods is not None:
             self._pods.stored(robot, stop)
         else:
@@ -177,7 +178,7 @@ class Dispatcher:
             self.stations.release((stop,), ())
 
     def line_done(self, line: Task) -> None:
-        """Note that a line was picked from a pod, or put onto one: only then is it no longer in hand."""
+        """Note that a line was picked from a pod or put onto one, and so is no longer in hand."""
         self.done += 1
         self.demand.taken(line)
 
@@ -190,7 +191,7 @@ class Dispatcher:
         self.end_if_done()
 
     def came_to_rest(self) -> None:
-        """Note that a robot rests where it has unloaded, which may be the last thing that the run waits for."""
+        """Note that a robot rests where it has unloaded, which may complete the run."""
         self.end_if_done()
 
     def end_if_done(self) -> None:
@@ -212,7 +213,7 @@ class Dispatcher:
             robot.record(kind)
 
     def queue_of(self, robot: int) -> tuple[Task, ...]:
-        """Return the tasks that a robot is to do after the present one."""
+        """Return the tasks queued for a robot after its present one."""
         return tuple(self.queues.get(robot, ()))
 
     def _put_back(self, number: int) -> None:
@@ -224,7 +225,7 @@ class Dispatcher:
     def hours_change(self, robots: Iterable[int]) -> bool:
         """Note that hours of robots begin or end, and put their queues back on the list.
 
-        False: it is all in vain, as no task has been given out for many changes.
+        Returns False if it is in vain, as no task has been given out for many changes.
         """
         for number in robots:
             if not self.departures.duty.has(number):
@@ -237,16 +238,16 @@ class Dispatcher:
 
     @property
     def is_in_vain(self) -> bool:
-        """Whether hours have begun so often without any task given out that none ever will be."""
+        """Whether hours have begun so often without a task given out that none ever will be."""
         return self._vain > VAIN
 
     # Decisions
 
     def call(self, *, at_once: bool = False) -> None:
-        """Have the allocation policy asked at the end of this instant, or of the interval.
+        """Schedule the allocation policy for the end of this instant, or of the interval.
 
-        After everything else that happens at the instant: robots that become free together are seen together.
-        `at_once`: for a robot that has unloaded in the lane, where it would hold up others until the interval is over.
+        It comes after all other events of the instant, so that robots that become free together are seen together.
+        `at_once`: for a robot that has unloaded in the lane, where it would block others until the interval is over.
         """
         now = self.env.now
         time = now
@@ -288,7 +289,7 @@ class Dispatcher:
             self.decide(asked_for_all("allocation", policy, now, lambda: policy.assign(situation), _PAIRS))
 
     def _look_again(self) -> None:
-        """Schedule a decision for when the first task that a closed station or way holds back can be given out."""
+        """Schedule a decision for when the first task held back by a closed station or way can be given out."""
         openings = self.reach.openings
         due, openings.due = openings.due, math.inf
         if due < self._looks_at - EPS and not self.is_in_vain:
@@ -312,12 +313,12 @@ class Dispatcher:
         return view
 
     def _able(self) -> list[int]:
-        """Return the free robots in their hours, by number; robots in bays only if the cap under way is not reached."""
+        """Return the free robots on duty, by number; robots in bays only if the cap under way is not reached."""
         free = self.free.keys() & self.departures.under_way if self.departures.is_full else self.free
         return self.departures.duty.among(sorted(free))
 
     def _fleet(self) -> list[RobotView]:
-        """Return all robots that may be given work, by number, robots at work as they will be when free."""
+        """Return all robots that may be given work, by number, busy ones as they will be when free."""
         now, free, may_work, duty = self.env.now, self.free, self.departures.may_work, self.departures.duty
         return [
             self._view(robot.number) if robot.number in free else busy_view(robot, robot.reach, now)
@@ -355,7 +356,7 @@ class Dispatcher:
             raise StallError(self._nothing_given_out())
 
     def _is_at_rest(self) -> bool:
-        """Whether only a decision can change anything: all tasks are known, no robot has one, and nothing is closed."""
+        """Whether only a decision can change anything: all tasks are known, none is in hand, and nothing is closed."""
         if not self.open or self.released != self.demand.total or any(robot.job is not None for robot in self.robots):
             return False
         on_duty = all(self.departures.duty.has(robot.number) for robot in self.robots)
@@ -370,7 +371,7 @@ class Dispatcher:
         )
 
     def _charge_the_short(self) -> None:
-        """Send robots at rest to a charger, or have them wait for one, if they lack energy for the first open task."""
+        """Send robots at rest that lack energy for the first open task to a charger, or let them wait for one."""
         for number in sorted(self.free):
             robot, event = self.free[number]
             if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
@@ -393,7 +394,7 @@ class Dispatcher:
             self._call_to_bays()
 
     def _call_to_bays(self) -> None:
-        """Call robots to their bays that may hold a slot in a station, or a departure, which an open task needs."""
+        """Send robots to their bays if an open task may need the station slot or departure that they hold."""
         for number in sorted(self.departures.resting):
             robot = self.robots[number]
             if robot.job is None and (robot.docked is not None or self.departures.most is not None):
@@ -413,7 +414,7 @@ class Dispatcher:
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
 
     def _next_of_queues(self) -> None:
-        """Let free robots go on with the tasks of their queues; tasks that are not possible go back to the list."""
+        """Give free robots the tasks of their queues; tasks that are not possible return to the list."""
         for number in sorted(self.queues.keys() & self.free.keys()):
             queue = self.queues.pop(number)
             task = queue.popleft()
@@ -430,10 +431,10 @@ class Dispatcher:
     def _assign(self, number: int, task_number: int, *, first: bool = True) -> None:
         """Give a free robot a task.
 
-        `first`: no other pair of this decision has been given a station's slot before.
+        `first`: no earlier pair of this decision has been given a station's slot.
         """
         if not self.departures.may_work(number):
-            return  # as many as may be under way are: robot and task wait for the next decision
+            return  # the cap under way is reached: robot and task wait for the next decision
         robot, event = self.free[number]
         task, view = self.open[task_number], self._view(number)
         if not may_do(view, task):
@@ -464,7 +465,7 @@ class Dispatcher:
 
 
 def _objects(pair: object) -> str:
-    """Return the hint on what a policy must return where its pair has views instead of numbers; else an empty text."""
+    """Return the hint that a policy must return numbers, if its pair has views instead; otherwise an empty text."""
     views = isinstance(pair, tuple) and any(isinstance(part, RobotView | Task) for part in pair)
     return ", expected robot.number, task.number" if views else ""
 

@@ -1,7 +1,7 @@
-"""Tasks of flows: from where to where they go, and when each becomes known.
+"""Tasks of flows: their origins and destinations, and when each becomes known.
 
-Every flow has random streams of its own, for each thing that is drawn. Another flow, robot or policy leaves its tasks
-as they are.
+Every flow has a random stream of its own for each quantity drawn, so its tasks do not depend on other flows, robots or
+policies.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
 
 
 TRIES = 20
-"""Draws of a storage place that is another than the first."""
+"""The most draws of a storage place different from the first."""
 BATCH = 1024
-"""Draws taken at a time."""
+"""The number of draws made at a time."""
 
 
 class Flows:
-    """A source of the tasks of all flows, `total` of them or, where it is None, without end."""
+    """A source of the tasks of all flows, `total` of them or, if None, without end."""
 
     def __init__(self, env: Clock, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -59,7 +59,7 @@ class Flows:
         self._number = 0
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Hand the tasks that are known when the run starts to `release`, and schedule the arrival of later tasks."""
+        """Pass the tasks known at the start of the run to `release`, and schedule the arrival of later tasks."""
         self.release = release
         for flow in self.flows.values():
             while flow.open < flow.always_open:
@@ -67,7 +67,7 @@ class Flows:
             self.env.process(self._arrivals(flow))
 
     def taken(self, task: Task) -> None:
-        """Note a task or tour in hand: where a constant number is always open, another task replaces each."""
+        """Note a task or tour in hand: where the number of open tasks is constant, another task replaces each."""
         flows = [self.flows[member.flow] for member in task.tasks]
         for flow in flows:
             flow.open -= 1
@@ -95,7 +95,7 @@ class Flows:
             self.release(task)
 
     def to_come(self, task: Task, by_flow: bool) -> bool:
-        """Whether further tasks will become known that may go with a task on a tour, perhaps only `by_flow`."""
+        """Whether further tasks will become known that may share a tour with a given one, perhaps only `by_flow`."""
         return any(
             not flow.ended
             and (flow.load_type, flow.spec.kinds) == (task.load_type, task.kinds)
@@ -126,11 +126,11 @@ class _Flow:
         self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
         self._cumulated = [sum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
 
-    # When
+    # Release times
 
     @property
     def always_open(self) -> int:
-        """The number of tasks that are always open, 0 where they arrive."""
+        """The number of tasks that are always open; 0 if they arrive."""
         return self.when.saturated if isinstance(self.when, SaturatedArrivals) else 0
 
     @property
@@ -144,10 +144,10 @@ class _Flow:
         return orders if self.spec.lines == 1 else sum(map(self._lines, range(orders)))
 
     def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """Iterate over the times at which tasks become known, in order, and the rows of orders that they come from.
+        """Iterate over the times at which tasks become known, in order, and their rows of orders.
 
-        Outside the hours of the flow none do. Tasks at random that fall there are left out: within the hours they come
-        as they would without. Tasks of a schedule or a file are then released when the hours begin.
+        No task becomes known outside the hours of the flow. Random tasks that fall there are left out, which does not
+        affect those within hours. Tasks of a schedule or a file are instead released when the hours begin.
         """
         hours = self.hours
         if hours is None:
@@ -162,7 +162,7 @@ class _Flow:
                 yield max(begin, time), line
 
     def asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """Yield the times at which tasks are asked for, in order, and the rows of orders; hours do not matter yet."""
+        """Yield the times at which tasks are requested, in order, and the rows of orders, regardless of hours."""
         when = self.when
         if isinstance(when, OrdersArrivals):
             lines = read(when.orders, self._how)
@@ -176,7 +176,7 @@ class _Flow:
     def arrivals(self) -> Iterator[float]:
         """Iterate over the times at which tasks become known, in order.
 
-        At random it is a Poisson process of rate 1, taken through the number of tasks that are expected by a time.
+        Random times are a Poisson process of rate 1, transformed by the expected number of tasks up to a time.
         """
         when, hour, demand = self.when, self.model.units.hour, self.model.tasks.demand
         if isinstance(when, SaturatedArrivals):
@@ -196,10 +196,10 @@ class _Flow:
                 for _ in range(tasks):
                     yield time
 
-    # What
+    # Tasks
 
     def order(self, number: int, now: float, line: OrderLine | None = None) -> list[Task]:
-        """Make the lines of the next order, the first with this number: one, unless the flow has orders of several."""
+        """Make the lines of the next order, numbered from `number` on: one, unless the flow has orders of several."""
         if self.spec.lines == 1:
             return [self.task(number, now, line)]
         nth = self._orders
@@ -213,7 +213,7 @@ class _Flow:
         return lines if isinstance(lines, int) else draw_lines(lines, self.streams.stream(f"lines:{self.name}", nth))
 
     def task(self, number: int, now: float, line: OrderLine | None = None) -> Task:
-        """Make the next task, which becomes known now. The flow fills in what the row of its order leaves out."""
+        """Make the next task, which becomes known now. The flow provides what the row of its order leaves out."""
         nth = self.released
         self.released += 1
         if self.items is not None:
@@ -224,7 +224,7 @@ class _Flow:
         source = self._named("from", which, None if line is None else line.source, begins)
         target = self._named("to", which, None if line is None else line.target, ends)
         tries = TRIES if line is None or not isinstance(line.target, int) else 0
-        while tries and source is target:  # both in storage: not from a place to itself, where there are others
+        while tries and source is target:  # both in storage: a place is no destination of itself, if there are others
             target, tries = self._place("to", which, ends), tries - 1
         if isinstance(source, str):
             good, edge, offset = -1, (source, source), 0.0
@@ -259,7 +259,7 @@ class _Flow:
         return due, self._priority() if line is None or line.priority is None else line.priority
 
     def _line(self, number: int, nth: int, now: float, line: OrderLine | None) -> Task:
-        """Make a line, with pods: an item to be picked from one, or put onto one, at one of some stations."""
+        """Make a line for pods: an item to be picked from a pod, or put onto one, at one of some stations."""
         assert self.items is not None
         route, named = self.routes[0], None if line is None else line.target
         nodes = route.target
@@ -312,7 +312,7 @@ class _Flow:
         return priority[-1].priority
 
     def _named(self, end: str, which: int, named: str | int | None, places: End) -> str | StoragePlace:
-        """Return the place that the row of an order names, else one by the flow."""
+        """Return the place named by the row of an order, or otherwise one by the flow."""
         if named is None:
             return self._place(end, which, places)
         if isinstance(named, int):
@@ -320,7 +320,7 @@ class _Flow:
         return self._place(end, which, StorageEnd() if named == STORAGE else self.layout.nodes_of(named))
 
     def _place(self, end: str, which: int, places: End) -> str | StoragePlace:
-        """Draw a storage place, or take one of some nodes (a target's is chosen when a robot gets the task)."""
+        """Draw a storage place, or take one of some nodes (a destination is chosen when a robot gets the task)."""
         if isinstance(places, StorageEnd):
             return self.layout.storage[self._drawn(end, which, places)]
         if len(places) == 1 or end == "to":
@@ -334,7 +334,7 @@ class _Flow:
         return float(self.streams.stream(f"{what}:{self.name}", self.released).random())
 
     def draw_from(self, end: str, which: int, places: End, numbers: Iterator[int]) -> None:
-        """Take the places where tasks of a route begin or end from some numbers, not at random."""
+        """Choose the origins or destinations of a route by given numbers instead of random ones."""
         self._draws[end, which, places] = numbers
 
     def _drawn(self, end: str, which: int, places: End) -> int:

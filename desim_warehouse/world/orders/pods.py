@@ -1,11 +1,11 @@
-"""Goods to person: pods that robots bring to stations, where lines of orders are picked from them, and store again.
+"""Goods to person: robots bring pods to stations, where lines of orders are picked from them, and store them again.
 
-A line is a task. A visit of a pod is what a robot does: a tour from its storage place over a station to a storage
-place. Orders wait until a station has room; then their lines are open there. A pod is called for open lines when a
-robot is free, by the policy `pod`. Until it is done in the station, lines that become open there join it if it has
-their item, so that what a visit is for is known only when it is over. Where it goes then the policy `storage` decides.
+A line is a task. A robot does visits of pods: tours from a storage place over a station to a storage place. Orders wait
+until a station has room; then their lines are open there. When a robot is free, a pod is called for open lines, by the
+policy `pod`. Until the pod is done in the station, lines that become open there join it if it has their item, so the
+lines of a visit are known only when it is over. Its storage place is then chosen by the policy `storage`.
 
-The pods themselves: where each stands, what is on it and promised, and which storage places are free.
+The module also keeps the pods themselves: where each stands, its stock and promised units, and free storage places.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ class Pod:
     """A pod on a storage `place`, or last there, with `stock` units of each of its items; it `stands` or is carried.
 
     `bound`: the station that it was called to, until it is done there (then None, while it is still under way).
-    `lines`: those that it is for, and `promised` how many of each item they take. `robot` brings it. `coming`: units
-    that are to be put onto it.
+    `lines`: the lines of its visit, and `promised` the units of each item that they take. `robot` brings it. `coming`:
+    units that are to be put onto it.
     """
 
     def __init__(self, number: int, place: int, stock: dict[int, float]) -> None:
@@ -68,14 +68,14 @@ class Pod:
         self.rank = 0.0
 
     def left(self, item: int) -> float:
-        """Return the units of an item on the pod that no line has been promised yet."""
+        """Return the units of an item on the pod that are not promised to any line yet."""
         return self.stock.get(item, 0) - self.promised.get(item, 0)
 
 
 class Shelves:
-    """All pods, by number and by what they hold, and the places that no pod stands on or is bound for.
+    """All pods, by number and by item, and the places where no pod stands or is bound to.
 
-    Where pods `keep` their places these are never free.
+    If pods `keep` their places these are never free.
     """
 
     def __init__(self, spec: PodsSpec, storage: Sequence[StoragePlace], streams: Streams, *, keep: bool) -> None:
@@ -89,7 +89,7 @@ class Shelves:
         self.endless = spec.units is None
         self.pods = [Pod(number, place, {}) for number, place in enumerate(stands)]
         if holds is None:
-            # Items are dealt out round after round: each is on as many pods as another, give or take one.
+            # Items are dealt out in rounds: the numbers of pods with each differ by at most one.
             rounds = -(-spec.count * spec.per_pod // spec.items)
             dealt = [item for _ in range(rounds) for item in draws.permutation(spec.items).tolist()]
             for pod in self.pods:
@@ -133,7 +133,7 @@ class Shelves:
         pod.place = place
 
     def places_for(self, pod: Pod) -> list[PlaceView]:
-        """Return the places where a pod may be put down: its own where they are kept, else the free ones."""
+        """Return the places where a pod may be put down: its own if places are kept, otherwise the free ones."""
         numbers = [pod.home] if self.keep else self.free
         return [PlaceView(number, self.storage[number].edge, self.storage[number].offset) for number in numbers]
 
@@ -145,7 +145,7 @@ class Shelves:
 
 
 class VisitGiver(Protocol):
-    """The dispatcher as pods know it: visits are `open`, by their numbers, until robots are given them."""
+    """The dispatcher as pods see it: visits are `open`, by number, until robots are given them."""
 
     open: OrderedDict[int, Task]
 
@@ -153,7 +153,7 @@ class VisitGiver(Protocol):
         """Record a line that has become known."""
 
     def call(self) -> None:
-        """Have visits given out at the end of this instant."""
+        """Schedule the assignment of visits for the end of this instant."""
 
     def line_done(self, line: Task) -> None:
         """Count a line that was picked from a pod, or put onto one."""
@@ -198,7 +198,7 @@ class Pods:
             if getattr(policy, "random", False)
         }
         self.backlog: dict[tuple[str, ...], deque[list[Task]]] = {}
-        self.open_at: dict[tuple[str, str], tuple[str, int]] = {}  # of an order in hand its station, and lines left
+        self.open_at: dict[tuple[str, str], tuple[str, int]] = {}  # for each order in hand, its station, and lines left
         self.orders: Counter[str] = Counter()
         self.items: dict[str, Counter[int]] = {node: Counter() for node in stations.by_node}
         self.waiting: dict[str, dict[int, dict[int, Task]]] = {node: {} for node in stations.by_node}
@@ -220,7 +220,7 @@ class Pods:
     # Orders and lines
 
     def release(self, line: Task) -> None:
-        """Take a line that is known. Lines of an order that become known one after the other are one order."""
+        """Add a line that has become known. Lines of an order that become known one after the other form one order."""
         self.dispatcher.announce(line)
         waiting = self.backlog.setdefault(line.to, deque())
         if line.order and waiting and _order(waiting[-1][0]) == _order(line):
@@ -254,7 +254,7 @@ class Pods:
         return str(self._ask("order_station", call, nodes))
 
     def _open(self, line: Task, node: str) -> None:
-        """Have a line join the first pod bound for its station that has its item, or wait for one to be called."""
+        """Add a line to the first pod bound for its station that has its item, or let it wait for a call."""
         if line.flow in self.puts:
             self._open_put(line, node)
             return
@@ -266,7 +266,7 @@ class Pods:
         self.waiting[node].setdefault(line.item, {})[line.number] = line
 
     def _open_put(self, line: Task, node: str) -> None:
-        """Give a bundle to the pod that the policy `put` names, at once or when the pod stands again."""
+        """Give a bundle to the pod chosen by the policy `put`, at once or when the pod stands again."""
         pods = [pod for pod in self.shelves.pods if pod.bound == node or (pod.stands and pod.bound is None)]
         pods = pods or self.shelves.pods
         call = PutCall(self.env.now, node, line.item, [self.shelves.view(pod) for pod in pods], self._draw("put"))
@@ -297,7 +297,7 @@ class Pods:
         return sorted(item for item in asked if all(pod.left(item) <= 0 for pod in self.shelves.holding(item)))
 
     def call(self, robots: Sequence[RobotView]) -> None:
-        """Call a pod for each free robot that has no visit yet, as long as stations have lines and room."""
+        """Call a pod for each free robot without a visit, as long as stations have lines and room."""
         self._open_orders()
         nodes = [robot.node for robot in robots]
         closed = self._closed()
@@ -306,7 +306,7 @@ class Pods:
             open_visits += 1
 
     def _closed(self) -> Mapping[str, float]:
-        """Return stations that are closed now. Where lines wait at one a pod is called as soon as it opens."""
+        """Return the closed stations. If lines wait at one, a pod is called as soon as it opens."""
         if not self.stations.close:
             return {}
         closed, now = self.stations.closed(), self.env.now
@@ -318,7 +318,7 @@ class Pods:
         return closed
 
     def _call(self, nodes: Sequence[str], closed: Collection[str]) -> bool:
-        """Call a pod, to the station with the fewest robots that has lines and room; False: none can be called."""
+        """Call a pod to the station with the fewest robots that has lines and room; returns False if none can be."""
         by_node, called = self.stations.by_node, self.called
         ready = [
             node
@@ -418,7 +418,7 @@ class Pods:
         self.log.event(now, kind, robot.number, stop.task.number, robot.node, float(number), other=place)
 
     def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Steps:
-        """Serve a robot in its station, with a server: pick line after line until none is left; then choose a place."""
+        """Serve a robot in its station with a server: pick line after line until none is left, then choose a place."""
         pod, node = self.shelves.pods[stop.task.pod], stop.node
         if self.spec.change_time and service.queued:
             yield Timeout(self.env, self.spec.change_time)
@@ -455,7 +455,7 @@ class Pods:
         self._open_orders()
 
     def _choose_place(self, pod: Pod, node: str, stop: Stop) -> None:
-        """Choose the place where a pod is stored, while its robot is still in the station: its way is declared then."""
+        """Choose the place where a pod is stored, while its robot in the station can still declare its way."""
         views = self.shelves.places_for(pod)
         call = StorageCall(self.env.now, node, self.shelves.view(pod), views, self.travel, self._draw("storage"))
         number = self._ask("storage", call, {view.number for view in views})

@@ -1,4 +1,4 @@
-"""Situations: what the allocation policy is shown when it decides."""
+"""Situations: the state shown to the allocation policy for a decision."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Situations:
-    """A maker of what the allocation policy decides on."""
+    """Make the situations that the allocation policy decides on."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Situations:
         self.handling = reach.handling
 
     def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
-        """Return the situation at present, with the `free` robots by number and the whole `fleet`."""
+        """Return the present situation, with the `free` robots by number and the whole `fleet`."""
         reach, routes = self.reach, self.routes
         return Situation(
             time=self.env.now,
@@ -65,7 +65,7 @@ class Situations:
         )
 
     def _tasks(self, free: Sequence[RobotView]) -> Sequence[Task]:
-        """Return the open tasks, without tasks that are held back as a station or the way is closed."""
+        """Return the open tasks, except those held back because a station or the way is closed."""
         tasks, openings = self.open_tasks.values(), self.reach.openings
         return openings.admit_tasks(free, tasks) if openings.holds else OpenTasks(tasks)
 

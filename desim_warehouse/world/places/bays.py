@@ -1,14 +1,14 @@
-"""Bays beside the nodes, where robots park and charge without standing in anybody's way, and who has which slot.
+"""Bays beside the nodes, where robots park and charge off the lanes, and the reservation of their slots.
 
-A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every
-robot without one would still find one. So a robot that leaves its work always has somewhere to go, and none queues in
-a lane. Where there are no more slots than robots no second one is ever left: there a robot that goes to a charger has
-its slot there once it has left the bay where it rests, unless a robot from work has been faster. Until then other
-robots at rest leave it that slot.
+A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every robot
+without a slot would still find one. So a robot that leaves its work always has somewhere to go, and none queues in a
+lane. If slots do not outnumber robots, no second slot is ever left: a robot that goes to a charger then gets its slot
+there on leaving the bay where it rests, unless a robot from work is faster. Until then other robots at rest leave it
+that slot.
 
-On two-way lanes a robot at work keeps a slot all the time. If that has a charger which another seeks, it keeps a slot
-elsewhere from its next task on: otherwise the other ran flat on a plant with two robots and one charger. That needs
-one slot more than robots, which parking bays that grow have.
+On two-way lanes a robot at work always keeps a slot. If the slot has a charger that another robot seeks, it keeps a
+slot elsewhere from its next task on: otherwise the other ran flat on a plant with two robots and one charger. That
+needs one more slot than robots, which parking bays that grow have.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Bay:
     """Slots for robots beside a node; `taken` of them are occupied or reserved.
 
     `charges`: the kinds whose robots use its chargers; empty without chargers. `spares`: batteries to swap, by kind;
-    none where there is always a full one. `charges_every_slot`: there is a charger at each slot. `waiting`: robots in
-    it that wait for a charger, which there may be where it has fewer chargers than slots, or some that have failed.
+    none where a full one is always available. `charges_every_slot`: each slot has a charger. `waiting`: robots in the
+    bay that wait for a charger, because chargers are fewer than slots or some have failed.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class Bay:
 
 
 class Guest(Protocol):
-    """A robot as its bays know it: the slot it has (in `bay`, or on the way there) and the one it is `leaving`."""
+    """A robot as its bays see it: the slot it has (in `bay`, or on the way there) and the one it is `leaving`."""
 
     number: int
     kind: str
@@ -69,19 +69,19 @@ class Guest(Protocol):
         """Return the share of its battery's capacity that is left."""
 
     def need_of_charger(self) -> tuple[float, float]:
-        """Return when the robot will need a charger more than a robot at one, and by how much the other must have more.
+        """Return when the robot will need a charger more than a robot at one, and the required lead of the other.
 
-        The latter is a share of its capacity.
+        The lead is a share of the robot's capacity.
         """
 
 
 class Bays:
-    """All bays, and who has which slot.
+    """All bays, and the slots that robots occupy or reserve.
 
-    `slotless` robots are out without a slot reserved. `seekers` rest where there is no charger for them and
-    must charge. Those in `making_room` leave a slot of the bay that stands there to one of them, and those in
-    `_promised` set out for a slot that they reserve once they are out. `keep`: robots that are out keep a slot, as the
-    route that they have declared ends there (see `avoidance`).
+    `slotless` robots are out without a slot reserved. `seekers` must charge but rest where there is no charger for
+    them. Each robot in `making_room` leaves a slot of its bay to the seeker listed there, and those in `_promised` set
+    out for a slot that they reserve once they are out. `keep`: robots that are out keep a slot, because their declared
+    routes end there (see `avoidance`).
     """
 
     def __init__(self, env: Clock, bays: Iterable[Bay], *, keep: bool = False) -> None:
@@ -103,21 +103,21 @@ class Bays:
         robot.bay = bay
 
     def may_take(self, robot: Guest, bay: Bay) -> bool:
-        """Whether a robot may reserve a slot in a bay without leaving another robot with no slot to go to."""
+        """Whether a robot may reserve a slot in a bay while every other robot still has a slot to go to."""
         if bay is robot.bay:
             return True
         if bay.free <= 0:
             return False
-        # A second slot only if every robot without one would still find one: so a robot that leaves its work can go
-        # somewhere, and none queues in a lane.
+        # A second slot only if every robot without one would still find one: so a robot that leaves its work always has
+        # somewhere to go, and none queues in a lane.
         return robot.bay is None or self.free - 1 >= self.slotless
 
     def may_go(self, robot: Guest, bay: Bay) -> bool:
-        """Whether a robot may set out for a slot in a bay, which it reserves now or when it has left its own."""
+        """Whether a robot may set out for a slot in a bay, to be reserved now or on leaving its own bay."""
         return self.may_take(robot, bay) or bay.free > sum(other is bay for other in self._promised.values())
 
     def promise(self, robot: Guest, bay: Bay) -> None:
-        """Have a robot that may take no second slot set out for one in a bay."""
+        """Send a robot that may take no second slot on its way to a slot in a bay."""
         self._promised[robot.number] = bay
 
     def goal_of(self, robot: Guest) -> Bay:
@@ -127,7 +127,7 @@ class Bays:
         return bay
 
     def take(self, robot: Guest, bay: Bay) -> None:
-        """Reserve a slot, before setting out for it. A robot that stands in a bay keeps that one until it leaves."""
+        """Reserve a slot before setting out for it. A robot in a bay also keeps the slot there until it leaves."""
         if robot.bay is bay:
             return
         assert self.may_take(robot, bay)
@@ -142,7 +142,7 @@ class Bays:
         robot.bay = bay
 
     def leave(self, robot: Guest) -> Bay | None:
-        """Note that a robot has left its bay. With no slot reserved elsewhere it has none now, or keeps this one.
+        """Note that a robot has left its bay. Without a slot elsewhere it now has none, or keeps this one.
 
         Returns the bay for which it has set out, if it has no slot yet.
         """
@@ -178,7 +178,7 @@ class Bays:
         return sum(bay.places for bay in bays) < sum(robots[user] for user in users)
 
     def charger_for(self, robot: Guest) -> bool:
-        """Whether a robot may reserve a slot at a charger now: robots with less energy that seek one come first."""
+        """Whether a robot may reserve a slot at a charger now: seekers with less energy come first."""
         bays = [bay for bay in self.by_node.values() if robot.kind in bay.charges and self.may_go(robot, bay)]
         if not bays or not self.seekers:
             return bool(bays)
@@ -197,7 +197,7 @@ class Bays:
         return [seeker for seeker in self.seekers if seeker.kind in kinds]
 
     def wants_room(self, robot: Guest) -> bool:
-        """Whether a robot that rests at chargers should leave its slot to one that seeks them, and can."""
+        """Whether a robot that rests at chargers should, and can, leave its slot to a seeker."""
         assert robot.bay is not None
         here = robot.bay.charges
         sought = len(self._seekers_of([robot.bay]))
@@ -205,7 +205,7 @@ class Bays:
         return sought > leaving and bool(self.away_from(robot))
 
     def away_from(self, robot: Guest) -> list[Bay]:
-        """Return the bays to which a robot can go to make room: without chargers that others seek where it is."""
+        """Return the bays to which a robot can go to make room: bays without chargers sought by others at its place."""
         assert robot.bay is not None
         sought = robot.bay.charges.intersection(seeker.kind for seeker in self.seekers)
         return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_go(robot, bay)]

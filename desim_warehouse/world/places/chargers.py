@@ -1,12 +1,12 @@
-"""The chargers of a bay: robots in it request one, and chargers may fail and be repaired.
+"""The chargers of a bay, which robots in it request, and which may fail and be repaired.
 
 A charger fails by the calendar, in use or not, at times drawn from a stream of its own. These are drawn only as far as
-a robot wants to be charged, so that outages alone keep no run going. A robot at a charger that fails is first in the
-queue for the next that works, this one or another of the bay.
+robots request charging, so that outages alone keep no run going. A robot at a charger that fails is first in the queue
+for the next working one, this or another of the bay.
 
-Spare batteries of a bay where batteries are swapped: those taken out of robots charge by themselves, and run short.
+Where batteries are swapped, the spare batteries of a bay may run short: each battery taken out charges by itself.
 
-A battery that is taken out charges as long as in a robot. There is a place to charge for each of them.
+It charges as long as in a robot, and there is a place to charge for each of them.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class Chargers(Resource):
         return self.request()
 
     def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
-        """Return the event that happens when the charger that a robot holds breaks down; None, as these never do."""
+        """Return the event of a breakdown of the charger that a robot holds; None, as these never fail."""
         return None
 
 
 class Turn(Event):
-    """A robot's request for a charger that may fail: due when it has one, and `lost` is due when that one fails."""
+    """A robot's request for a charger that may fail: due when it is granted; `lost` is due when the charger fails."""
 
     def __init__(self, chargers: FailingChargers) -> None:
         super().__init__(chargers.env)
@@ -55,7 +55,7 @@ class Turn(Event):
 
 
 class FailingCharger:
-    """One charger: from `fails_at` on it is in repair, from `repaired_at` on it works again, and so on."""
+    """One charger: under repair from `fails_at` on, working again from `repaired_at` on, and so on."""
 
     def __init__(self, every: Callable[[], float], repair: Callable[[], float]) -> None:
         self.user: Turn | None = None
@@ -71,7 +71,7 @@ class FailingCharger:
 
 
 class FailingChargers:
-    """The chargers of a bay, each with outages of its own, and the `queue` of requests that wait."""
+    """The chargers of a bay, each with outages of its own, and the `queue` of waiting requests."""
 
     def __init__(self, env: Clock, node: str, number: int, spec: OutageSpec, streams: Streams) -> None:
         self.env = env
@@ -93,7 +93,7 @@ class FailingChargers:
         return turn
 
     def outage_of(self, turn: Any) -> Event | None:
-        """Return the event that happens when the charger that a robot holds breaks down.
+        """Return the event of a breakdown of the charger that a robot holds.
 
         `turn` is the robot's request for a charger.
         """
@@ -101,7 +101,7 @@ class FailingChargers:
         return lost
 
     def give_back(self, turn: Turn) -> None:
-        """Take a charger back: the robot wants it no longer, or it has failed."""
+        """Take a charger back: it has failed, or the robot no longer needs it."""
         if turn in self.queue:
             self.queue.remove(turn)
         for charger in self._chargers:
@@ -110,7 +110,7 @@ class FailingChargers:
         self._serve()
 
     def _serve(self, _: Event | None = None) -> None:
-        """Give chargers that work to robots that wait, and look at these again when the next is repaired."""
+        """Grant working chargers to waiting robots, and serve them again when the next charger is repaired."""
         now = self.env.now
         free = [charger for charger in self._chargers if charger.user is None]
         for charger in free:
@@ -130,7 +130,7 @@ class FailingChargers:
 
 
 class Spares:
-    """The spare batteries of a bay: the full ones are a SimPy container, which robots are served from in turn."""
+    """The spare batteries of a bay: full ones are in a SimPy container, which serves robots in turn."""
 
     def __init__(self, env: Clock, number: int) -> None:
         self.env = env
@@ -146,7 +146,7 @@ class Spares:
 
 
 class NewBattery:
-    """The swap of a robot's battery, which takes `left` once a full one is there: always, or from `spares`."""
+    """The swap of a robot's battery, which takes `left` once a full one is available, from `spares` or at once."""
 
     def __init__(self, time: float, spares: Spares | None) -> None:
         self.left = time

@@ -1,11 +1,11 @@
-"""Places behind closures that hold tasks back (`tasks: hold`): all ways to them are closed now.
+"""Places cut off by closures that hold tasks back (`tasks: hold`): all ways to them are closed now.
 
-A robot that set out for such a place would stand before the closure and hold up others. So its task waits until there
-is a way, and a robot that is on its way to load turns off at the next node. One that carries a load goes on: the load
-has to wait somewhere. Where routes do not go round closed lanes, a place is behind one if the usual way is closed.
+A robot that set out for such a place would stand before the closure and block others. So its task waits until there is
+a way, and a robot on its way to load turns off at the next node. A robot with a load goes on, as the load has to wait
+somewhere. Where routes do not go round closed lanes, a place is cut off if the usual way is closed.
 
-Where routes go round lanes with a broken robot, tasks wait, too, if all ways to a place lead over such lanes, and these
-are expected to be blocked for longer than a robot takes to it.
+Where routes go round lanes with a broken robot, tasks also wait if all ways to a place lead over such lanes, and these
+are expected to be blocked for longer than the drive there takes.
 """
 
 from __future__ import annotations
@@ -23,16 +23,15 @@ from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.traffic.closures import ClosedHours
 
 TRIES = 100
-"""After so many openings in a row at which other closures are in the way, a task is not held back for them."""
+"""The number of openings in a row, each with other closures in the way, after which a task is no longer held back."""
 
 
 class CutOff:
     """The closures of a model that hold tasks back.
 
-    `ways` are the routes that robots take. `goes_round`: unless those are closed, in which case they take others.
-    `blocked` has lanes with a broken robot, and for how long they are expected to be blocked.
-    `turned_back`: tasks on the way to which a robot has turned off. The next one goes on to the end, so that closures
-    that come and go put no task off for ever.
+    `ways` are the routes that robots take; with `goes_round` they take others when those are closed. `blocked` maps
+    lanes with a broken robot to the expected end of the block. `turned_back` are tasks whose robot has turned off on
+    the way. Their next robot completes the way, so that recurring closures cannot postpone a task for ever.
     """
 
     def __init__(
@@ -58,7 +57,7 @@ class CutOff:
         self._open: dict[tuple[str, str, frozenset[Edge]], bool] = {}
 
     def opens(self, node: str, stops: Sequence[Stop], now: float) -> float:
-        """Return when a robot at a node has a way to all of some stops: `now` if it has one now, or never."""
+        """Return when a robot at a node has a way to all of some stops: `now` if it has one already, inf if never."""
         time = now
         blocked = self._blocked(node, stops, now) if self.blocked else []
         for _ in range(TRIES):
@@ -80,15 +79,15 @@ class CutOff:
 
     @property
     def holds(self) -> bool:
-        """Whether something may be behind a closure, or is behind a broken robot."""
+        """Whether a place may be behind a closure, or is behind a broken robot."""
         return bool(self.closures or self.blocked)
 
     def look_again(self) -> None:
-        """Forget the ways found around lanes, as lanes are blocked now, or free again."""
+        """Forget the ways found around lanes, as blocked lanes have changed."""
         self._reached.clear()
 
     def _blocked(self, node: str, stops: Sequence[Stop], now: float) -> list[tuple[frozenset[Edge], float]]:
-        """Return the lanes that will probably still be blocked when a robot comes to the first stop, and until when."""
+        """Return the lanes expected to be blocked still when a robot reaches the first stop, and until when."""
         way = self.ways.time(node, stops[0].edge[0])
         return [(frozenset(edges), now + left) for edges, left in self.blocked if left > way]
 

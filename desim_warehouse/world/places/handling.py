@@ -1,7 +1,7 @@
-"""Times of loading, unloading and work in a station: as the model says, sampled for each task where they vary.
+"""Times of loading, unloading and work in a station, by the model; random times are sampled for each task.
 
-A task has a stream of its own for each of them, so it takes as long whichever robot does it. Designs that are compared
-thus differ by what they decide, not by luck at the shelves.
+Each task has a stream of its own for each of them, so its times do not depend on the robot. Compared designs thus
+differ by their decisions, not by luck at the shelves.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class HandlingTimes:
         return self._drawn("pick", self.said.at_stop("visit", line.flow), line)
 
     def work(self, node: str, task: Task) -> float:
-        """Return the time of work on a load unit that was put down in the station at a node."""
+        """Return the time of work on a load unit put down in the station at a node."""
         time = self._stations[node].work_time
         assert time is not None
         return self._drawn("work", time, task)

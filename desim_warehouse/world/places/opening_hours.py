@@ -12,12 +12,12 @@ from desim_warehouse.world.traffic.events import Arrival, Clock, Steps
 
 
 def at(env: Clock, time: float) -> Event:
-    """Return an event at a time. One at infinity keeps nothing going."""
+    """Return an event at a time. An event at infinity keeps no run going."""
     return Arrival(env, time) if math.isfinite(time) else Event(env)
 
 
 def change(env: Clock, hours: Hours) -> Event:
-    """Return an event that is due when a station opens or closes next."""
+    """Return an event at the next opening or closing of a station."""
     return at(env, hours.changes(env.now))
 
 
@@ -34,7 +34,7 @@ def open_time(
     pause: Callable[[], None] | None = None,
     go_on: Callable[[], None] | None = None,
 ) -> Steps:
-    """Wait, from now on, for this much time in which a station is open (None: always).
+    """Wait, from now on, for a given time during which a station is open (None: always).
 
     `pause` is called when it closes in between, `go_on` when it opens again.
     """

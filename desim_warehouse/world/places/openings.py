@@ -1,15 +1,15 @@
-"""A part of `Reach` that the dispatcher asks: it holds tasks back while a station or the way there would be closed.
+"""The part of `Reach` that holds tasks back while a station or the way there would be closed; used by the dispatcher.
 
 A robot sent to a station that opens in eight hours would wait there with its load, in a slot that others need. So a
-task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked
-at again when a robot would arrive just as the station opens. Where it cannot reach one station before another closes,
-it sets out all the same: the load has to wait somewhere. `cut_off` says which places lie behind a closure.
+task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is examined
+again when a robot would arrive just as the station opens. If the robot cannot reach one station before another closes,
+it sets out all the same: the load has to wait somewhere. `cut_off` gives the places behind a closure.
 
 Sent at ten in the evening to a station that opens at six, a robot would stand there for eight hours, uncharged.
-Policies do not see tasks that may not be begun yet: `in-order` would wait for the first of them all night. Where
-hours of two stations of a tour follow one another, held back it could wait for ever. Rejected: sending no robot to a
-station that is closed now (idle for a drive after each opening), and turning round before one that has closed
-meanwhile (loads stranded in the lanes).
+Policies do not see tasks that may not be begun yet: `in-order` would wait for the first of them all night. If the hours
+of two stations of a tour follow one another, a tour held back could wait for ever. Rejected: sending no robot to a
+station that is closed now (idle for a drive after each opening), and turning round before one that has closed meanwhile
+(loads stranded in the lanes).
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.rules import EPS
 
 KEPT = 100_000
-"""Pairs of robot and task for which the answer is cached."""
+"""The number of pairs of robot and task whose answers are cached."""
 
 
 class Admitted(Sequence["Task"]):
-    """Open tasks that are not held back, looked at lazily: a policy may read only a few of thousands."""
+    """The open tasks that are not held back, evaluated lazily: a policy may read only a few of thousands."""
 
     def __init__(self, tasks: Iterator[Task]) -> None:
         self._found: list[Task] = []
@@ -49,7 +49,7 @@ class Admitted(Sequence["Task"]):
             yield self._found[i]
 
     def __len__(self) -> int:
-        """Count the tasks, for which all are looked at."""
+        """Return the number of tasks, which evaluates all."""
         self._found.extend(self._rest)
         return len(self._found)
 
@@ -58,21 +58,21 @@ class Admitted(Sequence["Task"]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Task]: ...
     def __getitem__(self, place: int | slice) -> Task | Sequence[Task]:
-        """Return the task at a place from 0, or the tasks of a slice, for which all are looked at."""
+        """Return the task at a place from 0, or the tasks of a slice, which evaluates all."""
         self._found.extend(self._rest)
         return self._found[place]
 
     def __bool__(self) -> bool:
-        """Whether there is one."""
+        """Whether there is any task."""
         return next(iter(self), None) is not None
 
     def __contains__(self, task: object) -> bool:
-        """Whether a task is one of them."""
+        """Whether a task is open and not held back."""
         return any(admitted == task for admitted in self)
 
 
 class Openings:
-    """The robots that would come before a station or the way to it opens; with `holds` there may be some.
+    """Decide which robots would arrive before a station or the way to it opens; without `holds`, none.
 
     `due` is when the first task that was held back may be given out.
     """
@@ -95,16 +95,16 @@ class Openings:
         self.loaded_speed = loaded_speed
         self.due = math.inf
         self._known: dict[tuple[int | None, str, str, float, int, str], tuple[bool, float]] = {}
-        """For robots of a kind, where and when they are free, whether they are held back, and until when that holds.
+        """By robot kind, and place and time of becoming free: whether robots are held back, and until when.
 
         For a tour also by robot, as each may have stations of its own.
         """
         self._seen: tuple[frozenset[str], list[tuple[int, str, float]]] = frozenset(), []
         self._held: dict[int, float] = {}
-        """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
+        """Tasks held back from all free robots last seen, with the set of full stations then, and until when."""
 
     def look_again(self) -> None:
-        """Forget which tasks were held back, and until when, as a broken robot blocks lanes now, or no longer."""
+        """Forget the tasks held back, as the lanes blocked by broken robots have changed."""
         self.cut_off.look_again()
         self._known.clear()
         self._held.clear()
@@ -112,9 +112,9 @@ class Openings:
         self.holds = self.stations.close or self.cut_off.holds
 
     def admit(self, robot: RobotView, task: Task, node: str) -> bool:
-        """Let a robot set out for a task to `node` now, or hold the task back until it finds way and stations open.
+        """Let a robot set out for a task to `node` now, or hold the task back until way and stations are open.
 
-        Returns whether it may set out. If not, `due` says when the task is looked at again.
+        Returns whether the robot may set out. If not, `due` is when the task is examined again.
         """
         if not self.holds:
             return True
@@ -130,7 +130,7 @@ class Openings:
         return not held
 
     def admit_tasks(self, robots: Sequence[RobotView], tasks: Iterable[Task]) -> Admitted:
-        """Hold back the tasks for which none of these robots may set out now. Returns the others."""
+        """Hold back the tasks for which none of some robots may set out now. Returns the others."""
         seen = frozenset(self.stations.full), [(robot.number, robot.node, robot.free_in) for robot in robots]
         if seen != self._seen:
             self._seen = seen
@@ -150,7 +150,7 @@ class Openings:
         return False
 
     def _is_held(self, robot: RobotView, task: Task, node: str) -> tuple[bool, float]:
-        """Whether a robot that sets out now finds the way or a station closed, and until when that is so."""
+        """Return whether a robot that sets out now finds the way or a station closed, and until when."""
         stops, now = self.stations.stops(robot, task, node), self.env.now
         opens = self.cut_off.opens(robot.node, stops, now)
         if opens > now + EPS:

@@ -1,9 +1,8 @@
-"""Pickers: who walks to which robot that waits at a storage place, and when.
+"""Pickers: the assignment of pickers, who walk, to robots that wait at storage places.
 
-Robots that call and pickers who become free at one instant are seen together, at its end. Robots that stand and wait
-come first. A picker walks to the end of the way that was begun. One who was sent ahead, and is there before the
-robot, may be sent to one that waits elsewhere: so robots behind that one never wait for ever, nor does
-the picker's own.
+Robots that call and pickers who become free at one instant are matched together, at its end. Robots that stand and wait
+come first. A picker always completes a walk. A picker who was sent ahead, and arrives before the robot, may be sent to
+a robot that waits elsewhere: so neither the robots behind that one nor the picker's own robot wait for ever.
 """
 
 from __future__ import annotations
@@ -32,27 +31,27 @@ class _Body(Protocol):
 
 
 class Caller(Protocol):
-    """A robot, as pickers know it."""
+    """A robot as pickers see it."""
 
     number: int
 
     @property
     def body(self) -> _Body:
-        """Where it is."""
+        """The body of the robot, with its position."""
 
     @property
     def node(self) -> str:
-        """The node it is at, or comes to next."""
+        """The node that the robot is at, or comes to next."""
 
     def enter(self, state: str) -> None:
-        """Begin something else."""
+        """Change the robot's state."""
 
 
 @dataclass(slots=True, eq=False)
 class Picker:
     """A person at a `spot`, or on the way there until `there_at`, for a `robot` (-1: none).
 
-    `stop`: of that robot. `bound`: it has come, or takes the picker along, who else may be sent elsewhere.
+    `stop` is that of the robot. `bound`: the robot has come, or takes the picker along, who else may be sent elsewhere.
     """
 
     number: int
@@ -66,7 +65,7 @@ class Picker:
 
 @dataclass(slots=True, eq=False)
 class Call:
-    """A robot that needs a picker at a stop, and the event that is due when it has one; None: it is on its way."""
+    """A robot's call for a picker at a stop, and the event that is due when one is there; None: it is on its way."""
 
     robot: int
     stop: Stop
@@ -74,12 +73,12 @@ class Call:
 
     @property
     def spot(self) -> Spot:
-        """Where it stops."""
+        """The place where the robot stops."""
         return self.stop.edge, self.stop.offset
 
 
 class Pickers:
-    """All pickers, and the calls of robots to which nobody has been sent, in the order in which they were made."""
+    """All pickers, and the calls without an assigned picker, in the order in which they were made."""
 
     def __init__(self, env: Clock, spec: PickersSpec, hours: Hours, layout: Layout, log: Log) -> None:
         self.env = env
@@ -96,10 +95,10 @@ class Pickers:
         self._meets = False
         self._opens_at = math.inf
 
-    # What robots do
+    # Calls and visits of robots
 
     def serve_at(self, stop: Stop) -> bool:
-        """Whether a picker handles what a robot comes for: at a storage place, of flows that need one."""
+        """Whether a picker handles the load of a robot at a stop: at a storage place, for flows that need a picker."""
         task = stop.task
         if stop.act == "load":
             stored = task.good >= 0
@@ -127,7 +126,7 @@ class Pickers:
         yield from self._wait_for_one(robot, stop)
 
     def expect(self, robot: Caller, stop: Stop) -> None:
-        """Know that a robot sets out for a stop: its picker walks there, too, or one may be sent ahead."""
+        """Note that a robot sets out for a stop: its picker walks there, too, or one may be sent ahead."""
         if not self.serve_at(stop):
             return
         picker = self._with.get(robot.number)
@@ -151,16 +150,16 @@ class Pickers:
             yield arrival
 
     def begin(self, robot: Caller, stop: Stop, time: float) -> None:
-        """Note that a picker begins to handle what a robot has come for, which takes some time."""
+        """Note that a picker begins to handle a robot's load, which takes some time."""
         self._record("picking", self._with[robot.number], robot.number, stop, self.env.now + time)
 
     def end(self, robot: Caller, rest: Iterable[Stop]) -> None:
-        """Note that it is handled: the picker is free, unless they stay for some of the stops to come."""
+        """Note that handling is over: the picker is free, unless they stay for some of the stops to come."""
         if self.spec.stay == "pick" or not any(self.serve_at(stop) for stop in rest):
             self.forget(robot.number)
 
     def forget(self, robot: int) -> None:
-        """Forget a robot that needs no picker now, perhaps as its task was taken back; its picker is free."""
+        """Forget a robot that no longer needs a picker, perhaps as its task was taken back; its picker is free."""
         self.calls = [call for call in self.calls if call.robot != robot or call.met is not None]
         picker = self._with.pop(robot, None)
         if picker is not None:
@@ -182,7 +181,7 @@ class Pickers:
         self.calls.append(call)
         self._meet_soon()
 
-    # Who goes where
+    # Assignment
 
     def _meet_soon(self) -> None:
         if not self._meets:
@@ -190,7 +189,7 @@ class Pickers:
             end_of_instant(self.env, DECISIONS).callbacks.append(self._meet)
 
     def _meet(self, _: Event) -> None:
-        """Send pickers to robots, in each zone as long as there are both."""
+        """Send pickers to robots in each zone as long as both are available."""
         self._meets = False
         if not self.calls:
             return
@@ -208,7 +207,7 @@ class Pickers:
                 call.met.succeed()
 
     def _meet_when_open(self) -> None:
-        """Look again when their hours begin, if robots stand and wait then."""
+        """Schedule the next assignment for the start of the pickers' hours, if robots wait then."""
         opens = self.hours.changes(self.env.now)
         if opens < self._opens_at and any(call.met is not None for call in self.calls):
             self._opens_at = opens
@@ -219,7 +218,7 @@ class Pickers:
         self._meet_soon()
 
     def _next_pair(self) -> tuple[Call, Picker] | None:
-        """Choose who is sent to whom next: to robots that stand first; those sent ahead only where nobody is free."""
+        """Choose the next picker and robot: standing robots first, and pickers sent ahead only if none is free."""
         now = self.env.now
         free = [picker for picker in self.pickers if picker.there_at <= now and not picker.bound]
         idle = [picker for picker in free if picker.robot < 0]
@@ -232,7 +231,7 @@ class Pickers:
         return None
 
     def _closest(self, calls: Sequence[Call], pickers: Sequence[Picker]) -> tuple[Call, Picker] | None:
-        """Return the call that is next, of those in whose zone there is a picker, and the closest one to it."""
+        """Return the next call in a zone with an available picker, and the closest picker to it."""
         in_zone: defaultdict[int, list[Picker]] = defaultdict(list)
         for picker in pickers:
             in_zone[picker.zone].append(picker)
@@ -243,12 +242,12 @@ class Pickers:
         return min(pairs, key=lambda pair: self.walking.distance(pair[1].spot, pair[0].spot), default=None)
 
     def _call_again(self, robot: int, stop: Stop) -> None:
-        """Have a robot call again that is on its way, as the picker who waits for it is sent elsewhere."""
+        """Renew the call of a robot on its way, as the picker who waits for it is sent elsewhere."""
         del self._with[robot]
         self.calls.append(Call(robot, stop, None))
 
     def _send(self, picker: Picker, robot: int, stop: Stop) -> None:
-        """Have a picker set out for where a robot stands, or will stop."""
+        """Send a picker to the place where a robot stands or will stop."""
         spot = stop.edge, stop.offset
         time = self.walking.distance(picker.spot, spot) / self.spec.speed
         picker.spot, picker.robot, picker.stop, picker.there_at = spot, robot, stop, self.env.now + time

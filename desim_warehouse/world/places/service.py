@@ -1,8 +1,8 @@
-"""Service of a robot at a station: in its turn, and for all loads that it came for.
+"""Service of a robot at a station: in its turn, and for all its loads.
 
-Robots take their turn in the order of arrival, and keep their server until they have handled all that they came for.
-In a closed station a robot waits in the state `closed`, whether it is its turn or not. In an open one it is `queueing`
-for a server or, with one, for room in the buffer.
+Robots are served in order of arrival, and keep their server until they have handled all their loads. In a closed
+station a robot waits in the state `closed`, whether it is its turn or not. In an open one it is `queueing` for a server
+or, with one, for room in the buffer.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 
 class Served(Protocol):
-    """A robot as stations know it."""
+    """A robot as stations see it."""
 
     def enter(self, state: str) -> None:
-        """Begin something else."""
+        """Change the robot's state."""
 
 
 class Service:
     """One robot's visit to a server of a station: for each load `begin`, `take` the time of handling and `end`.
 
-    After the last load the robot is to `leave` the server. `queued`: whether none was free when it came.
+    After the last load the robot must `leave` the server. `queued`: whether all servers were busy on arrival.
     """
 
     def __init__(self, env: Clock, robot: Served, station: Station) -> None:
@@ -41,7 +41,7 @@ class Service:
         self.place: Request | None = None
 
     def begin(self, stop: Stop) -> Steps:
-        """Wait for everything that the handling of a load needs."""
+        """Wait for all resources that the handling of a load needs."""
         if self.station.hours is None:
             if not self.turn.triggered:
                 self.robot.enter("queueing")
@@ -55,7 +55,7 @@ class Service:
         yield from self._wait(self.place)
 
     def _wait(self, event: Event) -> Steps:
-        """Wait until an event comes up, and the station is open."""
+        """Wait until an event occurs and the station is open."""
         hours = self.station.hours
         while True:
             closed = hours is not None and not hours.is_open(self.env.now)
@@ -74,7 +74,7 @@ class Service:
         yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
 
     def end(self, stop: Stop) -> None:
-        """Have people begin to work on a load that was put down."""
+        """Start the work of people on a load that was put down."""
         work = self.station.work
         if work is not None and stop.act == "unload":
             work.put(stop.task, self.place)

@@ -1,8 +1,8 @@
 """One station beside a node: its slots and servers, and the work on load units that robots put down there.
 
 A load unit takes up room in the buffer from the time at which a robot begins to put it down until it has been worked
-on. With no room left the next robot keeps its server and waits. So a full buffer holds up the station, as blocking
-after service does in a line of machines.
+on. With no room left the next robot keeps its server and waits. So a full buffer blocks the station, as blocking after
+service does in a production line.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 class Workplace:
     """The workers of a station, and its buffer for `places` load units (None: unlimited).
 
-    They keep the station's `hours` (None: always at work); what they have begun when these are over is finished, or
-    `pauses`. `time` says how long the work on a task's load unit takes. `left`: load units put down and not worked on;
-    `worked` is told of each that is.
+    They keep the station's `hours` (None: always at work); work begun before the end of hours is finished, or `pauses`.
+    `time` gives the working time of a task's load unit. `left`: load units put down and not worked on; `worked` is
+    called for each finished one.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Workplace:
         self.left = 0
 
     def put(self, task: Task, place: Request | None) -> None:
-        """Have a load unit worked on that was put down in the buffer, where its room was reserved."""
+        """Start work on a load unit that was put down in the buffer, where its room was reserved."""
         self.left += 1
         self.log.is_for_workers(task.number)
         self.env.process(self._work(task, place))
@@ -76,11 +76,11 @@ class Workplace:
 
 
 class Station:
-    """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time.
+    """An unloading station with `places` slots for robots inside or on the way, and `servers` that serve them.
 
-    Outside its `hours` nothing begins there (None: it is always open). What has begun is finished, or `pauses`. `work`
-    is done on what is put down there, if anything is. Where no slot is free its node is among those that are `full`.
-    `busy`: the time that its servers have been in use, all together, by robots that began something else since.
+    Outside its `hours` no service begins (None: it is always open); one that has begun is finished, or `pauses`. `work`
+    is the work on load units put down there, if any. If no slot is free, its node is among those that are `full`.
+    `busy`: total time in use of its servers, by robots that have changed state since.
     """
 
     def __init__(
@@ -124,11 +124,11 @@ class Station:
             self.full.discard(self.node)
 
     def dock(self, robot: int) -> None:
-        """Let in a robot that has a slot reserved."""
+        """Admit a robot that has a slot reserved."""
         self.inside.add(robot)
 
     def leave(self, robot: int, *, keep: bool = False) -> None:
-        """Let a robot out. Its slot is free unless the robot is to `keep` it, because it comes back."""
+        """Let a robot out. Its slot becomes free unless the robot is to `keep` it for a later return."""
         self.inside.remove(robot)
         if not keep:
             self.give_up()

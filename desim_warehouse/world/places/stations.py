@@ -1,7 +1,7 @@
-"""All stations: which one a task goes to, and whether there is room.
+"""All stations: the choice of the station for a task, and the reservation of its slots.
 
-A slot is reserved before a robot sets out for the good, so a full station holds work back at the source, in a bay,
-and never in a lane. Rejected: reserving on arrival (queues in lanes), driving in circles until a slot is free.
+A slot is reserved before a robot sets out for the good, so a full station holds work back at the source, in a bay, and
+never in a lane. Rejected: reserving on arrival (queues in lanes), driving in circles until a slot is free.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from desim_warehouse.world.traffic.events import Clock
 
 
 class Stations:
-    """All stations, and where the tasks in hand go.
+    """All stations, and the destinations of the tasks in hand.
 
     A node without a station in the list is in the lane.
 
-    `full` are the nodes of those without a free slot: most often none, and then nothing else need be looked at.
+    `full` are the nodes of those without a free slot: usually none, and then no further check is needed.
     """
 
     def __init__(
@@ -67,15 +67,15 @@ class Stations:
             return []
         return [node for node, station in self.by_node.items() if station.work is not None and station.work.left]
 
-    # Which one
+    # Choice
 
     def choose(self, robot: RobotView, task: Task, comes_from: str | None = None) -> str:
         """Return where a robot would unload a task, by tasks.station_choice. Full stations are passed over.
 
         So are closed ones, in favour of stations that open first. Ties go to the nearer one, then to the one named
         first. `random` draws once for each task, whichever robot gets it. A task with a destination of several nodes
-        goes to the nearest of them where `each` says nothing of it. `comes_from`: on a tour; without it, of a tour
-        where it ends.
+        goes to the nearest of them unless `each` assigns one. `comes_from` is the node before the stop on a tour; by
+        default the stop is the last of the tour.
         """
         if comes_from is None and task.is_tour:
             return self.stops(robot, task)[-1].node
@@ -92,7 +92,7 @@ class Stations:
         return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
 
     def _best(self, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the nodes with room among some and, of these, the ones that open first; all where none has room."""
+        """Return the nodes with room among some and, of these, the ones that open first; all if none has room."""
         if self.full:
             nodes = tuple(node for node in nodes if node not in self.full) or nodes
         if not self.close or len(nodes) == 1:
@@ -104,7 +104,7 @@ class Stations:
         return tuple(node for node in nodes if closed.get(node, -math.inf) == first)
 
     def closed(self) -> dict[str, float]:
-        """Return when each closed station opens next, by node; worked out anew only when one opens or closes."""
+        """Return when each closed station opens next, by node; computed again only at an opening or closing."""
         now = self.env.now
         if now >= self._closed_until:
             calendars = {node: station.hours for node, station in self.by_node.items() if station.hours is not None}
@@ -130,17 +130,17 @@ class Stations:
         return self.by_node.get(node) if task.drop is None else None
 
     def are_for_workers(self, task: Task) -> bool:
-        """Whether a task's load unit is sure to be worked on: all nodes that it may go to have workers."""
+        """Whether a task's load unit is sure to be worked on: all its possible destinations have workers."""
         return bool(self._at_work) and task.drop is None and self._at_work.issuperset(task.to or self.nodes)
 
     def holding(self, robot: int) -> str:
-        """Return the node of the station in which a robot is; empty: in none."""
+        """Return the node of the station that a robot is in; empty if it is in none."""
         return next((node for node, station in self.by_node.items() if robot in station.inside), "")
 
     def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
-        """Whether a robot may set out for a task to `node`. One that stands in a station leaves its slot first.
+        """Whether a robot may set out for a task to `node`. A robot in a station leaves its slot first.
 
-        For a tour there must be a slot in every station of it.
+        For a tour each of its stations must have a free slot.
         """
         if not self.full:
             return True
@@ -154,7 +154,7 @@ class Stations:
         return station is None or station.free > 0 or robot.number in station.inside
 
     def out_of_room(self, robots: Iterable[int]) -> bool:
-        """Whether none of these robots has room for any task, because every station where tasks end is full."""
+        """Whether none of some robots has room for any task, because every station where tasks end is full."""
         if len(self.full) < len(self.nodes) or not (self._ends_all and self.full.issuperset(self.nodes)):
             return False
         return not any(robot in self.by_node[node].inside for robot in robots for node in self.nodes)
@@ -190,7 +190,7 @@ class Stations:
         )
 
     def _stop(self, robot: RobotView, task: Task, act: Act, place: StopPlace, comes_from: str) -> Stop:
-        """Make a stop of a tour: on the way, the nearest of several nodes that has room."""
+        """Make a stop of a tour: for a stop on the way, at the nearest of several nodes that has room."""
         if place.storage is not None:
             edge, offset = place.storage
             return Stop(task, act, edge[1], edge, offset, None)
@@ -206,7 +206,7 @@ class Stations:
     def reserve(self, stops: Sequence[Stop], docked: Station | None) -> list[Station]:
         """Reserve a slot in every station of a task or tour that a robot has just been given.
 
-        They are reserved from the start and all at once, not on arrival. A full station holds work back in the bays,
+        They are reserved at the start and all at once, not on arrival. So a full station holds work back in the bays,
         never in a lane, and no robot with one slot waits for another. A robot that is `docked` where it begins has its
         slot there.
         """
@@ -222,7 +222,7 @@ class Stations:
         return slots
 
     def release(self, stops: Sequence[Stop], slots: Sequence[Station]) -> None:
-        """Free the `slots` reserved for a task that is no longer in hand, or for one of its stops that is done."""
+        """Free the `slots` of a task that is no longer in hand, or of a completed stop."""
         for stop in stops:
             if stop.act != "load":
                 self._bound[stop.node] -= 1
@@ -251,7 +251,7 @@ def stations_of(
     streams: Streams,
     worked: Callable[[], None],
 ) -> Stations:
-    """Make the stations of a model, with their hours, and the work done there; `worked` is told of each load unit."""
+    """Make the stations of a model, with their hours and work; `worked` is called for each finished load unit."""
     stations: dict[str, Station] = {}
     full: set[str] = set()
     for node, item in layout.stations.items():

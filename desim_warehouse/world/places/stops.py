@@ -1,7 +1,7 @@
-"""The stops of a task or tour: where a robot loads, hands over and unloads, in what order, and how long that takes.
+"""The stops of a task or tour: the places of loading, handover and unloading, their order and their times.
 
-All loads of a tour are picked in the order of its members. Each time the robot goes to the one that is soonest reached,
-of all to which its loads go next.
+All loads of a tour are picked in the order of its members. Afterwards the robot goes each time to the stop that it
+reaches soonest, among the next stops of its loads.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ T = TypeVar("T")
 class Stop:
     """A stop for a task: it is loaded, handed over on its way (`visit`), or unloaded.
 
-    At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, whose end
-    is `node` then; a stop at a node has it for both ends of `edge`. `rank`: which visit of its task it is, from 0.
-    `joins`: a robot may come to it from one before it on the same edge, without leaving that. `along`: it is handed
+    The stop is at `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, whose
+    end is then `node`; a stop at a node has it for both ends of `edge`. `rank` numbers the visits of its task from 0.
+    `joins`: a robot may come to it from a previous stop on the same edge, without leaving that. `along`: it is handed
     over with another load of its order, in no time of its own.
     """
 
@@ -41,7 +41,7 @@ class Stop:
     along: bool = False
 
     def of(self, handling: Handling[T]) -> T:
-        """Return the time of a stop like this, by some handling times."""
+        """Return the time of such a stop, by some handling times."""
         if self.along:
             return cast("T", 0.0)
         return handling.at_stop(self.act, self.task.flow, None if self.station is None else self.station.node)
@@ -55,8 +55,8 @@ def stops_of_tour(
 ) -> list[Stop]:
     """Return the stops of a tour in the order in which they are made.
 
-    `make_stop` makes one at a node or storage place, chosen for a robot that comes from a node. `whole`: flows whose
-    orders are handed over whole, so that the loads of one come one after the other.
+    `make_stop` makes one at a node or storage place, for a robot that comes from a node. `whole`: flows whose orders
+    are handed over whole, so that the loads of an order come one after the other.
     """
     stops = []
     for task in tour.tasks:
@@ -118,6 +118,6 @@ def handled(handling: Handling[float], stops: Sequence[Stop]) -> float:
 
 
 def time_at(handling: Handling[float], stop: Stop) -> float:
-    """Return the mean handling time at a stop; where a pod stops on its way, for each line that it is called for."""
+    """Return the mean handling time at a stop; if a pod stops on its way, that of each line it is called for."""
     time = stop.of(handling)
     return stop.task.lines * time if stop.act == "visit" else time

@@ -1,4 +1,4 @@
-"""Tours where aisles are wide: a robot stands beside its lane while it loads or unloads, and then comes back."""
+"""Tours in wide aisles: a robot stands beside its lane while it loads or unloads, and then returns onto it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from desim_warehouse.world.traffic.wide import WideLane
 class TourAside(Tour):
     """A tour on which the robot leaves the lane at storage places beside wide aisles.
 
-    `aside`: the lane beside which it stands now.
+    `aside`: the lane beside which the robot stands now.
     """
 
     aside: WideLane | None = None
 
     def _handle(self, stop: Stop) -> Steps:
-        """Load or unload beside the lane, where the aisle is wide; of several stops at one place, all of them."""
+        """Load or unload beside the lane, where the aisle is wide, at all consecutive stops at one place."""
         robot, lane = self.robot, self.robot.body.lane
         place = None if robot.driving is None else robot.driving.stop
         if self.aside is None and isinstance(lane, WideLane) and lane.has_place(robot.body, place):
@@ -37,14 +37,14 @@ class TourAside(Tour):
                 self.aside = None
 
     def _stays(self, stop: Stop) -> bool:
-        """Whether the robot's next stop is where it stands now, so that it makes that stop without driving on."""
+        """Whether the robot's next stop is at its present place, so that it need not drive on."""
         following = self.stops[0] if self.stops else None
         if following is None or not following.joins:
             return False
         return (following.edge, following.offset) == (stop.edge, stop.offset)
 
     def _break_down(self, lane: WideLane) -> Steps:
-        """Be repaired beside the lane, where the robot is in nobody's way, if a breakdown is due."""
+        """Repair the robot beside the lane, where it blocks no other, if a breakdown is due."""
         robot, breakdowns = self.robot, self.robot.breakdowns
         if breakdowns is None:
             return

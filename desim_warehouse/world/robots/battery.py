@@ -1,6 +1,6 @@
 """A robot's battery: its level at any time, computed from the last change of the rate at which energy is drawn.
 
-The instants at which a robot's battery will be flat, or must call it back from the way to a good.
+Alarms predict when the battery will be flat, or must recall the robot from the way to a good.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Battery:
-    """Energy drawn at a steady rate since the last change. `used` is what was drawn so far."""
+    """A battery drawn from at a steady rate since the last change. `used` is the energy drawn so far."""
 
     __slots__ = ("_level", "_since", "capacity", "charging", "rate", "rates", "spec", "started", "used", "varies")
 
@@ -40,22 +40,22 @@ class Battery:
         self.used = 0.0
         self.charging = False
         self.started: float | None = None
-        """What it held at the start of the run, until it is charged."""
+        """Energy held at the start of the run, until the battery is charged."""
         self.varies = len(set(rates.values())) > 1
-        """Whether waiting may draw another rate than what the robot does."""
+        """Whether waiting may draw at another rate than the robot's activity."""
 
     def start(self, level: float) -> None:
         """Set the level at the start of the run."""
         self._level = self.started = level
 
     def level(self, now: float) -> float:
-        """Return the energy left at `now`: between two changes of the rate a straight line or the charge curve."""
+        """Return the energy left at `now`: between changes of the rate, along a straight line or the charge curve."""
         if self.charging:
             return self._level + self.charge_gain(self._level, now - self._since)
         return self._level - self.rate * (now - self._since)
 
     def is_full(self, now: float) -> bool:
-        """Whether nothing was drawn from a full battery."""
+        """Whether the battery was full and nothing has been drawn."""
         return self.level(now) >= self.capacity
 
     def draw(self, now: float, rate: float) -> None:
@@ -73,7 +73,7 @@ class Battery:
         return self.used + self.rate * (now - self._since)
 
     def plug(self, now: float) -> None:
-        """Begin to charge: nothing is drawn from the battery meanwhile."""
+        """Begin to charge: the robot draws nothing from the battery meanwhile."""
         self.draw(now, 0.0)
         self._since = now
         self.charging = True
@@ -86,7 +86,7 @@ class Battery:
         self.charging = False
 
     def lasts_until(self, now: float, level: float) -> float:
-        """Return when the battery falls to a level at the present rate; `now` if it has done so."""
+        """Return when the battery falls to a level at the present rate; `now` if it already has."""
         left = self.level(now) - level
         if left <= 0:
             return now
@@ -104,7 +104,7 @@ class Battery:
 class Alarms:
     """Time-outs of a robot's battery, reset when its rate changes: when it is flat, and when the robot is recalled.
 
-    The level is computed on demand. `give_back` takes the robot's task from it.
+    The level is computed on demand. `give_back` takes the robot's task away.
     """
 
     def __init__(self, env: Clock, robot: Robot, reach: Reach, give_back: Callable[[Robot], None]) -> None:
@@ -141,8 +141,8 @@ class Alarms:
     def _recall_at(self, levels: Levels) -> float:
         """Return when the task must be given back: at the critical level, or when finishing it is no longer safe.
 
-        What the task still needs falls as fast as the energy while the robot drives, so only waiting eats up
-        what it has to spare.
+        While the robot drives, the task's remaining need falls as fast as the energy, so only waiting reduces the spare
+        energy.
         """
         now, robot = self.env.now, self.robot
         recall_at = robot.battery.lasts_until(now, levels.critical)

@@ -1,4 +1,4 @@
-"""Choice of a bay for a robot that leaves its work: the parking policy, asked and its answer checked, or a charger."""
+"""The choice of a bay for a robot that leaves its work: by the parking policy, checked, or a charger."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from desim_warehouse.world.traffic.rules import EPS
 
 
 class BayChoice:
-    """The choice of a bay for a robot that leaves its work: a charger if its battery wants one, else by the policy."""
+    """Choose a bay for a robot that leaves its work: a charger if its battery needs one, else by the policy."""
 
     def __init__(self, env: Clock, policy: Any, travel: FreeTravel, reaches: Mapping[str, Reach]) -> None:
         self.env = env
@@ -26,7 +26,7 @@ class BayChoice:
         self._own_chargers = len(set(map(id, reaches.values()))) > 1
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
-        """Return the bay that a robot goes to, of `bays` with room; with `must_charge` it charges at any level."""
+        """Return one of `bays`, which have room, for a robot to go to; with `must_charge` it charges at any level."""
         reach = self.reaches[robot.kind]
         if reach.batteries:
             levels = reach.levels(robot)
@@ -39,7 +39,7 @@ class BayChoice:
         return self.parking(robot, bays)
 
     def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """Return the bay, of `bays`, that the parking policy chooses for a robot."""
+        """Return the bay of `bays` that the parking policy chooses for a robot."""
         policy, now = self.policy, self.env.now
         bays = self._theirs(robot, bays)
         views = [_view(bay) for bay in bays]
@@ -50,9 +50,9 @@ class BayChoice:
         raise fault("parking", policy, now, f"{short(node)} is no bay with a free slot for robot {robot.number}")
 
     def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
-        """Return the bays where a robot is in nobody's way: bays with chargers for other kinds alone come last.
+        """Return the bays where a robot blocks no other: bays with chargers for other kinds alone come last.
 
-        Bays with chargers for all kinds are left out where there is a slot at chargers for the robot's kind alone.
+        Bays with chargers for all kinds are left out while a slot is free at chargers for the robot's kind alone.
         """
         if not self._own_chargers:
             return bays
@@ -62,12 +62,12 @@ class BayChoice:
         return theirs or bays
 
     def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """Choose a bay near chargers to wait in, as all chargers are taken."""
+        """Choose a bay to wait in near chargers, all of which are taken."""
         ways, reach = self.travel.ways, self.reaches[robot.kind]
         return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + reach.out_of(bay.node, robot))
 
     def _charger(self, robot: RobotView, choice: str, bays: Sequence[Bay]) -> Bay:
-        """Return the charger of its home, the nearest one, or the one with the fewest robots per charger."""
+        """Return the charger of the robot's home, the nearest one, or the one with the fewest robots per charger."""
         if choice == "own":
             for bay in bays:
                 if bay.node == robot.home:

@@ -1,9 +1,9 @@
 """Breakdowns of a robot, drawn from streams of its own.
 
-A robot breaks down by its time in operation: driving and handling, neither waiting nor in a bay. A breakdown is due
-when that has reached the sum of the times drawn so far, and takes effect at the robot's next decision. So one that is
-found late does not put off those after it, and of its time in operation and repair it works MTBF / (MTBF + MTTR). Were
-waits counted, robots that wait for a repair would break down as they wait, and work might never end.
+Breakdowns depend on time in operation: driving and handling, but neither waiting nor time in a bay. A breakdown is due
+when that time reaches the sum of the times drawn so far, and takes effect at the robot's next decision. So a late
+effect does not postpone later breakdowns, and of its time in operation and repair the robot works MTBF / (MTBF + MTTR).
+If waits were counted, robots waiting for a repair would break down meanwhile, and work might never end.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from desim_warehouse.world.traffic.rules import EPS
 
 
 class Breakdowns:
-    """The breakdowns of a robot: after which time in operation the next comes, its repair, and when lanes are clear.
+    """The breakdowns of a robot: the time in operation before each, its repair time, and when lanes are clear.
 
-    `count` is the number of breakdowns so far. `mean_left`: for how long a broken robot is expected to be in the way
-    yet by one who sees it, but not since when.
+    `count` is the number of breakdowns so far. `mean_left` is how much longer a broken robot is expected to block its
+    lane, to an observer who does not know since when.
     """
 
     def __init__(self, spec: BreakdownSpec, robot: int, streams: Streams) -> None:
@@ -32,15 +32,15 @@ class Breakdowns:
         self.mean_left = min(mean_left(time) for time in (spec.repair, spec.clear) if time is not None)
 
     def least_until_due(self, operated: float) -> float:
-        """Return the least time until the next breakdown, after so much in operation: longer if the robot waits."""
+        """Return the least time until the next breakdown, given the time in operation so far; waiting prolongs it."""
         return max(self._due_after - operated, 0.0)
 
     def is_due(self, operated: float) -> bool:
-        """Whether the next breakdown is due after so much time in operation."""
+        """Whether the next breakdown is due at a given time in operation."""
         return operated >= self._due_after - EPS
 
     def begin(self) -> tuple[float, float]:
-        """Begin the breakdown that is due; return the repair time, and the time until the robot is off the lanes."""
+        """Begin the due breakdown; return the repair time, and the time until the robot is off the lanes."""
         self.count += 1
         self._due_after += self._every()
         return self._repair(), math.inf if self._clear is None else self._clear()

@@ -1,27 +1,27 @@
-"""How a robot is charged at one of its bay's chargers: when, how far, and when it is free for work again.
+"""Charging at a bay's chargers: when it begins, how far it goes, and when the robot is free for work again.
 
-Robots at rest take turns at chargers. Where there are fewer slots at chargers than robots, a free one goes to the
-robot with the least energy left of those that seek one. A robot that is charged leaves its charger to one that seeks
-it, if it can drive to a bay and rest there for a while, and
+Robots at rest take turns at chargers. Where there are fewer slots at chargers than robots, a free slot goes to the
+robot with the least energy among those that seek one. A robot being charged leaves its charger to a seeker, if it can
+drive to a bay and rest there for a while, and
 
-- it is free for work, and has 20 % of its capacity more than the other, or
-- the other's need is urgent: a quarter is gone of what it had beyond the way to a charger when it began to seek one.
-  Then the first must have more by half of that, and by 5 % of its capacity at least.
+- it is free for work, and has 20 % of its capacity more than the seeker, or
+- the seeker's need is urgent: it has lost a quarter of the energy that it had beyond the way to a charger when it began
+  to seek one. Then the first must have more by half of that energy, and by 5 % of its capacity at least.
 
-Let n robots rest that draw d each, at c chargers that give r, with (n - c) d <= c r. If all seek at once, a charger
-passes on when a robot has gained X on the next, after X / (r + d). The last waits for n / c - 1 such turns, and so
-falls by no more than X, as d <= c r / (n - c). X is half of what robots have beyond the way, and they have three
-quarters. The first condition makes turns longer where the level is below that half: with m for what is left of it, a
-turn gains 1 - m, and after the other half of the round the last has 1 - 0.5 e^0.5, 18 % of what robots have beyond
-the way. So nobody runs flat but for what changing places costs: the time to drive up, and the drive there and back,
-which no proof covers (`tests/laws/test_nights.py` tries it). Swaps are not broken off.
+Why robots do not run flat. Let n robots rest that draw d each, at c chargers that give r, with (n - c) d <= c r. If all
+seek at once, a charger passes on when a robot has gained X on the next, after X / (r + d). The last waits for n / c - 1
+such turns, and so falls by no more than X, as d <= c r / (n - c). X is half of the energy that robots have beyond the
+way, and they have three quarters. The first condition makes turns longer where the level is below that half: with m for
+the remaining part, a turn gains 1 - m, and after the other half of the round the last has 1 - 0.5 e^0.5, 18 % of the
+energy beyond the way. So no robot runs flat except for the cost of changing places: the time to drive up, and the drive
+there and back, which no proof covers (`tests/laws/test_nights.py` tests it). Swaps are not broken off.
 
 A bay with a charger for each slot keeps its robots at rest full, so they draw nothing, as in the paper's zones.
-Elsewhere one that rests or queues draws as standing ones do, and is charged again at the level at which one that
-leaves its work would go to charge.
+Elsewhere a robot that rests or queues draws as a standing one does, and is charged again at the level at which a robot
+that leaves its work would go to charge.
 
 Each turn takes up 5 % of a battery or more, so nothing oscillates. Robots that wait in a bay with more slots than
-chargers take part: without that three queued and ran flat until the fourth was full.
+chargers take part: otherwise three queued and ran flat until the fourth was full.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ if TYPE_CHECKING:
 
 
 TURN = 0.2
-"""Part of its capacity that a robot at a charger has more than one that seeks it, when it leaves it without urgency."""
+"""The lead, as a share of its capacity, at which a robot leaves its charger to a seeker that is not in urgent need."""
 
 
 class ChargingStop:
-    """A robot at the chargers of the bay in which it stands.
+    """The stay of a robot at the chargers of its bay.
 
-    Interrupted by one that fails, it goes on at another. `must_charge`: it takes no task before it has charged.
-    `is_charging`: it charges or queues for a charger, and takes no task meanwhile. `has_charged`: it has charged since
-    it went out last. If it goes out to work, C counts it.
+    If its charger fails, the robot is interrupted and continues at another. `must_charge`: it takes no task before it
+    has charged. `is_charging`: it charges or queues for a charger, and takes no task meanwhile. `has_charged`: it has
+    charged since it last went out. If it goes out to work, C counts the charge.
     """
 
     def __init__(self, robot: Robot, env: Clock, *, dispatcher: WorkGiver, reach: Reach, bays: Bays) -> None:
@@ -67,24 +67,24 @@ class ChargingStop:
         self.must_charge = self.is_charging = self.has_charged = False
 
     def require(self) -> None:
-        """Have the robot take no task before it has charged."""
+        """Require the robot to charge before it takes a task."""
         self.must_charge = True
 
     def waive(self) -> None:
-        """Let the robot take a task as it is."""
+        """Let the robot take a task without charging."""
         self.must_charge = False
 
     def begins_again_at(self) -> float:
-        """Return the level at which a robot that rests beside chargers, connected to none, is charged again."""
+        """Return the level at which a robot that rests beside chargers, not connected, is charged again."""
         levels = self.reach.levels.of(self.robot.view)
         return min(max(levels.good, levels.critical), levels.full - LEAST_CHARGE * self.robot.battery.capacity)
 
     def charge(self, *, again: bool = False) -> Generator[Event, object, Event | None]:
-        """Charge at one of the bay's chargers, if the battery wants it, free for a task once there is enough for one.
+        """Charge at one of the bay's chargers if the battery needs it; the robot is free once it has enough for a task.
 
-        `again`: whether above `good`, too: it was charging when the run began, or has rested until it was low.
+        `again`: charge above `good`, too, as the robot was charging when the run began, or has rested until it was low.
 
-        Returns the event of a robot that is free now, as `wait` of the dispatcher gives it.
+        Returns the event of a robot that is free now, as given by `wait` of the dispatcher.
         """
         robot = self.robot
         battery, bay = robot.battery, robot.bay
@@ -101,11 +101,11 @@ class ChargingStop:
     def _charge_at(
         self, bay: Bay, chargers: Chargers | FailingChargers, offer: Event | None
     ) -> Generator[Event, object, Event | None]:
-        """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
+        """Charge up to `sufficient` in any case, and from there to `full` only until there is a task.
 
-        A robot that must charge takes up `LEAST_CHARGE` at least. Else it could switch between being recalled and
-        taking the next task at one instant. `offer` is the event of a robot that is free already. Returns the event of
-        a robot that is free now.
+        A robot that must charge takes up `LEAST_CHARGE` at least. Otherwise it could be recalled and take the next task
+        over and over at one instant. `offer` is the event of a robot that is free already. Returns the event of a robot
+        that is free now.
         """
         env, robot = self.env, self.robot
         battery, levels = robot.battery, self.reach.levels.of(robot.view)
@@ -137,7 +137,7 @@ class ChargingStop:
         return offer
 
     def _wait(self, due: Event) -> Steps:
-        """Wait until there is a charger for the robot, or a task; robots at a charger know of it meanwhile."""
+        """Wait for a charger or a task; robots at a charger know of the wait."""
         bay = self.robot.bay
         assert bay is not None
         bay.waiting.append(self.robot)
@@ -146,9 +146,9 @@ class ChargingStop:
         bay.waiting.remove(self.robot)
 
     def _swap(self, new: NewBattery, full: float, lost: Event | None) -> Generator[Event, object, bool]:
-        """Take the battery out, wait for a full one where spare ones are counted, and have it put in.
+        """Swap the battery: take it out, wait for a full one if spares are counted, and put that in.
 
-        True: the charger has failed (`lost`) before that; another goes on with what is left of it.
+        Returns True if the charger fails (`lost`) before the end; the robot then continues the swap at another.
         """
         env, battery = self.env, self.robot.battery
         for wait in new.waits(env, battery.charge_time(battery.level(env.now), full)):
@@ -162,9 +162,9 @@ class ChargingStop:
     def _fill(
         self, levels: Levels, least: float, offer: Event | None, lost: Event | None
     ) -> Generator[Event, object, tuple[Event | None, bool]]:
-        """Charge up to `least`, then, free for a task, to what the first open one needs.
+        """Fill the battery up to `least` and then, free for a task, to the need of the first open one.
 
-        True beside the event: the charger has failed (`lost`) before that.
+        Returns, beside the event, True if the charger fails (`lost`) before the end.
         """
         env, robot, battery = self.env, self.robot, self.robot.battery
         level = battery.level(env.now)
@@ -203,7 +203,7 @@ class ChargingStop:
 
     @property
     def _takes_turns(self) -> bool:
-        """Whether other robots may need the charger, as there are fewer chargers or slots at them than robots."""
+        """Whether other robots may need the charger, because robots outnumber chargers or the slots at them."""
         bay = self.robot.bay
         return self.reach.scarce or (bay is not None and not bay.charges_every_slot)
 
@@ -216,9 +216,10 @@ class ChargingStop:
             self.robot.make_room()
 
     def _first_of(self, *events: Event | None, free: bool = False) -> Event:
-        """Return an event for the first of some events, or for the next look whether another needs the charger more.
+        """Return an event for the first of some events, or for the next check whether another needs the charger more.
 
-        It is made anew for every look, of events alone: SimPy takes those out of a condition in one that has happened.
+        It is made anew for every check, from plain events: SimPy removes those of a nested condition once that has
+        occurred.
         """
         awaited = [event for event in events if event is not None]
         if self._takes_turns:
@@ -229,7 +230,7 @@ class ChargingStop:
         return AnyOf(self.env, awaited) if len(awaited) > 1 else awaited[0]
 
     def _is_needed(self, *, free: bool = False) -> bool:
-        """Whether the robot leaves its charger to another that needs it more; one `free` for work stays able to."""
+        """Whether the robot cedes its charger to one in greater need; a robot `free` for work remains able to work."""
         if not self._takes_turns or self._needed_in(free=free) > EPS:
             return False
         bay = self.robot.bay
@@ -244,7 +245,7 @@ class ChargingStop:
     def _needed_in(self, *, free: bool = False) -> float:
         """Return the time until the robot has so much more energy than the neediest seeker that it makes way.
 
-        A robot that is `free` for work makes way for any, else only for one whose need is urgent.
+        A robot that is `free` for work makes way for any seeker, otherwise only for one in urgent need.
         """
         robot, now = self.robot, self.env.now
         battery, seeker = robot.battery, self.bays.neediest(robot)
@@ -263,5 +264,5 @@ class ChargingStop:
 
 
 def _has_failed(lost: Event | None) -> bool:
-    """Whether a charger has failed; `lost` None: it never does."""
+    """Whether a charger has failed; with `lost` None it never does."""
     return lost is not None and lost.processed

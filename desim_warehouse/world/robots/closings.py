@@ -1,7 +1,7 @@
-"""Closing lanes: robots under way turn off where a lane holds tasks back, or go round if waiting takes longer.
+"""Closing lanes: robots under way turn off where a lane holds tasks back, or detour if waiting takes longer.
 
-Routes are chosen with closures in view. So only a robot that traffic has made late meets a lane that it thought open.
-It turns off at the node that it comes to next.
+Routes already account for closures, so only a robot delayed by traffic meets a closed lane that it expected to be open.
+It turns off at its next node.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 
 class Closings:
-    """The closures that a robot with a task may have to turn off for; `take_back` takes its task from it.
+    """The closures that may make a robot with a task turn off; `take_back` takes its task from it.
 
-    It goes home from the next node. One that waits for room beyond that node gives up the room. It goes on, and waits
-    before the closure, where its way home is closed, too, and where routes are declared and others could not change.
+    It goes home from the next node. If it waits for room beyond that node, it gives up the claim to that room. It goes
+    on instead, and waits before the closure, where its way home is closed, too, or where routes are declared and the
+    change is unsafe for other robots.
     """
 
     def __init__(self, env: Clock, robot: Robot, cut_off: CutOff, take_back: Callable[[Robot], None]) -> None:
@@ -35,7 +36,7 @@ class Closings:
 
     @property
     def is_cut_off(self) -> bool:
-        """Whether the way of the robot is closed, to a task for which no robot has turned off before."""
+        """Whether the robot's way is closed, on a task for which no robot has turned off before."""
         job, now = self.robot.job, self.env.now
         if job is None or job.number in self.cut_off.turned_back:
             return False
@@ -49,7 +50,7 @@ class Closings:
         self.take_back(self.robot)
 
     def watch(self) -> None:
-        """Have the robot's way looked at again when something opens or closes."""
+        """Check the robot's way again whenever something opens or closes."""
         time = self.cut_off.changes(self.env.now)
         if time < self._looks_at:
             self._looks_at = time
@@ -62,7 +63,7 @@ class Closings:
             self.watch()
 
     def look(self) -> None:
-        """Let the robot turn off at the node that it comes to next, if the way to its good is closed."""
+        """Let the robot turn off at its next node if the way to its good is closed."""
         robot, body, now = self.robot, self.robot.body, self.env.now
         loads = STATES[robot.doing].phase is Phase.TO_GOOD
         if not loads or not body.is_on_lanes or body.is_at_lift or not self.is_cut_off or robot.is_at_good_edge:
@@ -79,12 +80,12 @@ class Closings:
 
     @property
     def _may_give_up_room(self) -> bool:
-        """Whether the robot waits before an intersection, not on one, and found nothing closed as it came there."""
+        """Whether the robot waits before an intersection, not on one, and found nothing closed on arrival."""
         body = self.robot.body
         return body.claim is None or (body.held is None and body.claim.met is None)
 
     def _declares_way_to(self, bay: str) -> bool:
-        """Declare the way from the next node to the robot's bay, if it can still stop and others let it."""
+        """Declare the way from the next node to the robot's bay, if it can still stop and the change is safe."""
         robot, body = self.robot, self.robot.body
         if body.lane is None or body.granted is not None or not self._may_give_up_room:
             return False
@@ -94,7 +95,7 @@ class Closings:
 
 
 class WaysRound:
-    """Robots under way, which look for a way round whenever one of some closures begins or ends."""
+    """Robots under way, which look for a way round whenever a closure begins or ends."""
 
     def __init__(self, env: Clock, closures: Sequence[Hours]) -> None:
         self.env = env
@@ -103,7 +104,7 @@ class WaysRound:
         self._looks_at = math.inf
 
     def watch(self, robot: Robot) -> None:
-        """Take note of a robot that sets out."""
+        """Register a robot that sets out."""
         self._under_way[robot.number] = robot
         self._watch()
 

@@ -1,15 +1,14 @@
-"""Duty: which robots may take up work, by shifts and breaks, and by a cap on how many are under way.
+"""Duty: which robots may take up work, by shifts and breaks, and by a cap on the number under way.
 
 Outside its hours a robot takes up no work. It finishes the task or tour in hand, goes to a bay and rests there in the
-state `on_break`, where it is also charged. The tasks of its queue go back to the list when its hours end. When they
-begin it is given work at once.
+state `on_break`, where it is also charged. When its hours end, the tasks of its queue return to the list. When they
+begin, it is given work at once.
 
-A floor that holds too many robots does less than one that holds fewer (`traffic.most_out`). A robot is under way from
-being given a task in its bay, or leaving it for another reason, until it is parked again. With the cap reached robots
-in bays are given no task, until one is parked. Robots under way go from task to task without permission. Robots that
-leave for the sake of a battery, to a charger or from one, count but do not wait, so none runs flat for the cap. It
-could hold back work for ever only if no robot came home, and one always does or works on (docs/why.md, "Never
-stalled").
+A floor with too many robots has a lower throughput than one with fewer (`traffic.most_out`). A robot is under way from
+being given a task in its bay, or leaving it for another reason, until it is parked again. While the cap is reached,
+robots in bays are given no task. Robots under way go from task to task without permission. Robots that leave for the
+sake of a battery, to a charger or from one, count but do not wait, so none runs flat because of the cap. The cap could
+stop work for ever only if no robot came home, but always one comes home or works on (docs/why.md, "Never stalled").
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ class Duty:
         return [number for number in robots if self.has(number)] if self._all else robots
 
     def gone(self) -> list[int]:
-        """Return the robots whose hours are over for good."""
+        """Return the robots whose hours have ended for good."""
         now = self.clock.now
         return [
             n
@@ -56,9 +55,9 @@ class Duty:
         ]
 
     def watch(self, changed: Callable[[Sequence[int]], bool]) -> None:
-        """Call `changed` with the robots whose hours begin or end, whenever they do, as long as it says that it counts.
+        """Call `changed` with the robots whose hours begin or end, each time, as long as it returns that this matters.
 
-        Shifts go on for ever, while a run that is otherwise at its end, or stalled, must end.
+        Shifts go on for ever, but a run that is otherwise at its end, or stalled, must end.
         """
         if not self._all:
             return
@@ -78,7 +77,7 @@ class Duty:
 class Departures:
     """The robots under way, by number, and the most that may be under way to take up work (None: no cap).
 
-    Of them those `resting` have nothing to do, and rest where they have unloaded.
+    The robots `resting` among them have nothing to do, and rest where they have unloaded.
     """
 
     def __init__(self, most: int | None, duty: Duty) -> None:
@@ -89,9 +88,9 @@ class Departures:
 
     @property
     def is_full(self) -> bool:
-        """Whether no robot may leave its bay for a task now."""
+        """Whether the cap keeps robots from leaving their bays for a task now."""
         return self.most is not None and len(self.under_way) >= self.most
 
     def may_work(self, number: int) -> bool:
-        """Whether a robot may be given a task: it is in its hours, and it is under way or may set out."""
+        """Whether a robot may be given a task: it is on duty, and it is under way or may set out."""
         return (number in self.under_way or not self.is_full) and self.duty.has(number)

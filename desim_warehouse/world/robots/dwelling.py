@@ -1,17 +1,17 @@
-"""A robot with nothing to do rests where it has put its load down, until that place is needed (`where-it-is`).
+"""Rest at the place of unloading: an idle robot stays where it is until that place is needed (`where-it-is`).
 
-It may stand in a lane, on a node or in a slot of a station. In all three it is to others what a robot is that unloads:
-it goes on by itself, here as soon as anybody could wait for it. So work goes on as it does with unloading times of any
-length (docs/why.md, "Resting where the load was put down"):
+It may stand in a lane, on a node or in a slot of a station. In all three it affects others as an unloading robot does:
+it goes on by itself, here as soon as any robot could wait for it. So work goes on as with unloading times of any length
+(docs/why.md, "Resting where the load was put down"):
 
-- In traffic: whoever is blocked waits for exactly one other, and the chain ends at a robot that is not blocked. If that
+- In traffic: each blocked robot waits for exactly one other, and the chain ends at a robot that is not blocked. If that
   one rests, it leaves for a bay (`Gridlock.check`, called whenever a chain grows). Where lanes are two-way a refused
-  step may have several reasons, so there all leave that rest on lanes as soon as anybody waits, and none stays while
-  anybody does.
-- For a slot or a departure: if tasks stay open after a decision, robots leave that rest in stations, and all do where
-  the number of robots under way is capped (`Dispatcher`).
-- Its own battery, hours and closures: it leaves at the level at which one that leaves its work goes to a charger, when
-  its hours end, and does not rest in a lane that is closed at times.
+  step may have several reasons, so there all robots resting on lanes leave as soon as any robot waits, and none stays
+  while any does.
+- For a slot or a departure: if tasks stay open after a decision, robots resting in stations leave, and all resting
+  robots do where the number of robots under way is capped (`Dispatcher`).
+- Its own battery, hours and closures: the robot leaves at the level at which one that leaves its work goes to a
+  charger, when its hours end, and does not rest in a lane that is closed at times.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Dwelling:
         return robot.docked is not None or not self.traffic.gridlock.is_waited_for(robot.body)
 
     def rest(self) -> Steps:
-        """Rest until the robot is given a task, is called away, or its battery is so low that it goes to a charger."""
+        """Rest until the robot is given a task or called away, or its battery is low enough for a charger."""
         robot, env = self.robot, self.env
         offer, self._called = self.dispatcher.wait(robot), Event(env)
         self.departures.resting.add(robot.number)
@@ -92,12 +92,12 @@ class Dwelling:
             self.dispatcher.withdraw(robot)
 
     def end(self) -> None:
-        """Leave for a bay, if the robot rests: others need the place, or its hours are over."""
+        """Leave for a bay if the robot rests: the place is needed, or its hours are over."""
         if self._called is not None and not self._called.triggered:
             self._called.succeed()
 
     def _low_at(self) -> float:
-        """Return when the battery will be at the level at which the robot goes to a charger; inf where none ever is."""
+        """Return when the battery will be low enough for the robot to go to a charger; inf if it never will be."""
         if not self.reach.batteries:
             return math.inf
         view = self.robot.view()

@@ -1,4 +1,4 @@
-"""Forecasts: where and when a robot at work will be free, and what its task still needs, driving freely, no waiting."""
+"""Forecasts by free driving, without waits: where and when a busy robot will be free, and its task's remaining need."""
 
 from __future__ import annotations
 

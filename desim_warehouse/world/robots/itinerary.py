@@ -1,6 +1,6 @@
 """Itineraries: the legs of a robot's route, to a good, to the station, to a bay.
 
-The routing policy is asked leg by leg, when the robot sets out on one. Where steps are guarded (`avoidance`) all legs
+The routing policy is asked for each leg when the robot sets out on it. Where steps are guarded (`avoidance`) all legs
 are declared before it leaves its bay or station, and changed on the way only if that is safe.
 """
 
@@ -25,11 +25,11 @@ Leg: TypeAlias = tuple[list[Lane], Place | None]
 class Itinerary:
     """The route of one robot.
 
-    `legs` are what is left of it, each up to a `place` on its last lane, or to its end.
+    `legs` are its remaining parts, each up to a `place` on its last lane, or to the end of that lane.
 
-    `place` is the lane on which the good of its present stop is, and how far along, or None at a node or in a station.
+    `place` is the lane with the good of the present stop, and the distance along it, or None at a node or in a station.
 
-    `free` knows the free driving times of the robot, `guard` decides on changes (None: routes need not be declared).
+    `free` gives the robot's free driving times, `guard` decides on changes (None: routes need not be declared).
     """
 
     def __init__(
@@ -55,20 +55,20 @@ class Itinerary:
         return self.guard is not None
 
     def edge_of(self, task: Task) -> tuple[str, str]:
-        """Return the edge on which the robot picks a task's good: of a two-way lane the direction that it drives."""
+        """Return the edge on which the robot picks a task's good: on a two-way lane, the direction that it drives."""
         return task.edge if self.place is None else self.place[0].edge
 
     def take(self, node: str, stops: Sequence[Stop], bay: str | None) -> bool:
-        """Set the route from `node` over the stops to the first in a station, or from a last in the lane to `bay`.
+        """Set the route from `node` over the stops to the first in a station, or from a last stop in the lane to `bay`.
 
-        False: the change is not safe. Out of a station the rest is declared (`onward`).
+        Returns False if the change is not safe. Out of a station the rest is declared (`onward`).
         """
         legs = [self._leg(node, stops, None)] if self.guard is None else self._legs(node, stops, bay)
         self.place = legs[0][1]
         return self._set(legs)
 
     def onward(self, node: str, stops: Sequence[Stop], bay: str | None) -> Leg:
-        """Return the leg to the next stop, from `node`. Out of a station it is declared now, with the legs after it."""
+        """Return the leg to the next stop, from `node`. Out of a station, declare it now with the legs after it."""
         if self.guard is None:
             leg = self._leg(node, stops, self.place)
         else:
@@ -112,9 +112,9 @@ class Itinerary:
         return [*self._route(node, place[0].edge[0], after), place[0]], place
 
     def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
-        """Return a route from the node that the robot stands on or comes to next, or comes to `after` some more time.
+        """Return a route from the robot's present or next node, reached `after` some more time.
 
-        Where lanes close it counts when it is there, at its present speed.
+        Where lanes close, that arrival time and the robot's present speed matter.
         """
         routes, body = self.routes, self.body
         if not routes.passes_closures:
@@ -122,9 +122,9 @@ class Itinerary:
         return routes.route(node, goal, body.speed, body.time_left + after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
-        """Return a storage place's lane, and how far along. A two-way lane is driven the way that is sooner at `goal`.
+        """Return a storage place's lane and position on it; on two-way lanes, in the direction that is sooner at `goal`.
 
-        That is not only the end that is nearer, as lanes may be slower one way than the other.
+        The nearer end does not decide alone, as a lane may be slower one way than the other.
         """
         if edge[0] == edge[1]:
             return None
@@ -166,12 +166,12 @@ class Itinerary:
         self.legs = [(route, None)]
 
     def resume(self, rest: Sequence[Lane]) -> None:
-        """Declare anew what is left of the route after a repair off the lanes: `rest` of this leg, and other legs."""
+        """Declare the remaining route again after a repair off the lanes: `rest` of this leg, and other legs."""
         if self.guard is not None:
             self.guard.declare(self.body, [*rest, *(lane for leg, _ in self.legs for lane in leg)])
 
     def stand_aside(self) -> None:
-        """Declare anew what is left of the route, from the lane beside which the robot stands now."""
+        """Declare the remaining route again, from the lane beside which the robot stands now."""
         if self.guard is not None:
             self.guard.stands_aside(self.body, [lane for leg, _ in self.legs for lane in leg])
 
@@ -190,7 +190,7 @@ class Itinerary:
         return self._if_safe(self.routes.detour(node, route, index, stop))
 
     def way_past(self, node: str, rest: Sequence[Lane], stop: float | None) -> list[Lane] | None:
-        """Return another, safe leg on which the robot waits less for lanes to open. It comes to `node` next."""
+        """Return another, safe leg from the next node, `node`, on which the robot waits less for lanes to open."""
         body = self.body
         return self._if_safe(self.routes.way_past(node, rest, stop, body.speed, body.time_left))
 

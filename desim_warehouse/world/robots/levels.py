@@ -1,4 +1,4 @@
-"""The charging policy, asked and its answer checked: the battery levels that hold for a robot."""
+"""The battery levels of each robot by the charging policy, with its answers checked."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from desim_warehouse.policies.asked import asked, fault, short
 from desim_warehouse.world.traffic.events import Clock
 
 _FIFTH = 0.2
-"""Part of a battery that no policy means by full."""
+"""A share of capacity below any that a policy means by "full"."""
 
 
 class ChargingLevels:
-    """The battery levels of robots by the charging policy, which is asked only once if levels are alike for all."""
+    """Battery levels of robots by the charging policy, asked only once if all robots have the same levels."""
 
     def __init__(self, env: Clock, policy: Any) -> None:
         self.env = env
@@ -22,7 +22,7 @@ class ChargingLevels:
         self._fixed: Levels | None = None
 
     def of(self, view: Callable[[], RobotView]) -> Levels:
-        """Return the levels of a robot, which is looked at only if they depend on what it does."""
+        """Return the levels of a robot, whose state is read only if they depend on it."""
         return self._fixed or self(view())
 
     def __call__(self, robot: RobotView) -> Levels:
@@ -41,9 +41,9 @@ class ChargingLevels:
 
 
 def _shares(levels: Levels, robot: RobotView) -> str | None:
-    """Return the hint that charging levels seem to be shares of the capacity; None where they do not.
+    """Return the hint that charging levels seem to be shares of the capacity; None if they do not.
 
-    No battery is charged to a fifth only, so smaller levels are taken for shares.
+    No policy charges only to a fifth of a battery, so levels below that are taken for shares.
     """
     if levels.full <= 1 and levels.full < _FIFTH * robot.capacity:
         return (

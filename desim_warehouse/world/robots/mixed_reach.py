@@ -1,4 +1,4 @@
-"""`MixedReach`, which the dispatcher asks in place of a `Reach` where kinds differ in battery, charging, chargers."""
+"""`MixedReach`, used by the dispatcher in place of a `Reach` where kinds differ in battery, charging or chargers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from desim_warehouse.world.robots.reach import Reach, may_do
 
 
 class MixedReach:
-    """The `reaches` of the kinds of a fleet, as one that can be asked about any of its robots."""
+    """The `reaches` of a fleet's kinds, as one object for questions about any of its robots."""
 
     def __init__(self, reaches: Mapping[str, Reach]) -> None:
         self.of = reaches
@@ -18,7 +18,7 @@ class MixedReach:
         self.batteries = first.batteries
         self.stations, self.handling, self.tour_time = first.stations, first.handling, first.tour_time
         self.openings = first.openings
-        for reach in reaches.values():  # what is held back, and was given back, is so for all
+        for reach in reaches.values():  # tasks held back or given back are common to all
             reach.share(first)
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
@@ -59,7 +59,7 @@ class MixedReach:
         return self.of[kind].why_none_lasts([robot for robot in able if robot.kind == kind], task)
 
     def give_back(self, task: Task) -> int:
-        """Note that a robot gives a task back, and return how often that has happened now."""
+        """Note that a robot gives a task back, and return the number of times so far."""
         return next(iter(self.of.values())).give_back(task)
 
     def forget(self, task: Task) -> None:

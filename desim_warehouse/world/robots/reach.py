@@ -1,8 +1,8 @@
-"""Look-ahead for batteries (reach): which tasks a robot may take, when it gives one back, when it must charge.
+"""Look-ahead for batteries (reach): the tasks that a robot may take, when it gives one back, when it must charge.
 
-Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy.
-Waiting is not foreseen, and handling times that vary count with their mean. Energies are in the model's unit,
-consumption by state as in the model's battery section.
+All decisions on energy are made here. They look ahead by free driving on the routes of the routing policy. Waiting is
+not foreseen, and random handling times count with their mean. Energies are in the model's unit, consumption by state as
+in the model's battery section.
 """
 
 from __future__ import annotations
@@ -30,27 +30,27 @@ from desim_warehouse.world.traffic.events import Clock
 from desim_warehouse.world.traffic.rules import EPS
 
 MORE = 0.05
-"""Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again.
+"""Extra energy, as a share of capacity, that a task requires for each further time that it was given back.
 
-A policy that looks ahead knows free driving, not repairs and jams. Where these eat up what a robot kept back, it would
-charge just enough, set out and give the task back for ever, as in a random model with breakdowns that did not end.
+A look-ahead policy foresees free driving, but no repairs and jams. Where these use up its reserve, a robot would charge
+just enough, set out and give the task back for ever, as in a random model with breakdowns that did not end.
 """
 
 URGENT, AHEAD = 0.75, 0.5
-"""Of what a robot at rest has beyond the way to a charger when it seeks one: what is left when its need is urgent, and
-what one that is being charged has more when it makes room.
+"""Shares of the energy that a resting robot has beyond the way to a charger when it begins to seek one: the rest at
+which its need is urgent, and the lead at which a robot being charged makes room for it.
 """
 
 
 def suits(task: Task, kind: str, carries: Collection[str]) -> bool:
-    """Whether a task, or each of a tour, is for robots of a kind that carry some types of load (none: all types)."""
+    """Whether a task, or each task of a tour, suits robots that carry some types of load (none: all types)."""
     if task.kinds and kind not in task.kinds:
         return False
     return not task.load_type or not carries or task.load_type in carries
 
 
 def may_do(robot: RobotView, task: Task) -> bool:
-    """Whether a robot is of a kind that does a task, and carries its load, or all of a tour."""
+    """Whether a robot is of a kind that does a task and carries its load, or all loads of a tour."""
     return suits(task, robot.kind, robot.carries) and (not task.members or len(task.members) <= robot.loads)
 
 
@@ -65,8 +65,8 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
 class Reach:
     """The energy and time that work of robots of a `kind` will take, and the decisions that follow from it.
 
-    `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are on
-    the list, in its order. Where robots charge alike one serves all kinds.
+    `model` is taken as if all robots had this kind's battery. `levels` asks its charging policy. `open_tasks` is the
+    list of open tasks, in order. If robots charge alike one object serves all kinds.
     """
 
     def __init__(
@@ -112,11 +112,11 @@ class Reach:
         self._onward: dict[int, dict[tuple[str, float, float, str, str], tuple[float, float]]] = {}
 
     def share(self, other: Reach) -> None:
-        """Share with another kind what was given back, and what waits for places to open."""
+        """Share with another kind the tasks given back, and those that wait for places to open."""
         self._given_back, self.openings = other._given_back, other.openings
 
     def why_flat(self, started: float | None, drew: float, robot: RobotView, *, resting: bool) -> str:
-        """Return why a robot's battery ran flat in this model, and what helps (for the arguments see `cause`)."""
+        """Return why a robot's battery ran flat in this model, and a remedy (for the arguments see `cause`)."""
         text = cause(self._model, self._layout, started, drew=drew, resting=resting)
         if resting and self.chargers:
             way, level = (
@@ -128,7 +128,7 @@ class Reach:
         return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
-        """Return in words the energy that robots have and need for a task that no battery lasts for, and what helps."""
+        """Return in words the energy that robots have and need for a task that exceeds all batteries, and a remedy."""
         able = [robot for robot in robots if may_do(robot, task)]
         best = min(able, key=lambda robot: self.missing(robot, task))
         levels = self.levels(best)
@@ -144,7 +144,7 @@ class Reach:
         )
 
     def missing(self, robot: RobotView, task: Task) -> float:
-        """Return the energy that a robot lacks for a task; below 0 the energy it has to spare."""
+        """Return the energy that a robot lacks for a task; if negative, its spare energy."""
         return self._enough_now(robot, task) - robot.energy
 
     def _enough_now(self, robot: RobotView, task: Task) -> float:
@@ -158,14 +158,14 @@ class Reach:
         return station is not None and self.may_take(robot, task, station)
 
     def may(self, robot: RobotView, task: Task) -> bool:
-        """Whether a robot may take a task, as `allowed` says for all pairs."""
+        """Whether a robot may take a task, by the rule of `allowed` for a single pair."""
         station = self._station_for(robot, task)
         if station is None or not self.batteries:
             return station is not None
         return robot.energy >= self.enough(robot, task, station, self.levels(robot))
 
     def _station_for(self, robot: RobotView, task: Task) -> str | None:
-        """Return where a robot would unload a task; None where there is no room, or the station opens too late."""
+        """Return where a robot would unload a task; None if there is no room, or the station opens too late."""
         if not may_do(robot, task):
             return None
         station = self.stations.choose(robot, task)
@@ -192,7 +192,7 @@ class Reach:
         return robot.energy >= self._enough_now(robot, task)
 
     def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
-        """Return for all pairs whether there is room at the station and the energy lasts: a row for each robot."""
+        """Return, for all pairs, whether the station has room and the energy suffices: a row for each robot."""
         import numpy as np
 
         table = np.ones((len(robots), len(tasks)), dtype=bool)
@@ -251,21 +251,21 @@ class Reach:
     # When it must charge
 
     def must_charge(self, robot: RobotView) -> bool:
-        """Whether a robot's energy, below full, does not let it take the first open task."""
+        """Whether a robot's energy, below full, is too low for the first open task."""
         task = self._first(robot)
         if task is None or robot.energy >= self.levels(robot).full - EPS * robot.capacity:
             return False
         return not self.lasts(robot, task)
 
     def enough_for_first(self, robot: RobotView, levels: Levels) -> float:
-        """Return the level at which a robot in a bay may take the first open task, 0 where there is none."""
+        """Return the level at which a robot in a bay may take the first open task; 0 if there is none."""
         task = self._first(robot)
         return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
 
     def enough_after_parking(self, robot: RobotView, levels: Levels) -> float:
-        """Return the level at which a robot at a charger may take the first open task also from any bay without one.
+        """Return the level at which a robot at a charger may take the first open task even from any bay without one.
 
-        With less it would drive there, be too low for the task, and come back.
+        With less it would drive there, be too low for the task, and return.
         """
         task = self._first(robot)
         if task is None:
@@ -278,7 +278,7 @@ class Reach:
         )
 
     def rests_until(self, robot: RobotView, levels: Levels) -> float:
-        """Return the level at which a robot that rests without a charger must set out for one."""
+        """Return the level at which a robot that rests without a charger must leave for one."""
         if levels.margin is None or not self.chargers:
             return levels.critical
         return max(levels.critical, self.consumption.empty * self.out_of(robot.node, robot) + levels.margin)
@@ -295,10 +295,10 @@ class Reach:
         return self._rests_elsewhere[key]
 
     def in_need(self, robot: RobotView, levels: Levels) -> tuple[float, float]:
-        """Return the level at which a robot at rest needs a charger more than a robot that is being charged.
+        """Return the level below which a resting robot needs a charger more than one that is being charged.
 
-        With it comes by how much the other's level must then be above its own: so that a fleet that runs low all at
-        once can take turns before one is too low to reach a charger.
+        Return also by how much the other's level must exceed its own, so that a fleet that runs low all at once can
+        take turns before any robot is too low to reach a charger.
         """
         capacity = robot.capacity
         way = self.consumption.empty * self.out_of(robot.node, robot)
@@ -319,7 +319,7 @@ class Reach:
     ) -> float:
         """Return the energy for a task, and for the way to a charger after it, from where and when the robot is free.
 
-        `stops`: of a tour in hand; else they are as the robot would make them now.
+        `stops` are those of a tour in hand; by default, those that the robot would choose now.
         """
         travel = self.travel(robot.speed)
         driven = travel.half_turn + travel.to_edge(robot.node, task.edge)
@@ -341,12 +341,12 @@ class Reach:
         return self._with_more(least, robot, task, levels)
 
     def _with_more(self, least: float, robot: RobotView, task: Task, levels: Levels) -> float:
-        """Return the energy that a task needs by experience: more if it was given back before, up to a full battery."""
+        """Return a task's energy need by experience: more if it was given back before, up to a full battery."""
         again = self._given_back[task.number] - 1
         return least if again <= 0 else max(least, min(least + again * MORE * robot.capacity, levels.full))
 
     def give_back(self, task: Task) -> int:
-        """Note that a robot gives a task back, which looked possible, and return how often that has happened now.
+        """Note that a robot gives back a task that looked possible, and return the number of times so far.
 
         Waits or repairs that upset the plan do so again, so from the second time on more energy is required.
         """
@@ -398,7 +398,7 @@ class Reach:
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> tuple[float, float]:
         """Return the driving time to a charger after a task, and the energy from its good's edge until then.
 
-        Kept until the task is done, except for a tour with a choice of stops, which may be others the next time.
+        The result is kept until the task is done, except for a tour with a choice of stops, which may differ next time.
         """
         kept = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
@@ -411,13 +411,13 @@ class Reach:
         return kept[key]
 
     def forget(self, task: Task) -> None:
-        """Forget a task that is done, or given back."""
+        """Forget a task that is done or given back."""
         self._onward.pop(task.number, None)
 
     def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
         """Return the energy from the start of the good's edge until the robot is clear of the station.
 
-        Where its heading is not known, before it sets out from a stand in the lane or a good at a node, a half turn is
+        Where its heading is unknown, before it sets out from a stand in the lane or a good at a node, a half turn is
         counted.
         """
         clear, drawn = self.handling.clear_time, self.consumption
@@ -457,9 +457,9 @@ class Reach:
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
         """Return the driving time to the charger that a robot would go to, inf where there is none.
 
-        With `own` that is its home's, with `least-loaded` the farthest, as it may be any. Where slots at chargers are
-        scarce the way leads over the parking slot from which all are reached soonest, as it may have to wait there
-        first.
+        With `own` that is its home's charger, with `least-loaded` the farthest, as it may be any. Where slots at
+        chargers are scarce the way leads over the parking slot from which all are reached soonest, as the robot may
+        have to wait there first.
         """
         target = robot.home if choice == "own" and robot.home in self.chargers else choice
         key = node, target, robot.speed

@@ -1,7 +1,7 @@
 """A robot's life: wait for a good, fetch it, deliver it, go home, charge. Read this first.
 
-Each robot is a SimPy process. It decides nothing itself: policies say which task, which route, and when and where to
-charge. How it gets along the lanes is left to traffic, for the `body` that it has.
+Each robot is a SimPy process. Decisions are left to policies: the task, the route, and when and where to charge.
+Movement along the lanes is left to traffic, by means of the robot's `body`.
 """
 
 from __future__ import annotations
@@ -60,14 +60,13 @@ class Rest(Enum):
 
 
 class Robot:
-    """A robot with a home, a battery and at most one task or tour at hand (`job`), which it does by its `tour`.
+    """A robot with a home, a battery and at most one task or tour in hand (`job`), which its `tour` carries out.
 
-    `bay` is the one it stands in or has a slot reserved in. `leaving` is the one it stands in while it has a slot
-    elsewhere. `docked` is the station that it is in.
-    `doing`: its state, or that in which it broke down.
+    `bay` is the one where the robot stands or has a slot reserved, `leaving` the one where it stands while its slot is
+    elsewhere, `docked` the station that it is in. `doing` is its state, or its state before the breakdown.
     """
 
-    # All that a robot has, in the order in which its parts need each other.
+    # The parts of a robot, in order of their dependencies.
     def __init__(
         self,
         around: Surroundings,
@@ -161,7 +160,7 @@ class Robot:
         self.bays.leave(self)
         self.departures.under_way.add(self.number)
 
-    # The story
+    # The life of a robot
 
     def life(self) -> Steps:
         """Run the robot's whole life: work as long as there is any, and rest and charge in a bay in between."""
@@ -220,7 +219,7 @@ class Robot:
                 self.set_out()
 
     def set_out(self) -> None:
-        """Set out to its task, or without one to a bay, unless it may rest where it is."""
+        """Set out for its task, or without a task for a bay, unless the robot may rest where it is."""
         if self.job is None:
             rests = not self.clear_time and self.dwelling.may_begin
             self.enter(self.at_rest if rests else "returning")
@@ -259,9 +258,9 @@ class Robot:
         self.bays.take(self, bay)
 
     def free_charger(self) -> None:
-        """Keep a slot elsewhere, at work, instead of a slot at a charger that another robot needs.
+        """Release a slot at a charger that another robot needs, in exchange for a slot elsewhere, while at work.
 
-        Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
+        This applies only if robots that are out keep their slots: one that never rests would hold a charger for ever.
         """
         if self.bays.wants_room(self):
             self._take_slot(self.bay_choice.parking(self.view(), self.bays.away_from(self)))
@@ -298,7 +297,7 @@ class Robot:
     # Resting
 
     def rest(self) -> Generator[Event, object, Rest]:
-        """Rest in a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
+        """Rest in a bay until the robot is given a task, or must leave or charge for the sake of a battery."""
         self.enter(self.at_rest)
         if self.number in self.bays.making_room:  # decided while it charged
             return Rest.MAKE_ROOM
@@ -321,9 +320,9 @@ class Robot:
         return Rest.SEEK_CHARGER if self.bays.charger_for(self) else Rest.REST_ON
 
     def _rest_at_shared_chargers(self, offer: Event) -> Steps:
-        """Rest until there is a task, or the battery is so low that it charges again, or another robot seeks the slot.
+        """Rest until there is a task, the battery is so low that it charges again, or another robot seeks the slot.
 
-        Another one does that must charge and finds no slot but this.
+        Such a robot must charge and finds no slot but this.
         """
         env, bays = self.env, self.bays
         while not offer.triggered:
@@ -341,9 +340,9 @@ class Robot:
                 yield due | bays.charger_sought() if self.reach.scarce else due
 
     def _rest_without_charger(self, offer: Event) -> Steps:
-        """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free.
+        """Rest until there is a task, or the battery is so low that the robot must go to a charger and one is free.
 
-        Where there are chargers for other kinds it makes room for robots that must charge.
+        Where there are chargers for other kinds the robot makes room for robots that must charge.
         """
         bays, charging = self.bays, self.charging
         assert self.bay is not None
@@ -378,7 +377,7 @@ class Robot:
             self.enter("too_low")
 
     def have_charge(self) -> None:
-        """Rest with enough energy for the open work, or without work; a robot that needs a charger goes on seeking."""
+        """Rest with enough energy for the open work, or without work; if need be, continue to seek a charger."""
         if STATES[self.state].queue == CHARGER and self not in self.bays.seekers:
             self.enter(self.at_rest)
 
@@ -388,7 +387,7 @@ class Robot:
         assert self.bay is not None
         self.bays.making_room[self.number] = self.bay
 
-    # Where it is and what it is doing
+    # Position and state
 
     @property
     def node(self) -> str:
@@ -417,7 +416,7 @@ class Robot:
         return "idle" if self.departures.duty.has(self.number) else "on_break"
 
     def hours_change(self) -> None:
-        """Note that the robot's hours begin or end: if it rests, it does so in another state from now on."""
+        """Note that the robot's hours begin or end: if it rests, its resting state changes."""
         if self.is_out:
             self.dwelling.end()
         elif self.phase is Phase.REST:
@@ -428,9 +427,9 @@ class Robot:
         return self.battery.level(self.env.now) / self.battery.capacity
 
     def need_of_charger(self) -> tuple[float, float]:
-        """Return when the robot will need a charger more than a robot at one, and by how much the other must have more.
+        """Return when the robot will need a charger more than a robot at one, and the required lead of the other.
 
-        The latter is a share of its capacity.
+        The lead is a share of the robot's capacity.
         """
         view = self.view()
         level, ahead = self.reach.in_need(view, self.reach.levels(view))
@@ -450,7 +449,7 @@ class Robot:
     def is_at_good_edge(self) -> bool:
         """Whether the robot is on the edge of its task's good, or stands at the node where that edge begins.
 
-        Of a good at a node: whether it stands there, or comes there next.
+        For a good at a node: whether the robot stands there, or comes there next.
         """
         body, job = self.body, self.job
         assert job is not None
@@ -463,7 +462,7 @@ class Robot:
         return standing and self.node == edge[0]
 
     def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
-        """Return the robot as policies see it, by default free where it is."""
+        """Return the robot as policies see it, by default free at its present place."""
         spec = self.battery.spec
         if free_in is None and self.phase is Phase.REST and self.is_out:  # at the start, or where it unloaded
             free_in = time_to_node(self, self.env.now)
@@ -538,7 +537,7 @@ class Robot:
     # States
 
     def enter(self, state: str) -> None:
-        """Change the robot's state: the time until now goes to the old state, and the battery draws the new rate."""
+        """Change the robot's state: attribute the time so far to the old state, and draw energy at the new rate."""
         now = self.env.now
         waited = self.body.waited_by(now)
         self.time_in[self.state] += now - self.since_state - (waited - self.waited_before)
@@ -554,13 +553,13 @@ class Robot:
         self._draw(state)
 
     def served_for(self, now: float) -> float:
-        """Return for how long the robot has kept a server of its station busy in its present state."""
+        """Return how long the robot has kept a server of its station busy in its present state."""
         return now - self.since_state if self.state in SERVED else 0.0
 
     def _draw(self, state: str) -> None:
-        """Have the battery draw what the state needs from now on, or nothing while it is connected to a charger.
+        """Draw energy for the present state from now on, or none while the robot is connected to a charger.
 
-        It is when it is charged, or at rest in a bay with a charger for each slot.
+        It is connected when it is charged, or at rest in a bay with a charger for each slot.
         """
         is_connected = state in CHARGED or (state in RESTING and self.rests_at_own_charger)
         self.battery.draw(self.env.now, 0.0 if is_connected else self.battery.rates[state])
@@ -630,7 +629,7 @@ class Robot:
         return self.driving is not None and bool(self.driving.rest)
 
     def look_for_way_round(self) -> None:
-        """Take another route, if it is quicker than waiting, now that something closes or opens."""
+        """Take another route if that is quicker than waiting, after something has closed or opened."""
         body, drive, itinerary = self.body, self.driving, self.itinerary
         in_bay = body.lane is None and body.held is None
         if drive is None or not body.detours or not drive.may_go_round or (in_bay and itinerary.is_declared):
@@ -645,7 +644,7 @@ class Robot:
     def halt(self, drive: Drive) -> Steps:
         """Stand broken down until the robot is repaired, or cleared off the lanes and repaired. Never in a bay.
 
-        Then what it was `doing` goes on.
+        Afterwards the robot resumes what it was `doing`.
         """
         breakdowns = self.breakdowns
         assert breakdowns is not None
@@ -669,7 +668,7 @@ class Robot:
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
     def _clear(self, drive: Drive) -> None:
-        """Take the robot off the lanes: it comes back at the node ahead, or before the lane on which it must stop."""
+        """Take the robot off the lanes: it returns at the node ahead, or before the lane on which it must stop."""
         again = drive.clear()
         self.parked_at = self.node if again is None else again.edge[0]
         self.traffic.clear(self.body, self.parked_at)
@@ -679,7 +678,7 @@ class Robot:
         self.record("cleared")
 
     def _lanes_change(self) -> None:
-        """Hold back tasks behind lanes that the robot blocks, or release them, where robots go round it."""
+        """Hold back tasks behind lanes that the robot blocks, or release them, if robots detour."""
         if self.itinerary.routes.goes_round:
             self.reach.openings.look_again()
             self.dispatcher.call()
@@ -692,7 +691,7 @@ class Robot:
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
     def stood_aside(self) -> None:
-        """Declare, where lanes are two-way, how the robot goes on from beside its lane."""
+        """Declare, where lanes are two-way, the robot's route from beside its lane."""
         self.itinerary.stand_aside()
 
     def give_way(self) -> None:
@@ -700,14 +699,14 @@ class Robot:
         self.dwelling.end()
 
     def notice_wait(self, waiting: bool) -> None:
-        """Note that the robot begins, or ends, to wait in traffic, where standing may draw less than driving."""
+        """Note that the robot begins or ends a wait in traffic, where standing may draw less than driving."""
         if self.battery.varies:
             self._draw(WAITING.name if waiting else self.state)
         elif self.alarms.looks_ahead:
             self.alarms.watch()
 
     def notice_delay(self, begin: float, end: float) -> None:
-        """Note a wait for a time that is known beforehand, where standing may draw less than driving."""
+        """Note a wait known in advance, where standing may draw less than driving."""
         if self.battery.varies:
             Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))
             Arrival(self.env, end).callbacks.append(lambda _: self._draw(self.state))

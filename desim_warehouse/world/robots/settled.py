@@ -1,15 +1,15 @@
-"""The state of a fleet at an instant of its long run: what the batteries hold, and who charges where.
+"""The settled state of a fleet, at a random time of its long run: battery levels, and which robots charge where.
 
-That depends on the work as much as on the charging policy: robots with little to do charge between tasks, others only
-when they must. So it is not worked out but looked up, in a run of the same model that nobody counts (`SettlingRun`).
+The state depends on the work as much as on the charging policy: robots with little to do charge between tasks, others
+only when they must. So it is not computed but observed, in an uncounted run of the same model (`SettlingRun`).
 
 With `four-thresholds` levels stay at 69 % on a ring with little to do, at 58 % with twice as much, and at 40 % in a
-busy draft, so no formula by policy holds: levels drawn between two thresholds rose by 5 to 17 % of capacity an hour
-on a ring of eight. The run lasts until the robots of each kind have drawn what their batteries hold between charged and
-to be charged, and is then looked at 48 times; where hours or rates differ, at the end of a whole day. Each run draws
-one look for the whole fleet, as robots that take turns are never all low. Work that ends has no long run, so its levels
-are drawn between where charging begins and ends. Rejected: simulating the hours before each run, which costs one to
-three runs of six hours every time and not once for each model.
+busy draft, so no formula by policy holds: levels drawn between two thresholds rose by 5 to 17 % of capacity an hour on
+a ring of eight. The run lasts until the robots of each kind have drawn the energy between charged and to be charged. It
+is then observed 48 times; where hours or rates differ, at the end of a whole day. Each counted run draws one
+observation for the whole fleet, as robots that take turns are never all low. Work that ends has no long run, so its
+levels are drawn between where charging begins and ends. Rejected: simulating the hours before each run, which costs one
+to three runs of six hours every time rather than once per model.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.traffic.events import Clock
 
 SEED = 39_916_801
-"""The seed of the run that nobody counts; no counted run has it."""
+"""The seed of the settling run; no counted run has it."""
 LOOKS = 48
-"""How often the fleet is looked at."""
+"""The number of observations of the fleet."""
 MOST = 12
-"""Hours: the most that a fleet is given to settle, and to be looked at."""
+"""The most hours in which a fleet may settle and be observed."""
 A_CHECK = 1 / 60
-"""Hours between two looks at whether it has settled."""
+"""Hours between two checks whether the fleet has settled."""
 ROUNDS = 12
-"""How often batteries are seen to be emptied, all robots together: many robots are looked at for a shorter time."""
+"""Battery discharges to observe, summed over robots: many robots are observed for a shorter time."""
 LEAST_SEEN, MOST_SEEN = 0.5, 2.0
-"""Times that a battery is emptied in which the fleet is looked at, at least and at most."""
+"""The least and the most discharges of one battery during which the fleet is observed."""
 _KNOWN = 64
-"""Models whose settled fleets a process remembers."""
+"""The number of models whose settled fleets a process remembers."""
 
 
 class Standing(NamedTuple):
@@ -56,11 +56,11 @@ Fleet = tuple[Standing, ...]
 
 
 class SettledError(Exception):
-    """Raised to end the settling run, in which the fleet has been looked at often enough."""
+    """Raised to end the settling run after all observations of the fleet."""
 
 
 class SettlingRun:
-    """The run that nobody counts: when the fleet has settled in it, it is looked at, and a SettledError ends it."""
+    """The uncounted run of a model: once its fleet has settled, it is observed, and a SettledError ends the run."""
 
     def __init__(self, model: Model) -> None:
         self._hour, self._every = model.units.hour, repeats_after(model)
@@ -74,7 +74,7 @@ class SettlingRun:
         self.fleets: list[Fleet] = []
 
     def watch(self, env: Clock, robots: Sequence[Robot]) -> None:
-        """Record the fleet at the times of the looks."""
+        """Record the fleet at the times of observation."""
         kinds = {kind: [robot for robot in robots if robot.kind == kind] for kind in self._between}
 
         def look(_: object) -> None:
@@ -96,7 +96,7 @@ class SettlingRun:
         Timeout(env, A_CHECK * self._hour).callbacks.append(check)
 
     def _has_settled(self, kinds: Mapping[str, Sequence[Robot]], now: float) -> bool:
-        """Whether the robots of each kind have drawn what their batteries hold between being charged and charging."""
+        """Whether the robots of each kind have drawn the energy that lies between charged and to be charged."""
         return all(
             math.fsum(robot.battery.drawn(now) for robot in robots) >= len(robots) * self._between[kind]
             for kind, robots in kinds.items()
@@ -104,7 +104,7 @@ class SettlingRun:
 
 
 class SettledFleets:
-    """The settled fleets of models: worked out once for each, and kept by this process for the latest models."""
+    """The settled fleets of models, computed once per model and cached in this process for the latest models."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[Model, Sequence[Fleet]] = OrderedDict()
@@ -131,13 +131,13 @@ class SettledFleets:
     def once(
         self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
     ) -> Sequence[Fleet]:
-        """Return the fleets that a model's settling run sees: it is simulated now; subclasses look it up before."""
+        """Return the fleets observed in a model's settling run, which is simulated; subclasses look it up first."""
         del model, waiting
         return settle()
 
 
 class Unsettled(SettledFleets):
-    """No settled fleets: each run draws levels between where charging begins and ends, as where work ends."""
+    """No settled fleets: each run draws levels between where charging begins and ends, as for work that ends."""
 
     def of(
         self, model: Model, settle: Callable[[SettlingRun], Sequence[Fleet]], waiting: Callable[[], object]
@@ -148,13 +148,13 @@ class Unsettled(SettledFleets):
 
 
 UNSETTLED = Unsettled()
-"""Of runs that only point the way: with robots fuller by ten points on_time moves by 0.001, and settling costs runs."""
+"""For exploratory runs: with robots fuller by ten points on_time moves by 0.001, and settling costs runs."""
 OF_THIS_PROCESS = SettledFleets()
-"""Shared with no other process."""
+"""The fleets of this process, shared with no other."""
 
 
 def has_long_run(model: Model) -> bool:
-    """Whether batteries settle: there is work without end that draws from them, and chargers."""
+    """Whether batteries settle: the model has chargers, and endless work that draws from batteries."""
     return model.battery is not None and model.tasks.never_end and bool(chargers_at(model, model.floor))
 
 
@@ -164,9 +164,9 @@ def any_of(fleets: Sequence[Fleet], streams: Streams) -> Fleet:
 
 
 def nodes_at_start(fleet: Fleet, homes: Sequence[str], bays: Mapping[str, Bay], on_lanes: Iterable[int]) -> list[str]:
-    """Return the bay node where each robot begins: where it charges, home, or the first with a slot.
+    """Return the bay node where each robot begins: where it charges, its home, or the first with a slot.
 
-    Robots `on_lanes` have their slots first.
+    Robots `on_lanes` are given their slots first.
     """
     nodes, free = list(homes), {node: bay.places for node, bay in bays.items()}
     stays = set(on_lanes)

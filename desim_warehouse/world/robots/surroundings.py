@@ -1,4 +1,4 @@
-"""Surroundings of robots: the floor, the places on it, and who gives them work."""
+"""The surroundings of robots: the floor, the places on it, and the dispatcher of their work."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class WorkGiver(Protocol):
         """Offer a robot in a bay as free: the event is due when it is given a task."""
 
     def ask(self, robot: Robot) -> Event:
-        """Offer a robot that has just unloaded: the event is due when it is decided on, with or without a task."""
+        """Offer a robot that has just unloaded: the event is due at the decision, with or without a task."""
 
     @property
     def decides_later(self) -> bool:
@@ -49,10 +49,10 @@ class WorkGiver(Protocol):
         """Withdraw a robot in a bay: it is no longer free."""
 
     def give_back(self, robot: Robot) -> None:
-        """Take back the task of a robot whose battery does not let it fetch its good after all."""
+        """Take back the task of a robot whose battery does not suffice to fetch its good after all."""
 
     def take_back(self, robot: Robot) -> None:
-        """Take back the task of a robot that does not fetch its good: it is open again."""
+        """Take back, as open again, the task of a robot that does not fetch its good."""
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
         """Note that a robot has unloaded."""
@@ -64,10 +64,10 @@ class WorkGiver(Protocol):
         """Note that a robot rests where it has unloaded."""
 
     def call(self) -> None:
-        """Ask for a decision: something has changed that decisions depend on."""
+        """Request a decision, as a condition for decisions has changed."""
 
     def queue_of(self, robot: int) -> tuple[Task, ...]:
-        """Return the tasks that a robot is to do after the present one."""
+        """Return the tasks queued for a robot after its present one."""
 
 
 class Carried(Protocol):
@@ -77,12 +77,12 @@ class Carried(Protocol):
         """Note that a robot has taken a pod from its place."""
 
     def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Steps:
-        """Pick line after line from the pod, until none is left for it."""
+        """Pick line after line from the pod until none is left for it."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The parts that all robots of a run share; `states`: possible for robots of this model, `reaches`: by kind."""
+    """The parts shared by all robots of a run; `states` are those possible in this model, `reaches` are by kind."""
 
     env: Clock
     model: Model
@@ -99,10 +99,10 @@ class Surroundings:
     departures: Departures
     dispatcher: WorkGiver
     ways_round: WaysRound | None
-    """None where routes do not change for closures."""
+    """The robots that look for ways round closed lanes; None if routes do not change for closures."""
     pods: Carried | None
-    """None: robots bring single loads."""
+    """The pods that robots carry; None if they bring single loads."""
     tours: type[Tour]
-    """How robots do their work: where aisles are wide, they stand beside lanes."""
+    """The class of tours: in wide aisles, robots stand beside lanes."""
     pickers: Pickers | None
-    """None: robots load by themselves."""
+    """The pickers who load robots; None if robots load by themselves."""

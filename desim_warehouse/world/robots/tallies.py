@@ -1,8 +1,8 @@
 """Tallies up to an instant, as rows of plain numbers: for each robot, edge, intersection and station.
 
-Traffic is ahead of the clock: a robot that sets out from a stop line has entered its next lane already, and a wait
-behind a slower robot is known before it begins. Here both count only as far as they have happened, so that tallies may
-be taken at any instant (the end of the warm-up, the end of a run) and agree with the log. Nothing is changed by it.
+Traffic is ahead of the clock: a robot that sets out from a stop line has already entered its next lane, and a wait
+behind a slower robot is known before it begins. Tallies count only what has happened, so they may be taken at any
+instant (the end of the warm-up, the end of a run) and agree with the log. Taking them changes nothing.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Tours: how a robot does its task, or several, from stop to stop, loading and unloading, in stations when served.
+"""Tours: how a robot does one task or several, from stop to stop, loading and unloading, in stations by a server.
 
-Until it has loaded for the first time its battery may call it back, and a closure turn it off. Then it goes on to the
-end.
+Until the robot has loaded for the first time, its battery may recall it or a closure turn it off. From then on it
+completes the tour.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 class Tour:
-    """The work that a robot has in hand: `stops` to come, and `slots` reserved in stations where it is not yet.
+    """The work that a robot has in hand: `stops` to come, and `slots` reserved in stations that it has yet to reach.
 
-    A slot is reserved for every station of a tour before the robot sets out, all at once, and kept until it comes out
-    of that station for the last time. So no robot with a load ever waits for a slot, and none waits for another.
+    Slots are reserved in all stations of a tour at once before the robot sets out, and each is kept until it leaves
+    that station for the last time. So no robot with a load waits for a slot, and none waits for another.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Tour:
         self.stops: list[Stop] = []
         self.slots: list[Station] = []
 
-    # The story
+    # The course of a tour
 
     def begin(self) -> Generator[Event, object, bool]:
         """Drive to the first stop and load there. Returns False if the battery sent the robot home before."""
@@ -72,7 +72,7 @@ class Tour:
                 self.closings.turn_back()
                 return False
             if not self._declare():
-                # To the bay where its declared route ends: from there it can set out anew.
+                # Drive to the bay where its declared route ends: from there it can set out again.
                 robot.body.recall_from(math.inf)
                 robot.enter("returning")
                 yield from robot.go_to_bay()
@@ -88,7 +88,8 @@ class Tour:
                     if robot.job is not None:  # it got to the node at the very instant of the alarm
                         self.dispatcher.give_back(robot)
                     return False
-                # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
+                # Go on as declared and ask again at the next node: a recall just after now does not stop it on this
+                # one.
                 robot.body.recall_from(math.nextafter(self.env.now, math.inf))
                 drive = robot.drive(drive.rest, place)
         robot.body.recall_from(math.inf)  # also where it loads in the station in which it stands
@@ -108,7 +109,7 @@ class Tour:
             yield from self._handle(stop)
 
     def _handle(self, stop: Stop) -> Steps:
-        """Load or unload where the robot stands, or when it is served in a station."""
+        """Load or unload at the robot's place, or in a station when it is served."""
         if stop.station is not None:
             yield from self._be_served(stop.station)
             return
@@ -120,7 +121,7 @@ class Tour:
         self._go_on_after(stop)
 
     def _be_picked(self, stop: Stop, pickers: Pickers) -> Steps:
-        """Load or unload at a storage place, by a picker who comes there."""
+        """Wait for a picker at a storage place, who loads or unloads the robot."""
         robot = self.robot
         yield from pickers.come(robot, stop)
         robot.enter(_state(stop))
@@ -130,7 +131,7 @@ class Tour:
         pickers.end(robot, self.stops[1:])
 
     def _be_served(self, station: Station) -> Steps:
-        """Handle all its loads in a station, one after the other: the server keeps it until they are handled."""
+        """Handle all the robot's loads in a station, one after the other; it keeps the server until all are handled."""
         if self.robot.docked is not station:
             self._dock(station)
         service = Service(self.env, self.robot, station)
@@ -146,7 +147,7 @@ class Tour:
         service.leave()
 
     def _go_on_after(self, stop: Stop) -> None:
-        """Set out for the next stop after one that is done."""
+        """Set out for the next stop after a completed one."""
         robot = self.robot
         if stop.act == "unload":
             self.dispatcher.delivered(robot, stop)
@@ -166,12 +167,12 @@ class Tour:
     # Routes
 
     def _declare(self) -> bool:
-        """Set the robot's route from stop to stop; False: the change would not be safe."""
+        """Set the robot's route from stop to stop; returns False if the change would not be safe."""
         robot = self.robot
         return robot.itinerary.take(robot.node, self.stops, self._bay_after_it())
 
     def _bay_after_it(self) -> str | None:
-        """Return the bay to which the robot goes from a last stop in the lane, if it gets no other task."""
+        """Return the bay to which the robot goes from a last stop in the lane, if it gets no further task."""
         bay = self.robot.bay
         return None if bay is None else bay.node
 

@@ -1,1 +1,1 @@
-"""Highways and who is on them: lanes, intersections, right of way, closures and people."""
+"""Movement on the Highways: lanes, intersections, right of way, closures and people."""

@@ -1,32 +1,30 @@
-"""The guard of two-way lanes: a step is granted only if all robots that are out can come home afterwards.
+"""The guard of two-way lanes: it grants a step only if all robots that are out can still come home afterwards.
 
-What that takes is looked at by a test: `home_plan` where robots can make way for others on one-way lanes, `Acyclic`
-where they cannot. Whatever the test misses is refused needlessly, and no more: in each state that was granted some
-robot can take its next step, so as long as robots are out one of them can move (below). This is the banker's algorithm
-on routes.
+A test decides whether they can: `home_plan` where robots can make way for others on one-way lanes, `Acyclic` where they
+cannot. A test may refuse a safe step, which costs time but never stops work: in every granted state with robots out,
+some robot can take its next step (proof below). This is the banker's algorithm applied to routes.
 
-It needs that every robot out has declared its whole route, which ends in a reserved slot off the lanes (a bay, or a
-station beside a node). And every step and every change of a route must be checked here. A robot under way counts as
-standing where it is going to.
+Two conditions must hold. Every robot that is out has declared its whole route, which ends in a reserved slot off the
+lanes (a bay, or a station beside a node). Every step and every change of route is checked here. A robot under way
+counts as standing at the place that it drives to.
 
-Why work never stops. With all robots in slots the empty plan will do, and every grant keeps a plan. Suppose robots are
-out and none is under way or handling. Let i be the robot of the first move.
+Why work never stops. While all robots are in slots the empty plan is valid, and every grant keeps a valid plan. Suppose
+robots are out and none is under way or handling. Let i be the robot of the plan's first move.
 
-- Its next step is free. i is the first on its stand and claims the next place to stand on its route. All up to there
-  is empty by the plan, or the place is the refuge itself, with room: robots at rest on a lane stand D apart from the
-  stop line on, so room by the plan is room on the lane.
-- It is granted without a search. Put the step before the plan, and the plan still holds: nobody moves before i.
-- It is looked at. A refused claim is looked at again when one of those moves for which it was refused. The claim of
-  the robot that the plan begins with is looked at again at every grant: without that, stalls are rare but real
-  (`tests/laws/test_two_way.py`).
+- The next step of i is free. Robot i is the first on its stand and claims the next place to stand on its route. By the
+  plan everything up to that place is empty, or the place is a refuge with room. Robots at rest on a lane stand D apart
+  from the stop line on, so room by the plan is room on the lane.
+- The step is granted without a search. Put before the plan, it leaves the plan valid, because nobody moves before i.
+- The claim is examined. A refused claim is examined again when a robot that caused the refusal moves, and the claim of
+  the plan's first robot at every grant: without that, stalls are rare but real (`tests/laws/test_two_way.py`).
 
-Every grant shortens a finite route, so all come home unless others keep setting out. Therefore departures are held back
-where a claim waits too long, and only they.
+Every grant shortens a finite route, so all robots come home unless others keep setting out. Therefore departures, and
+only departures, are held back while a claim waits too long.
 
-Where all lanes are two-way no robot can make way, and `Acyclic` does: j *stands in i's way* if j stands on a node or
-lane that i has still to use, or ahead of i on i's lane. A state is safe if the relation has no cycle. Then there is
-always an order in which all could drive home one by one, and the first of them finds everything before it free. It is
-the plan of `home_plan` without refuges, and there no order has to be kept.
+Where all lanes are two-way no robot can make way, and `Acyclic` suffices: j *stands in i's way* if j stands on a node
+or lane that i has still to use, or ahead of i on i's lane. A state is safe if this relation has no cycle. Then all
+robots can drive home one by one in some order, and the first of them finds everything before it free. That order is a
+plan of `home_plan` without refuges, and it need not be stored.
 """
 
 from __future__ import annotations
@@ -52,7 +50,7 @@ if TYPE_CHECKING:
 class Acyclic:
     """The safety test (banker's algorithm) where no robot can make way for another: states without a cycle are safe.
 
-    It is a `Test` of the guard.
+    It implements `Test` for the guard.
     """
 
     __slots__ = ("declared",)
@@ -61,20 +59,20 @@ class Acyclic:
         self.declared = declared
 
     def starts(self, robot: Body) -> None:
-        """Take a robot that stands on the lanes at the start of a run: `check` has seen that all there are safe."""
+        """Accept a robot on the lanes at the start of a run: `check` has verified that the initial state is safe."""
 
     def left(self, robot: Body) -> None:
-        """Note that a robot is off the lanes, which is always safe."""
+        """Note that a robot has left the lanes, which is always safe."""
 
     def first(self) -> Body | None:
-        """Return None: no robot has to be looked at again although nothing in its way moved."""
+        """Return None: a claim needs another look only after a robot in its way has moved."""
         return None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
-        """Return the robots that make the state unsafe now that a robot has taken a step; None if it is safe.
+        """Return the robots that make the state unsafe after a step of a robot; None if it is safe.
 
-        They form a cycle through that robot. The search goes backwards: the robots that it blocks, those that
-        they block, and so on, until one blocks itself. If no robot has still to use its stand, the search ends at once.
+        They form a cycle through that robot. The search goes backwards, to the robots that it blocks, those that they
+        block, and so on, until one blocks itself. It ends at once if no robot has still to use the stand of the first.
         """
         routes, all_users = self.declared.routes, self.declared.users
         stand = routes[robot].stands
@@ -104,11 +102,11 @@ class Acyclic:
         return None
 
     after_change = after_step
-    """Find the cycle that a robot closes as it takes another route."""
+    """Find the cycle that a robot closes by taking another route."""
 
 
 def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
-    """Return the robot behind another on the lane where the other stands, or the one on its way in."""
+    """Return the robot behind another on its lane, or the one that is about to enter that lane."""
     lane = member.lane
     if lane is None or lane.lane_of_both is not stand:
         return ()
@@ -118,7 +116,7 @@ def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
 
 
 def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
-    """Return the robots ahead of one on the lane where it stands, or None for all there if it is still coming in."""
+    """Return the robots ahead of another on its lane, or None for all on the lane if it has yet to enter."""
     if robot.lane is None or robot.lane.lane_of_both is not stand:
         return None
     robots_ahead, other = set(), robot.ahead
@@ -129,16 +127,16 @@ def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
 
 
 DESPERATE = 5
-"""A claim that is older than this many times the patience holds back every departure."""
+"""A claim that has waited this many times the patience holds back every departure."""
 
 
 class Avoidance:
-    """The guard, which decides on steps and changes of route of robots on two-way lanes (deadlock avoidance).
+    """The guard that decides on steps and changes of route of robots on two-way lanes (deadlock avoidance).
 
-    `patience` is how long a claim of a robot that is out may wait.
+    `patience` is how long the claim of a robot that is out may wait.
 
-    Past it no robot sets out onto the route that is left to that robot. Past `DESPERATE` times as long none sets out at
-    all. Only departures are held back, never robots that are out: holding those would break the proof.
+    After that, no robot may set out onto the remaining route of the waiting robot, and after `DESPERATE` times as long
+    no robot may set out at all. Only departures are held back: holding back robots that are out would break the proof.
     """
 
     def __init__(self, env: Clock, patience: float, *, has_zones: bool = False) -> None:
@@ -147,7 +145,7 @@ class Avoidance:
         self.patience = patience
         self.declared = Declared()
         self.test: Acyclic | HomePlan = Acyclic(self.declared)
-        # Refused claims: the robots that made the step unsafe. While none of them moves they are not looked at again.
+        # Refused claims, with the robots that made the step unsafe: examined again when one of them moves.
         self._witness: dict[Body, tuple[Stand, frozenset[Body]]] = {}
         self._asks_again: dict[Body, dict[Body, None]] = defaultdict(dict)
         self._to_serve: dict[Intersection, None] = {}
@@ -155,9 +153,9 @@ class Avoidance:
         self._claims: dict[Body, Claim] = {}  # of robots that are out, oldest first
 
     def rely_on(self, lanes: Iterable[Lane]) -> None:
-        """Take the lanes of the floor: where some are refuges, robots may make way for others on them.
+        """Choose the safety test by the lanes of the floor: on refuges, robots may make way for others.
 
-        Where none is, a plan is an order of drives home, and it is cheaper to see that there is one than to keep it.
+        Without refuges a plan is an order of drives home: proving that it exists is cheaper than storing it.
         """
         refuges: dict[Step, int] = {
             lane: room(lane.length, lane.headway) for lane in lanes if lane.twin is None and not lane.short
@@ -168,7 +166,7 @@ class Avoidance:
     # Routes
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
-        """Declare the whole route of a robot in a slot that is about to set out, or on the lanes at the start."""
+        """Declare the whole route of a robot about to leave its slot, or on the lanes at the start of a run."""
         lane = robot.lane
         if lane is not None:
             declared = DeclaredRoute([lane.lane_of_both, *trail_of(lane.end, route)])
@@ -181,10 +179,11 @@ class Avoidance:
             self.test.starts(robot)
 
     def change(self, robot: Body, route: Sequence[Lane]) -> bool:
-        """Change the route of a robot that is out, if that is safe. It begins at the node it stands on or comes to.
+        """Change the route of a robot that is out, if that is safe. The route begins at its present or next node.
 
-        It is to stand on that node first: a route that turned back into the lane it is on would wait for itself.
-        Refused, the declared route stays in force, and the robot may ask again at the next node.
+        The robot must stop on that node first: on a route that turns back into its present lane it would wait for
+        itself. If the change is refused, the declared route stays in force, and the robot may ask again at the next
+        node.
         """
         declared = self.declared.routes[robot]
         node: Intersection = robot.held if robot.held is not None else robot.lane.end
@@ -199,14 +198,14 @@ class Avoidance:
         return True
 
     def left(self, robot: Body) -> None:
-        """Note that a robot is in a bay or station, and no longer in the way of others."""
+        """Note that a robot is in a bay or station, where it blocks no other."""
         if robot in self.declared.routes:
             self.declared.drop(robot)
             self.test.left(robot)
             self._moved(robot)
 
     def stands_aside(self, robot: Body, route: Sequence[Lane]) -> None:
-        """Note that a robot stands beside its lane, as in a slot, with the way back onto it as its first step."""
+        """Note that a robot stands beside its lane, as if in a slot. Its first step leads back onto the lane."""
         self.left(robot)
         lane: Lane = robot.lane
         if lane.zone_direction is not None:
@@ -216,7 +215,7 @@ class Avoidance:
     # Steps
 
     def admit(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:
-        """Whether a robot may step onto `node`, or over it to stand on `onward`. If so, it counts as standing there."""
+        """Whether a robot may step onto `node`, or across it to `onward`. If so, it now counts as standing there."""
         stand: Stand = node if onward is None else onward.lane_of_both
         witness = self._witness.get(robot)
         if witness is not None and witness[0] is stand:
@@ -244,9 +243,10 @@ class Avoidance:
         return True
 
     def _enter_zones(self, robot: Body, stand: Stand, passed: Iterable[Step]) -> bool:
-        """Whether the zones on a step are free of robots in the other direction. If so, it is in the last one.
+        """Whether no robot drives the zones of a step in the other direction. If so, it is now in the last zone.
 
-        A robot that others count as beyond a zone may still be on its way out. Then it is looked at again when it is.
+        A robot that has a stand beyond a zone may still be on its way out. The claim is then examined again once it is
+        out.
         """
         direction = self.declared.routes[robot].direction
         now = self.env.now
@@ -271,7 +271,7 @@ class Avoidance:
         return True
 
     def _held_back_by(self, robot: Body, stand: Stand) -> Body | None:
-        """Return the robot that has waited so long that this one may not set out now."""
+        """Return the robot whose long wait keeps this robot from setting out now, if any."""
         for other, claim in self._claims.items():
             waited = self.env.now - claim.begun
             if other is robot or claim.via is None or waited <= self.patience:
@@ -283,7 +283,7 @@ class Avoidance:
         return None
 
     def _waits_for_time(self, robot: Body) -> bool:
-        """Whether a robot waits for an opening or a repair, directly or not: holding others back is no help."""
+        """Whether a robot waits, directly or not, for an opening or a repair: holding others back does not help."""
         seen: set[Body] = set()
         to_follow = [robot]
         while to_follow:
@@ -295,21 +295,21 @@ class Avoidance:
                 return True
             lane = None if member.claim is None else member.claim.lane
             if lane is not None and lane.twin is not None and lane.twin.last is not None:
-                to_follow.append(lane.twin.last)  # who comes towards it
+                to_follow.append(lane.twin.last)  # the last robot that comes towards it
             blocker = member.blocker
             to_follow += self._witness[member][1] if member in self._witness else ()
             to_follow += () if blocker is None else (blocker,)
         return False
 
-    # Refusals, and asking again
+    # Refusals and repeated examination
 
     def wait_begins(self, claim: Claim) -> None:
-        """Note that a claim has to wait, for whatever reason."""
+        """Note that a claim begins to wait, for any reason."""
         if claim.via is not None:
             self._claims[claim.robot] = claim
 
     def wait_ends(self, claim: Claim) -> None:
-        """Note that a claim waits no longer."""
+        """Note that a claim has stopped waiting."""
         self._claims.pop(claim.robot, None)
 
     def _refuse(self, robot: Body, stand: Stand, blockers: Collection[Body]) -> None:
@@ -319,9 +319,9 @@ class Avoidance:
             self._asks_again[other][robot] = None
 
     def _moved(self, robot: Body) -> None:
-        """Look again at claims that were refused because of where it stood, or because of its route.
+        """Examine again the claims that were refused because of this robot's stand or route.
 
-        So is the claim of the robot that the plan begins with, whichever made it unsafe: the proof rests on it.
+        Examine also the claim of the plan's first robot, whatever made it unsafe: the proof relies on it.
         """
         first = self.test.first()
         if first is not None:

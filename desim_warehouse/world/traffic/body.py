@@ -1,4 +1,4 @@
-"""Where a robot is, what it has committed to, and whom it waits for: all that traffic knows of it."""
+"""The state of a robot in traffic: its position, its commitments, and the robot it waits for."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Delay(NamedTuple):
-    """A wait that is known beforehand: from `begin` to `end`, so as to come no nearer to a slower robot, `other`."""
+    """A wait known in advance: from `begin` to `end`, to keep the distance from a slower robot, `other`."""
 
     lane: Lane
     other: Body | None
@@ -29,12 +29,12 @@ class Delay(NamedTuple):
 
     @property
     def in_lift(self) -> bool:
-        """Whether the wait is time at a lift, and no collision."""
+        """Whether the wait is time at a lift rather than a collision."""
         return False
 
 
 class LiftTime(Delay):
-    """A wait for the cabin of a lift at the end of a lane, or a ride along one: no collision, and counted apart."""
+    """A wait for a lift's cabin at the end of a lane, or a ride along a lane: counted apart from collisions."""
 
     __slots__ = ()
 
@@ -45,26 +45,26 @@ class LiftTime(Delay):
 
 
 class Body:
-    """A robot on the floor. What happens to it is one of its verbs: others read its fields, and do not set them.
+    """A robot on the floor. Other objects read its attributes and change them only through its methods.
 
-    It is in a bay (`lane` and `held` None, `at` its node), on a `lane`, or on an intersection that it has `held` since
-    before it set out for it: out of a bay, or at the end of its lane. With that it has room on the lane `granted`.
-    It drives from `pos`, where it looked last, to `target`, which it is sure to reach without another reservation:
-    from `since` to `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
-    It waits for a `claim`, or for the robot ahead on its lane (`waiting_behind`, the drive to go on with), never both.
+    The robot is in a bay (`lane` and `held` None, `at` its node), on a `lane`, or on an intersection. It has `held` the
+    intersection since before it set out for it, from a bay or the end of its lane, together with room on the lane
+    `granted`. It drives from `pos`, its latest known position, to `target`, which it can reach without another
+    reservation, from `since` to `until`. `goal` is where it wants to go on this lane: its own stop or the stop line. It
+    waits either for a `claim` or for the robot ahead on its lane (`waiting_behind`, the drive to resume), never for
+    both.
 
-    It sets out from a stop line on its next lane at once: `out_at`, `out_pace` say when and how fast it passes the end
-    of the one before, `entered_at` when it is really there, and `line_at` when it comes to the stop line. A `delay` is
-    counted when it becomes known. On a node it faces its next lane at `ready_at`.
-    `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
-    `stretch` is what it has driven since it stood, or None if it gathers speed and brakes in no time.
-    `look_ahead` keeps its braking distance, `braking` at its pace (0 in a ring that turns). None: it keeps only D. Once
-    it has begun to brake for its target it stands there, and can go on, at `stands_at`.
-    From `recall_at` on it stops at the next node. From `halts_at` on it breaks down at its next decision: at its
-    target, on a node, or before it sets off. While `broken`, it stands until it is repaired. `cleared`: it is off the
-    lanes for a repair, or comes back from it. `delays`: those at nodes.
-    `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions.
-    `encounters` counts episodes of waiting for people.
+    The robot sets out from a stop line onto its next lane at once: `out_at` and `out_pace` are when and how fast it
+    passes the end of the lane before, `entered_at` is when it is on the new lane, `line_at` when it comes to the stop
+    line. A `delay` is counted as soon as it is known. On a node it faces its next lane at `ready_at`. `limit` bounds
+    its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots. `stretch` is its
+    drive since it last stood, or None if it accelerates and brakes instantly. `look_ahead` keeps its braking distance,
+    which at its pace is `braking` (0 in a turning ring); if None, it keeps only D. Once it has begun to brake for its
+    target it stands there, ready to go on, at `stands_at`. From `recall_at` on it stops at the next node. From
+    `halts_at` on it breaks down at its next decision: at its target, on a node, or before it sets off. While `broken`
+    it stands until it is repaired. `cleared`: it is off the lanes for a repair, or on its way back. `delays`: its
+    delays at nodes. `waited` is its total waiting time in traffic, `waited_apart` the part for closures and people,
+    which are no collisions. `encounters` counts episodes of waiting for people.
     """
 
     __slots__ = (
@@ -129,9 +129,9 @@ class Body:
         self.at = node
         self.driver = driver or NoDriver()
         self.task = -1
-        # Of its drive
+        # Drive
         self.stretch: Stretch | None = None if motion is None else Stretch(motion)
-        self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
+        self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when it is set
         self.held: Any = None  # an Intersection
         self.granted: Lane | None = None
         self.ahead: Body | None = None
@@ -146,7 +146,7 @@ class Body:
         self.delays = delays
         self.detours = self.moves = 0
         self.driven = 0.0
-        # Of its waits
+        # Waits
         self.claim: Claim | None = None
         self.waiting_behind: Drive | None = None
         self.waiting_since = 0.0
@@ -155,11 +155,11 @@ class Body:
         self.rear_ends = self.crossings = self.encounters = 0
         self.waited = 0.0
         self.waited_apart: dict[str, float] = {}
-        # Of a breakdown, and a call back to a charger
+        # Breakdowns, and recalls to a charger
         self.recall_at = self.halts_at = inf
         self.broken = self.cleared = False
 
-    # Where it is
+    # Position
 
     def position(self, now: float) -> float:
         """Return the position of the robot on its lane."""
@@ -168,16 +168,16 @@ class Body:
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
     def passes(self, position: float) -> float:
-        """Return when the robot passes `position` on its lane, no farther than its target, or a past time."""
+        """Return when the robot passes `position` on its lane, at most its target; possibly a past time."""
         if position <= self.pos:
             return self.since if position == self.pos else -inf
         return self.until - (self.target - position) / self.pace
 
     def distance(self, now: float) -> float:
-        """Return the length driven so far."""
+        """Return the distance driven so far."""
         before = max(self.out_at - now, 0.0) * self.out_pace
         if self.stretch is not None and self.lane is not None:
-            # It may stand at the stop line still, or be on its way there.
+            # The robot may still stand at the stop line, or be on its way to it.
             before = min(before, self.lane.headway + max(self.line_at - now, 0.0) * self.out_pace)
         return self.driven + self.position(now) - before
 
@@ -189,23 +189,23 @@ class Body:
             return f"on node {self.lane.edge[1]}"
         return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.position(now):g}"
 
-    # Onto lanes and nodes, and off them
+    # Entering and leaving lanes and nodes
 
     def begin_on_node(self, node: Intersection) -> None:
         """Stand on a node at the start of a run."""
         self.at = node
 
     def begin_on_lane(self, lane: Lane, ahead: Body | None, position: float) -> None:
-        """Stand on a lane at the start of a run, as the last of its queue."""
+        """Stand on a lane at the start of a run, last in its queue."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = position
         self.driven = -position
         self.take_pace_of(lane, 0.0)
 
     def take_pace_of(self, lane: Lane, time: float) -> None:
-        """Set the robot's pace on a lane that it enters: the smallest of its speed, the limit, and its ring's pace.
+        """Set the pace on the lane being entered: the smallest of the robot's speed, the limit and its ring's pace.
 
-        A ring turns as it started, whatever limits hold meanwhile.
+        A ring keeps the pace at which it started, whatever limits apply meanwhile.
         """
         train = self.train_pace
         if train < inf:
@@ -230,24 +230,24 @@ class Body:
             self.braking = self.look_ahead.distance(self.pace)
 
     def hold(self, node: Intersection, room: Lane | None) -> None:
-        """Take an intersection that the robot is granted, with room on the lane beyond."""
+        """Take an intersection granted to the robot, with room on the lane beyond."""
         self.held = node
         self.granted = room
         self.claim = None
 
     def give_up_room(self) -> None:
-        """Give back the room on the next lane that the robot was granted: it stays where it is."""
+        """Give back the granted room on the next lane: the robot stays where it is."""
         if self.granted is not None:
             self.granted.entering = None
             self.granted = None
 
     def off_lane(self, out: float) -> None:
-        """Leave the lane's queue, where the gap closes, and pass the lane's end at the time `out`."""
+        """Leave the lane's queue, which closes the gap, and pass the lane's end at time `out`."""
         lane, front, behind = self.lane, self.ahead, self.behind
         self.driven += lane.length
         self.out_at = out
         self.out_pace = self.pace
-        if lane.rules.exits_matter and out > lane.out_at:  # the last to pass it counts
+        if lane.rules.exits_matter and out > lane.out_at:  # the last to pass counts
             lane.out_at = out
             lane.out_pace = self.pace
         if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
@@ -259,7 +259,7 @@ class Body:
             self.behind = None
 
     def onto_lane(self, lane: Lane, ahead: Body | None, goal: float, target: float, since: float, until: float) -> None:
-        """Go from the intersection at the lane's start, as the last of its queue, on to its first target there."""
+        """Enter the lane from the intersection at its start, last in its queue, and drive to the first target there."""
         self.lane = lane
         self.ahead = ahead
         self.held = self.granted = None
@@ -271,14 +271,14 @@ class Body:
         self.moves += 1
 
     def onto_short_lane(self, lane: Lane, ahead: Body | None, since: float) -> None:
-        """Go from the node at its start, holding its end, at `since`; it has committed to no target yet."""
+        """Enter a short lane from the node at its start at `since`, holding its end, without a target yet."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = 0.0
         self.entered_at = self.line_at = since
         self.moves += 1
 
     def leave_queue(self) -> None:
-        """Leave the queue of the lane to stand beside it; the robot counts as on the lane still."""
+        """Leave the queue of the lane to stand beside it; the robot still counts as on the lane."""
         if self.ahead is not None:
             self.ahead.behind = self.behind
         if self.behind is not None:
@@ -286,7 +286,7 @@ class Body:
         self.ahead = self.behind = None
 
     def queue_between(self, ahead: Body | None, behind: Body | None) -> None:
-        """Stand in the queue of the lane again, between two other robots."""
+        """Return to the queue of the lane, between two other robots."""
         self.ahead, self.behind = ahead, behind
         if ahead is not None:
             ahead.behind = self
@@ -294,12 +294,12 @@ class Body:
             behind.ahead = self
 
     def be_on_lane_again(self, now: float) -> None:
-        """Stand on the lane where the robot left it, and want to go no farther yet."""
+        """Stand on the lane where the robot left it, with no farther goal yet."""
         self.goal = self.target = self.pos
         self.since = self.until = now
 
     def into_bay(self, node: Intersection) -> None:
-        """Go from the intersection that it held into the bay or station beside it."""
+        """Move from the held intersection into the bay or station beside it."""
         self.lane = self.held = self.ahead = None
         self.at = node
         self.pos = self.target = 0.0
@@ -310,67 +310,67 @@ class Body:
         if ahead is not None:
             ahead.behind = self
 
-    # Along a lane
+    # Driving along a lane
 
     def head_for(self, goal: float) -> None:
         """Set the goal of the robot on its lane: its stop or the stop line."""
         self.goal = goal
 
     def drive_on(self, target: float, until: float) -> None:
-        """Go on under way to a further target, without a stop."""
+        """Extend the drive to a further target without a stop."""
         self.target = target
         self.until = until
 
     def arrive(self) -> None:
-        """Be at the target that the robot was sure to reach."""
+        """Take the position of the target that the robot was sure to reach."""
         self.pos = self.target
 
     def turn_on_node(self, time: float, now: float) -> None:
-        """Turn to face the next lane within a time, standing; without a turn the robot need not stop."""
+        """Turn to face the next lane within a time, standing; if there is nothing to turn, the robot need not stop."""
         self.ready_at = (self.brake_to_stand(now) if time else now) + time
 
     def turn_with_ring(self, pace: float) -> None:
-        """Move with a ring of waiting robots, on its lane and, if it leaves that, on the next."""
+        """Move with a ring of waiting robots on its lane and, if it leaves that, on the next."""
         self.pace = pace
         self.braking = 0.0
         if self.claim is not None:
             self.train_pace = pace
 
     def start_with_ring(self, time: float, stretch: Stretch) -> None:
-        """Start at a time with a ring that has braked and gathered speed."""
+        """Start at a given time with a ring, once the ring has braked and accelerated."""
         self.line_at = self.until
         self.until = time
         self.stretch = stretch
 
-    # What it is wanted for
+    # Tasks, recalls and repairs
 
     def work_on(self, task: int) -> None:
-        """Drive from now on for a task, which rows of the log name; -1: for none."""
+        """Attribute the drive from now on to a task, by its number in the log; -1: to none."""
         self.task = task
 
     def recall_from(self, time: float) -> None:
-        """Have the robot stop at the next node from a time on; inf: not at all."""
+        """Recall the robot from a time on: it stops at the next node; inf: no recall."""
         self.recall_at = time
 
     def turn_off(self) -> None:
-        """Leave the route for good, at the node that the robot comes to next."""
+        """Leave the route for good at the next node."""
         self.recall_at = -inf
 
     @property
     def is_turned_off(self) -> bool:
-        """Whether the robot has left its route for good, and its driver knows another."""
+        """Whether the robot has left its route for good, so that its driver must provide another."""
         return self.recall_at == -inf
 
     def break_down_at(self, time: float) -> None:
-        """Have the robot break down at its next decision from a time on."""
+        """Let the robot break down at its first decision from a time on."""
         self.halts_at = time
 
     def break_down(self) -> None:
-        """Begin to stand broken down, until the robot is repaired."""
+        """Begin a breakdown: the robot stands until it is repaired."""
         self.broken = True
 
     def be_cleared(self, node: Intersection) -> None:
-        """Leave the lane's queue and the node that the robot held; it is beside a node from now on."""
+        """Leave the lane's queue and the held node; from now on the robot is beside a node."""
         lane = self.lane
         if lane is not None:
             self.driven -= lane.length - self.pos
@@ -380,7 +380,7 @@ class Body:
         self.cleared = True
 
     def come_back(self) -> None:
-        """Stand on a node again, after a repair off the lanes."""
+        """Return to a node after a repair off the lanes."""
         self.cleared = False
 
     def be_repaired(self) -> None:
@@ -388,40 +388,40 @@ class Body:
         self.broken = False
 
     def allow_detours(self, number: int) -> None:
-        """Allow so many detours on the drive that begins."""
+        """Set how many detours the robot may take on the drive that begins."""
         self.detours = number
 
     def count_detour(self) -> None:
         """Count a detour that the robot takes."""
         self.detours -= 1
 
-    # Gathering speed and braking
+    # Acceleration and braking
 
     def change_speed(self, speed: float) -> None:
-        """Drive at another speed from now on: standing, it has loaded or unloaded."""
+        """Change the speed from now on, while the robot stands: it has loaded or unloaded."""
         if speed != self.speed:
             self.speed = speed
             self._take_pace()
 
     @property
     def run_up(self) -> float:
-        """Return the length over which the robot gathers its speed from a stand."""
+        """Return the distance in which the robot accelerates from a stand to its speed."""
         assert self.stretch is not None
         return self.pace * self.pace * self.stretch.motion.gathers / 2
 
     def keep_braking_distance(self, env: Clock) -> None:
-        """Make the robot look its braking distance ahead, so that it can always stop before it may have to."""
+        """Look one braking distance ahead from now on, so that the robot can always stop before it may have to."""
         assert self.stretch is not None
         self.look_ahead = LookAhead(env, self, self.stretch.motion.brakes)
 
     def begin_to_brake(self) -> None:
-        """Brake to a stand at its target, even if it could go on meanwhile."""
+        """Brake to a stand at the target, even if the robot could go on meanwhile."""
         assert self.stretch is not None
         braking, self.stretch = self.stretch.stopped
         self.stands_at = self.until + braking
 
     def going_on(self, now: float) -> tuple[float, Stretch]:
-        """Return when a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
+        """Return when a robot that may go on sets off, and its stretch then: if it had to stop, it brakes first."""
         assert self.stretch is not None
         if now > self.until + EPS:
             braking, anew = self.stretch.stopped
@@ -429,19 +429,19 @@ class Body:
         return max(now, self.until, self.stands_at), self.stretch
 
     def commit_stretch(self, stretch: Stretch) -> None:
-        """Leave the lane by a stretch that was worked out before."""
+        """Leave the lane by a stretch worked out before."""
         self.stretch = stretch
         if self.train_pace == inf:  # else the ring starts at `until`
             self.line_at = self.until
 
     def commit_length(self, length: float, now: float) -> float:
-        """Drive a further length on its lane, and return when it sets off."""
+        """Commit to drive a further length on the lane, and return when the robot sets off."""
         begin, stretch = self.going_on(now)
         more, self.stretch = stretch.further(length, self.pace)
         return begin + more
 
     def commit_length_under_way(self, length: float) -> bool:
-        """Drive a further length as fast as now, under way; False: not possible, and nothing has changed."""
+        """Commit to a further length at the present pace; returns False, without any change, if impossible."""
         if self.stretch is None:
             return True
         if self.stands_at >= self.until:  # it brakes for its target
@@ -453,14 +453,14 @@ class Body:
         return True
 
     def put_off(self, time: float, pace: float) -> float:
-        """Start later by a time, and return the part of it that gathering speed takes anyway."""
+        """Postpone the start by a time, and return the part of it that acceleration takes anyway."""
         if self.stretch is None:
             return 0.0
         part, self.stretch = self.stretch.later(time, pace)
         return part
 
     def start_at_pace(self, length: float) -> None:
-        """Gather the robot's pace from a stand while it waits to drive a length."""
+        """Accelerate to the robot's pace from a stand while it waits to drive a length."""
         if self.stretch is not None:
             _, self.stretch = self.stretch.at_speed(self.pace).further(length, self.pace)
 
@@ -512,12 +512,12 @@ class Body:
         return lane.last
 
     def waited_by(self, now: float) -> float:
-        """Return the time waited in traffic so far, the present episode included."""
+        """Return the time waited in traffic so far, including the present episode."""
         waited = self.waited if self.delay is None else self.waited - self.delay_after(now)
         return waited + (now - self.waiting_since) if self.is_waiting else waited
 
     def waited_for(self, wait: str, now: float) -> float:
-        """Return the time waited for closures of one kind, or at lifts, the present episode included.
+        """Return the time waited for closures of one kind, or at lifts, including the present episode.
 
         It is a part of `waited_by`.
         """
@@ -530,13 +530,13 @@ class Body:
         return waited
 
     def kept_out(self, closure: Closure, duration: float) -> None:
-        """Count an episode of waiting for a lane that was closed: no collision, and counted apart."""
+        """Count an episode of waiting for a closed lane, separately from collisions."""
         self.waited += duration
         self.waited_apart[closure.wait] = self.waited_apart.get(closure.wait, 0.0) + duration
         self.encounters += closure.is_person
 
     def uses_lift(self, lane: Lane, begin: float, end: float) -> None:
-        """Note a wait for a cabin at the end of a lane, or a ride along one, from `begin` to `end`."""
+        """Note a wait for a cabin at the end of a lane, or a ride along a lane, from `begin` to `end`."""
         if end > begin:
             self.delay_is_known(LiftTime(lane, None, begin, end))
             self._log_lift(lane, end, end - begin)
@@ -544,7 +544,7 @@ class Body:
             self.waited_apart[IN_LIFT] = self.waited_apart.get(IN_LIFT, 0.0) + end - begin
 
     def _leave_out_of_lift(self, delay: Delay, now: float) -> None:
-        """Take the rest of a delay at a lift off the counts, as the run ends before the robot is through."""
+        """Deduct the rest of a delay at a lift that is not over when the run ends."""
         left = self.delay_after(now)
         self.waited -= left
         self.waited_apart[IN_LIFT] -= left
@@ -556,7 +556,7 @@ class Body:
             lane.rules.log.kept_out(end, self, IN_LIFT, lane.edge[1], lane.edge, duration)
 
     def delay_after(self, now: float) -> float:
-        """Return the part of its delay that is still to come."""
+        """Return the part of the robot's delay that is still to come."""
         delay = self.delay
         return 0.0 if delay is None or delay.end <= now else delay.end - max(delay.begin, now)
 
@@ -574,7 +574,7 @@ class Body:
         self.waiting_since = now
 
     def resume(self) -> None:
-        """End the wait for room beside a lane, or on it."""
+        """End the wait for room on a lane, or beside it."""
         self.claim = None
 
     def waits_anew(self, now: float) -> None:
@@ -582,34 +582,34 @@ class Body:
         self.waiting_since = now
 
     def count_wait_at_node(self, duration: float) -> None:
-        """Count an episode of waiting before an intersection that is over."""
+        """Count a finished episode of waiting before an intersection."""
         self.waited += duration
         self.crossings += 1
 
     def cut_wait_behind(self, left: float, *, begun: bool) -> None:
-        """Cut an episode that was known and is not over when the run ends: what is left of it does not count."""
+        """Cut an episode counted in advance that is not over when the run ends: its remainder does not count."""
         self.waited -= left
         self.rear_ends -= not begun
 
     def delay_is_known(self, delay: Delay) -> None:
-        """Note a wait behind a slower robot that is to come."""
+        """Note a future wait behind a slower robot."""
         self.delay = delay
         self.driver.notice_delay(delay.begin, delay.end)
 
     def wait_behind(self, drive: Drive, now: float) -> None:
-        """Wait until the robot ahead makes way: `drive` goes on when this one has then moved up."""
+        """Wait until the robot ahead makes way: this robot then moves up, and `drive` goes on."""
         self.waiting_behind = drive
         self.waiting_since = now
         self.waits_for = self.ahead
         self.driver.notice_wait(waiting=True)
 
     def ride(self, since: float, until: float) -> None:
-        """Stand in the cabin of a lift, which carries the robot, for a time."""
+        """Stand in the cabin of a lift for the time of a ride."""
         self.since = since
         self.until = until
 
     def stop_waiting(self, now: float) -> Drive:
-        """Stop waiting behind another, as it may go on. The caller says when its drive is due."""
+        """Stop waiting behind another robot, whose way is clear. The caller schedules the drive."""
         drive, self.waiting_behind = self.waiting_behind, None
         assert drive is not None
         self.driver.notice_wait(waiting=False)
@@ -618,7 +618,7 @@ class Body:
         return drive
 
     def end_waits(self, now: float) -> None:
-        """End, at the end of a run, the episode that is under way; one that was to come does not begin."""
+        """End the current episode at the end of a run; a future one does not begin."""
         if self.delay is not None and self.delay.end > now:
             cut = self._leave_out_of_lift if self.delay.in_lift else partial(self.delay.lane.cut_delay, self)
             cut(self.delay, now)

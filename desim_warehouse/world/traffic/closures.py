@@ -1,11 +1,11 @@
 """Lanes that are closed or slow at times.
 
-No robot enters a closed lane. One that is inside drives on and out, and may load there. So a claim for room on it waits
-where the robot stands, holding nothing, and only time keeps it waiting: it blocks no ring.
+No robot enters a closed lane. A robot inside drives on and out, and may load there. A claim for room on the lane waits
+where the robot stands and holds nothing, and only time keeps it waiting: it blocks no ring.
 
-Nothing is scheduled for openings and closings as such. Whether a lane is closed is looked up when needed, and a robot
-that has to wait is woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing where no
-robot drives, keep no run going, and hide no stall.
+Openings and closings are not events. Whether a lane is closed is looked up when needed, and a robot that has to wait is
+woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing where no robot drives, keep
+no run going, and hide no stall.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from desim_warehouse.world.traffic.rules import EPS
 
 
 class Closure(Protocol):
-    """Something that keeps robots out of lanes at times: a closure by calendar, or people in an aisle.
+    """A closure that keeps robots out of lanes at times: by calendar, or because people are in an aisle.
 
-    `wait`: what waiting for it is counted as, by its name in `states.APART`. `is_person`: to be kept out by it is to
-    meet somebody.
+    `wait` is the name in `states.APART` under which waiting for it is counted. `is_person`: a robot that it keeps out
+    meets somebody.
     """
 
     wait: str
     is_person: bool
 
     def closed_until(self, now: float) -> float:
-        """Return when the closure opens: not after `now` if it is open, inf if it never opens again."""
+        """Return when the closure opens: a time up to `now` if it is open, inf if it never opens again."""
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """Return when the closure opens for a robot: as `closed_until`, or earlier for one that has waited long."""
+        """Return when the closure opens for a robot: as `closed_until`, or earlier for a robot that has waited long."""
 
     def expected_until(self, time: float, now: float) -> float:
-        """Return when the closure is expected to be open for a robot that comes at `time`; an earlier time if it is."""
+        """Return when the closure is expected to open for a robot that comes at `time`; earlier if it is open."""
 
 
 class ClosedHours:
-    """A closure by calendar: known for all times."""
+    """A closure by calendar, known for all times."""
 
     wait = "waiting_closed"
     is_person = False
@@ -96,7 +96,7 @@ class Restrictions:
         for closure in model.traffic.closures.values():
             restrictions.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
         for slow in model.traffic.slow.values():
-            if slow.hours is not None:  # the others are limits of the layout
+            if slow.hours is not None:  # other limits belong to the layout
                 restrictions.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
         for source in people:
             for aisle in source.aisles:
@@ -115,5 +115,5 @@ class Restrictions:
 
 
 def hours_closed(model: Model) -> list[Hours]:
-    """Return the calendars of the closures of a model."""
+    """Collect the calendars of a model's closures."""
     return [model.hours(name) for name in dict.fromkeys(spec.hours for spec in model.traffic.closures.values())]

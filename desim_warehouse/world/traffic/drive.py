@@ -1,10 +1,10 @@
-"""A robot's drive over lanes and intersections, made by `Traffic.drive`: a process, and the one event of its progress.
+"""The drive of a robot over lanes and intersections, made by `Traffic.drive`: a process with one event of progress.
 
-A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in one
-timeout and decides again. At the stop line, D before an intersection, it claims in one step the intersection and room
-to stand beyond it. Both are then its own until it is through, so the same timeout takes it over the intersection and on
-to its next target. So an edge costs one event where the way is free, and the robot's process sleeps meanwhile. (Two
-events an edge, to the stop line and over the node, were measured to cost more: docs/why.md.)
+A robot commits to a target on its lane, D behind the target of the robot ahead, drives there in one timeout and decides
+again. At the stop line, D before an intersection, it claims the intersection and room to stand beyond it in one step.
+It holds both until it is through, so the same timeout takes it over the intersection and on to its next target. An edge
+thus costs one event where the way is free, and the robot's process sleeps meanwhile. (Two events an edge, to the stop
+line and over the node, were measured to cost more: docs/why.md.)
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Departure(Enum):
-    """The ways in which a robot leaves the intersection that it stood on."""
+    """The way in which a robot leaves the intersection that it stood on."""
 
     UNDER_WAY = "it is on a lane now"
     THERE = "the route ends here"
@@ -39,9 +39,9 @@ class Departure(Enum):
 class Drive:
     """A robot's drive along `route` to `stop` on the last lane (None: to its end), with `index` lanes entered.
 
-    It stands on SimPy's queue itself, as an event that has succeeded (SimPy's loop reads only `callbacks` and `_ok`).
-    It is put there again for every edge, so a drive takes one object. The robot's process sleeps until it is `held_up`:
-    it is there, or has to decide or to wait for something at an intersection.
+    The drive itself is on SimPy's queue, as an event that has succeeded (SimPy's loop reads only `callbacks` and
+    `_ok`). It is queued again for every edge, so a whole drive takes one object. The robot's process sleeps until the
+    drive is `held_up`: it has arrived, or has to decide or to wait for something at an intersection.
     """
 
     __slots__ = (
@@ -62,9 +62,9 @@ class Drive:
     )
 
     crossing: tuple[float, float, float, Stretch]
-    """Of the instant at which it was last asked when the robot would leave the node (see `_crossing`)."""
+    """The latest answer of `_crossing`: when the robot would leave the node."""
     there: float
-    """When it has spent its time at the node to which it was let go on early."""
+    """When the robot has spent its time at the node that it was let onto early."""
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
@@ -78,24 +78,24 @@ class Drive:
         self.index = 0
         self.cleared_before_stop = False
         self.there = -math.inf
-        # Crossing takes more than a drive and node time.
+        # Whether crossing takes more than a drive and node time
         self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
         self.held_up: Event | None = None
 
     @property
     def onward(self) -> Lane | None:
-        """The lane to enter next, or None on the last."""
+        """The lane to enter next; None on the last lane."""
         return self.route[self.index] if self.index < len(self.route) else None
 
     # The process
 
     @property
     def rest(self) -> Sequence[Lane]:
-        """The lanes that are not entered yet."""
+        """The lanes that the robot has yet to enter."""
         return self.route[self.index :]
 
     def __iter__(self) -> Generator[Event, object, bool]:
-        """Drive (`yield from` it). Returns False if recalled, with the robot on the node that it came to next."""
+        """Drive (`yield from` it). Returns False if recalled, with the robot on the next node of its route."""
         return self._drive_and_brake() if self.slow else self._drive()
 
     def _drive_and_brake(self) -> Generator[Event, object, bool]:
@@ -129,16 +129,16 @@ class Drive:
             onward = self.onward
             if onward is None and self.stop is not None:
                 return True
-            # A recall takes effect at the node that it comes to next, never between nodes.
+            # A recall takes effect at the next node, never between nodes.
             if onward is None or onward.short or math.inf > robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._take_detour():
                 yield from self._pass_when_free(onward)
 
     def _halt(self) -> Steps:
-        """Stand until a breakdown is repaired, and go no farther meanwhile even if others make way.
+        """Stand until a breakdown is repaired, and stay there meanwhile even if other robots make way.
 
-        A robot that was cleared off the lanes meanwhile is beside a node then, as in a bay.
+        A robot that is cleared off the lanes meanwhile is then beside a node, as in a bay.
         """
         robot = self.robot
         goal = robot.goal
@@ -149,22 +149,22 @@ class Drive:
 
     @property
     def may_be_cleared(self) -> bool:
-        """Whether a broken robot may be taken off its lane: once where it must drive it again.
+        """Whether a broken robot may be cleared off its lane: only once per drive where it must drive the lane again.
 
-        Else one that broke down sooner than it came there would never do so. Never out of the cabin of a lift, which
-        may be between floors: it is repaired there.
+        Otherwise a robot that breaks down before each arrival would never arrive. A robot in the cabin of a lift, which
+        may be between floors, is repaired there.
         """
         held = self.robot.held
         return not (self.cleared_before_stop and self._drives_its_lane_again) and (held is None or not held.is_lift)
 
     @property
     def _drives_its_lane_again(self) -> bool:
-        """Whether a cleared robot drives its lane again after its repair: to a stop, or to a lift at its end."""
+        """Whether a cleared robot must drive its lane again after its repair: to a stop, or a lift at its end."""
         lane = self.robot.lane
         return lane is not None and ((self.stop is not None and self.onward is None) or lane.end.is_lift)
 
     def clear(self) -> Lane | None:
-        """Take a broken robot off its lane, and return the lane if the robot has to drive it again."""
+        """Clear a broken robot off its lane, and return the lane if the robot has to drive it again."""
         if not self._drives_its_lane_again:
             return None
         lane: Lane = self.robot.lane
@@ -172,7 +172,7 @@ class Drive:
         return lane
 
     def _under_way(self) -> Event:
-        """Return an event that is due when the robot has arrived, or is held up at an intersection."""
+        """Return an event that is due when the robot arrives or is held up at an intersection."""
         event = self.held_up = happened(self.env)
         if self.robot.until > self.env._now:
             self.due(self.robot.until)
@@ -182,11 +182,11 @@ class Drive:
 
     @property
     def _process_sleeps(self) -> bool:
-        """Whether the robot's process waits for the event of its progress, and not for another."""
+        """Whether the robot's process waits for the event of its progress and for no other."""
         return self.held_up is not None and self.held_up.callbacks is not None
 
     def _wake(self) -> None:
-        """Let the robot's process go on at once, without a turn of SimPy's queue."""
+        """Resume the robot's process at once, without a turn of SimPy's queue."""
         event: Any = self.held_up
         callbacks, event.callbacks = event.callbacks, None  # as SimPy does
         for callback in callbacks:
@@ -205,7 +205,7 @@ class Drive:
         return clear + self._more_time(lane, onward)
 
     def _more_time(self, lane: Lane, onward: Lane) -> float:
-        """Return the time spent at the end of a lane beside its `node_time`: to turn to the next, and for a delay."""
+        """Return the time at the end of a lane beyond its `node_time`: for the turn to the next and for delays."""
         robot = self.robot
         time = lane.turn_to(onward) if self.turn_time else 0.0
         return time if robot.delays is None else time + robot.delays.at(robot.moves)
@@ -213,15 +213,14 @@ class Drive:
     def _crossing(
         self, onward: Lane, stop: float | None, now: float, entry: float
     ) -> tuple[float, float, float, Stretch]:
-        """Return when a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
+        """Return when a robot that accelerates sets out, is at its lane's end and leaves the node, and its stretch.
 
-        Its pace beyond the node is of the instant at which it leaves that, not before `entry`. Unless it stops on the
-        node all that it loses is spent where it stands now, and it drives on at a steady pace, by which its followers
-        can plan.
+        Its pace beyond the node is fixed when it leaves the node, not before `entry`. Unless it stops on the node, it
+        spends all time lost where it stands now and then drives at a steady pace, which its followers can plan by.
         """
         robot, lane = self.robot, self.robot.lane
         begin, stretch = robot.going_on(now)
-        # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
+        # In a rotation the room may not exist yet but will: the robot loses only the time to drive clear of the node.
         ahead = onward.first_target(stop), robot.pace_on(onward, entry), onward.headway
         if lane is None or robot.target >= lane.length:
             more, stretch = stretch.further(*ahead)
@@ -249,7 +248,7 @@ class Drive:
         return begin + late, out + late, clear + late, stretch
 
     def _take_detour(self) -> bool:
-        """Take another route from the intersection at which the robot is held up, if there is one."""
+        """Take another route, if any, from the intersection at which the robot is held up."""
         other = self.robot.driver.take_detour(self.route, self.index, self.stop)
         if other is None:
             return False
@@ -258,7 +257,7 @@ class Drive:
 
     @property
     def may_go_round(self) -> bool:
-        """Whether the robot may go another way from the node that it comes to next, or stands on."""
+        """Whether the robot may take another way from the node that it comes to next or stands on."""
         robot = self.robot
         if not self.rest or robot.granted is not None or robot.recall_at <= self.env._now or robot.is_at_lift:
             return False
@@ -266,7 +265,7 @@ class Drive:
         return claim is None or robot.held is None or claim.node is robot.held
 
     def go_round(self, other: Sequence[Lane]) -> None:
-        """Take another way from the node that the robot comes to next. A claim that waits there is changed to it."""
+        """Take another way from the next node. A claim that waits at that node is changed accordingly."""
         self.route, self.index = other, 0
         claim = self.robot.claim
         if claim is None:
@@ -275,16 +274,16 @@ class Drive:
             claim.go_for(self._rests_beyond(), self._closes_beyond())
         else:
             claim.go_for(None if other[0].short else other[0], None)
-            if other[0].short:  # it stands on the node already, and that is all it claims now
+            if other[0].short:  # it stands on the node already, and claims only that now
                 claim.node.award(claim, None)
                 return
         claim.node.freed(self.env._now)
 
     def _pass_when_free(self, onward: Lane) -> Steps:
-        """Wait at the stop line for the intersection and room beyond it, and set out unless it is recalled."""
+        """Wait at the stop line for the intersection and room beyond it, then set out unless the robot is recalled."""
         robot = self.robot
         yield from robot.lane.end.claim(robot, onward, robot.lane)
-        onward = self.route[self.index]  # it may go another way by now
+        onward = self.route[self.index]  # its way may have changed
         if onward.short:
             yield from self._to_node()
             return
@@ -296,7 +295,7 @@ class Drive:
             yield from self._to_node()
 
     def goes_on_early(self, now: float) -> bool:
-        """Let the robot go on, if the way is free, before it must brake for the stop line; return whether it does."""
+        """Go on, if the way is free, before the robot must brake for the stop line; returns whether it does."""
         robot, lane, onward = self.robot, self.robot.lane, self.onward
         node: Intersection = lane.end
         if robot.halts_at <= robot.until or (onward is None and self.stop is not None):
@@ -315,7 +314,7 @@ class Drive:
         return True
 
     def _goes_on_from_node(self, onward: Lane | None, now: float) -> bool:
-        """Whether the robot may go on from a node that it already holds, at the end of its lane."""
+        """Whether the robot may continue from a node at the end of its lane that it already holds."""
         robot, lane = self.robot, self.robot.lane
         if onward is None or lane.node_time or self._more_time(lane, onward):
             return False  # it stops there
@@ -323,35 +322,35 @@ class Drive:
             return True
         return self._process_sleeps and self._cross_next_short(now, early=True)
 
-    # The event: the hot path of every run, counted in bytecodes (`benchmarks.bytecodes`). Attributes are read once,
-    # and SimPy's queue is used directly: its methods and properties would be a third of a free crossing.
+    # The event. This is the hot path of every run, counted in bytecodes (`benchmarks.bytecodes`): attributes are read
+    # once, and SimPy's queue is used directly, as its methods and properties would be a third of a free crossing.
 
     def due(self, time: float) -> None:
-        """Have the drive come up at a time, as an event."""
+        """Schedule the drive as an event at a time."""
         env = self.env
         self.callbacks = ROLL
         heappush(env._queue, (time, NORMAL, next(env._eid), self))
 
-    # In one piece for speed: each part that is a call of its own costs about 1 % of a run.
+    # In one piece for speed: each part moved to a call of its own costs about 1 % of a run.
     def roll(self) -> None:
-        """Drive on if possible, now that the robot is where it was sure to get to.
+        """Drive on if possible, now that the robot has reached its target.
 
-        Along its lane as far as the robot ahead allows, up to its own stop or the stop line. From there it goes over
-        the intersection if both the node and its stand beyond are free.
+        It drives along its lane as far as the robot ahead allows, up to its own stop or the stop line, and from there
+        over the intersection if both the node and its stand beyond are free.
         """
         robot, env = self.robot, self.env
         lane, now = robot.lane, env._now
-        if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
+        if robot.until > now:  # the robot ahead has made way meanwhile, so the target is not reached yet
             self.due(max(robot.until, self.there))
             return
-        pos = robot.pos = robot.target  # as `arrive` does: a call for each time that a drive comes up costs 1 %
+        pos = robot.pos = robot.target  # as `arrive` does: a call for each event of a drive costs 1 %
         if robot.halts_at <= now or robot.held is not None:
             if robot.halts_at <= now or not self._cross_next_short(now):
                 self._wake()
             return
         if robot.goal - pos > EPS:
             ahead = robot.ahead
-            # Behind the target of the robot ahead, not its position: it is sure to get there, so one timeout will do.
+            # Behind the target of the robot ahead, not its position: it is sure to get there, so one timeout is enough.
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - lane.headway)
             if limit - pos <= EPS:
                 robot.wait_behind(self, now)
@@ -369,7 +368,7 @@ class Drive:
                 or node.claims  # earlier claims are served first
                 or not node.is_open(robot, lane, now)
                 or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
-                # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
+                # Known before the robot sets out, as node and room are its own already: others can plan by it.
                 or robot.recall_at
                 <= (
                     clear := self._clear_of_node(onward)
@@ -386,12 +385,12 @@ class Drive:
         heappush(env._queue, (robot.until, NORMAL, next(env._eid), self))
 
     def _cross(self, onward: Lane, clear: float, stop: float | None, now: float) -> None:
-        """Set out over an intersection that is the robot's own, onto the lane beyond, and leave the node at `clear`.
+        """Set out over an intersection that the robot holds, onto the lane beyond, and leave the node at `clear`.
 
-        The order matters. The robot is off its lane first: that closes the gap in its queue, and notes when and how
-        fast its end is passed. `enter` may put the start off (behind a slower robot), so the node is passed at
-        `robot.since`. Only when the robot is on its new lane do those behind it move up. The node's claims come
-        last, as rings are looked for there and must be seen as they are then.
+        The order matters. First the robot leaves its lane, which closes the gap in its queue and records when and how
+        fast the lane's end is passed. `enter` may postpone the start (behind a slower robot), so the node is passed at
+        `robot.since`. Robots behind move up only once this one is on its new lane. The claims at the node come last,
+        because serving them looks for rings, which must be seen in their final state.
         """
         robot, node, log = self.robot, onward.start, self.rules.log
         lane, behind = robot.lane, robot.behind
@@ -403,7 +402,7 @@ class Drive:
             if lane is None or robot.target >= lane.length:
                 out, (_, _, clear, stretch) = now, self._crossing(onward, stop, clear, clear)
             else:
-                begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses unless it is known when
+                begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses at an unknown time
                 lane.out_since = begin
             robot.commit_stretch(stretch)
             if lane is not None:
@@ -419,10 +418,10 @@ class Drive:
         if node.claims:
             node.freed(now)
 
-    # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
+    # Standing on an intersection: out of bays, at stations in the lane, on short lanes, after a recall
 
     def _rests_beyond(self) -> Lane | None:
-        """Return the lane on which a robot can next stand clear of the intersection before it, if any."""
+        """Return the first lane on which a robot can stand clear of the intersection before it, if any."""
         route = self.route
         for index in range(self.index, len(route)):
             lane = route[index]
@@ -431,9 +430,9 @@ class Drive:
         return None
 
     def _closes_beyond(self) -> Lane | None:
-        """Return a lane that closes at times, beyond the intersection before the robot, too short to stand on.
+        """Return a lane that closes at times, beyond the intersection ahead, and is too short to stand on.
 
-        It waits where it is until that is open, rather than on the node.
+        The robot waits for its opening where it is, rather than on the node.
         """
         lane = next((lane for lane in self.route[self.index :] if not lane.inside), None)
         return lane if lane is not None and lane.short and lane.closures else None
@@ -449,14 +448,14 @@ class Drive:
         yield from self._to_end()
 
     def _to_end(self) -> Steps:
-        """Drive along the lane to its end, all of it granted, and spend the time at the node."""
+        """Drive to the lane's end, all of which is granted, and spend the time at the node."""
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
         yield Arrival(self.env, self._spend_node_time(lane))
         robot.arrive()
 
     def _spend_node_time(self, lane: Lane) -> float:
-        """Stop at the lane's end for the time at the node; returns when that is over."""
+        """Stop at the lane's end for the time at the node; returns when it has passed."""
         robot = self.robot
         spent = lane.node_time if robot.delays is None else lane.node_time + robot.delays.at(robot.moves)
         if robot.stretch is not None and spent:
@@ -464,7 +463,7 @@ class Drive:
         return robot.until + spent
 
     def _along_short(self, stop: float) -> Steps:
-        """Drive farther along a lane that is too short to stand clear of its nodes, with its end held."""
+        """Drive farther along a lane too short to stand clear of its nodes, holding its end."""
         robot = self.robot
         robot.lane.commit(robot, stop, self.env._now)
         yield Arrival(self.env, robot.until)
@@ -492,7 +491,7 @@ class Drive:
             if not onward.short:
                 if robot.granted is not onward:
                     yield from robot.held.claim(robot, onward, robot.lane)
-                    if self.onward is not onward:  # it goes another way by now
+                    if self.onward is not onward:  # its way has changed
                         continue
                 self.index += 1
                 halt = None if self.onward else self.stop
@@ -505,27 +504,27 @@ class Drive:
                 return Departure.THERE
 
     def _out_of_bay(self) -> Steps:
-        """Go from a bay or station onto the node beside it, or back from where it was cleared off the lanes."""
+        """Drive out of a bay or station onto the node beside it, or back from where the robot was cleared to."""
         robot = self.robot
         if robot.halts_at <= self.env._now:
             yield from self._halt()
-        if robot.is_turned_off:  # cleared off the lanes meanwhile, it goes another way from the node
+        if robot.is_turned_off:  # cleared off the lanes meanwhile, it takes another way from the node
             yield from robot.at.claim(robot, None, None)
         else:
             yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
         robot.driver.left_bay()
 
     def _turn(self, onward: Lane) -> None:
-        """Turn on a node to the next lane, also while waiting to be let in. Out of a bay it faces the lane already."""
+        """Turn on a node to the next lane, also while waiting to enter. Out of a bay the robot faces it already."""
         robot = self.robot
         if self.turn_time and robot.lane is not None:
             robot.turn_on_node(robot.lane.turn_to(onward), self.env._now)
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
-        """Drive over a lane too short to stand on, holding its end before the robot sets off, also while it halts.
+        """Drive over a lane too short to stand on, holding its end from before the start, and during a halt.
 
-        The robot goes on over lanes beyond it that are as short, as long as they are free: so a grid of cells costs one
-        event a cell.
+        The robot continues over further short lanes as long as they are free, so a grid of cells costs one event a
+        cell.
         """
         robot = self.robot
         if not onward.inside:
@@ -535,9 +534,9 @@ class Drive:
         yield event
 
     def _set_out_over_short(self, onward: Lane, target: float, now: float, *, early: bool = False) -> None:
-        """Set out from the node it holds over a short lane whose end is granted, where the drive is due.
+        """Set out from the held node over a short lane whose end is granted, and schedule the drive.
 
-        `early`: one that looks ahead is let in before it is at the node, and its drive is due there already.
+        `early`: a robot that looks ahead is let in before it is at the node, when its drive is already scheduled there.
         """
         robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
         turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
@@ -552,7 +551,7 @@ class Drive:
             node.passed(robot, onward, robot.since)
             if node.claims:
                 node.freed(now)
-        # The time at the node is spent where it gets there: it may stop short of it.
+        # The time at the node is spent on arrival there: the robot may stop short of it.
         arrival = self._spend_node_time(onward) if target == onward.length else robot.until
         if early:
             self.there = arrival
@@ -561,7 +560,7 @@ class Drive:
         heappush(env._queue, (arrival, NORMAL, next(env._eid), self))
 
     def _cross_next_short(self, now: float, *, early: bool = False) -> bool:
-        """Set out from the end of a short lane over the next, if that is short too and the way is free."""
+        """Set out from the end of a short lane over the next, if that is short too and free."""
         robot, index = self.robot, self.index
         if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None) or not robot.lane.short:
             return False
@@ -587,14 +586,14 @@ class Drive:
 
     @property
     def _may_stay(self) -> bool:
-        """Whether a recalled robot may stay on the intersection, and leave the room granted beyond it to others.
+        """Whether a recalled robot may stay on the intersection and give up the room granted beyond it.
 
-        Where steps are guarded it counts as standing there already, so it goes on and is recalled at the next node.
-        That costs energy, never liveness: its declared route ends in a slot that is its own. So does one in a lift.
+        Where steps are guarded it counts as standing beyond already, so it goes on and is recalled at the next node.
+        That costs energy, never liveness: its declared route ends in its own slot. So does a robot in a lift.
         """
         robot = self.robot
         return not robot.held.is_lift and (robot.granted is None or self.rules.guard is None)
 
 
 ROLL = [Drive.roll]
-"""The callbacks of a drive on SimPy's queue: one list for all, as SimPy only reads it."""
+"""The callbacks of a drive on SimPy's queue: one list for all drives, as SimPy only reads it."""

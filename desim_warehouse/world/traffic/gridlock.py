@@ -1,12 +1,12 @@
-"""Deadlock resolution: full rings of waiting robots are found when they close, and turned; work never stalls.
+"""Deadlock resolution: rings of waiting robots are found when they close, and turned, so work never stalls.
 
-A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection it
-claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work can only stop
+A blocked robot waits for exactly one other: the robot ahead on its lane, the holder of the intersection it claims, or
+the last robot on the lane where it wants room. So the waits-for relation is a set of chains, and work can only stop
 where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they do: the ring turns by
-one position, and each member is nearer to where it is going.
+one position, and each member is nearer to its destination.
 
-A member whose own stop is less than a position ahead cannot move on by a whole one. It handles its good from where it
-stands. When it is blocked again, the ring is complete.
+A member whose own stop is less than a position ahead cannot move on by a whole position. It handles its good from where
+it stands. When it is blocked again, the ring is complete.
 
 A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto the
 intersection and waits on it. This leaves a gap behind it, and the rings on either side turn one by one.
@@ -33,9 +33,9 @@ Rule = Literal["rotate", "avoid", "stop"]
 
 
 class Gridlock:
-    """Finds rings and turns them.
+    """Find rings and turn them.
 
-    With `stop` a ring is an error, for fleets that cannot turn. With `avoid` there are none.
+    With `stop`, for fleets that cannot turn, a ring is an error. With `avoid` no ring forms.
     """
 
     def __init__(self, env: Clock, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
@@ -51,11 +51,11 @@ class Gridlock:
     # Robots that rest on lanes or nodes, until others wait for them
 
     def know(self, robot: Body) -> None:
-        """Take note of a robot that may rest on lanes, or wait for one that does."""
+        """Register a robot that may rest on lanes, or wait for a resting robot."""
         self._bodies.append(robot)
 
     def rests(self, robot: Body) -> None:
-        """Note that a robot rests where it stands, until others wait for it."""
+        """Note that a robot rests where it stands until others wait for it."""
         self._resting[robot] = None
 
     def goes_on(self, robot: Body) -> None:
@@ -71,8 +71,8 @@ class Gridlock:
     def check(self, robot: Body) -> None:
         """Follow the chain of waiting robots from one that has just become blocked, and turn the ring if there is one.
 
-        A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
-        closes on itself, or ends at a robot that rests: that one gives way.
+        A blocked robot waits for exactly one other, so work can stop for good only where a chain closes on itself or
+        ends at a resting robot. The resting robot then gives way.
         """
         if self.rule == "avoid":  # why a step is refused has no single reason
             for resting in list(self._resting):
@@ -96,10 +96,10 @@ class Gridlock:
             self._turn(ring)
 
     def _is_open(self, ring: list[Body]) -> bool:
-        """Whether all robots of a ring can go; if not, the ring is looked at again later.
+        """Whether all robots of a ring can go; if not, the ring is examined again later.
 
-        No intersection may still be closing behind a robot, no robot may be turning on one, and none may wait for the
-        cabin of a lift, which is called for it.
+        No intersection may still be closing behind a robot, no robot may be turning on a node, and none may wait for
+        the cabin of a lift, which is called for it.
         """
         now: float = self.env._now
         calls: list[tuple[LiftCrossing, Claim]] = []
@@ -121,7 +121,7 @@ class Gridlock:
 
     @staticmethod
     def _cabins_are_there(calls: list[tuple[LiftCrossing, Claim]], now: float) -> bool:
-        """Whether the cabins of lifts stand open before robots of a ring; one that it passes twice need not yet."""
+        """Whether the cabins of lifts stand open before robots of a ring; a lift passed twice is exempt."""
         passed = Counter(lift for lift, _ in calls)
         ready = [lift.is_ready(claim, now) for lift, claim in calls if passed[lift] == 1]  # all of them are called
         return all(ready)
@@ -130,9 +130,9 @@ class Gridlock:
         self.check(robot)
 
     def _turn(self, ring: list[Body]) -> None:
-        """Let the heads of a ring's lanes go all at once, or one of them where the ring would cross itself.
+        """Move the heads of a ring's lanes all at once, or only one of them where the ring would cross itself.
 
-        Each gets nearer to where it is going, and routes are finite, so all work ends.
+        Each comes nearer to its destination, and routes are finite, so all work ends.
         """
         now = self.env.now
         if self.rule == "stop":
@@ -157,7 +157,7 @@ class Gridlock:
             passed.add(claim.node)
         if self.mixed:
             self._keep_together(ring, now)
-        # Those that wait for room first: what a holder leaves goes to the next in the ring only then.
+        # Robots waiting for room come first: only then does what a holder leaves go to the next in the ring.
         followers = [claim for claim in claims if claim.node.holder not in (None, claim.robot)]
         for claim in claims:
             if claim not in followers:
@@ -172,9 +172,9 @@ class Gridlock:
 
     @staticmethod
     def _keep_together(ring: list[Body], now: float) -> None:
-        """Turn a ring as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
+        """Turn a ring as one train, at the pace of its slowest robot, on the lanes that its robots are on or enter.
 
-        All robots start at one time, when the last of them has braked and gathered speed.
+        All robots start at one time, when the last of them has braked and accelerated.
         """
         claims = [robot.claim for robot in ring if robot.claim is not None]
         drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]

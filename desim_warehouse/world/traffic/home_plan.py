@@ -1,16 +1,16 @@
 """The plan by which all robots that are out come home, kept while they drive (proof: `avoidance`).
 
-Robots declare the trail that they will use; by node and lane it is known who has still to use it. A plan is a list of
-moves (`layout.way_home`), each with a rank, by which they are ordered. A step is safe if there is a plan for the state
-after it. Three ways to find one, the cheapest first:
+Robots declare the trail that they will use, so for each node and lane it is known which robots have still to use it. A
+plan is a list of moves (`layout.way_home`), ordered by rank. A step is safe if there is a plan for the state after it.
+Three methods find one, the cheapest first:
 
-- *Put first*: the step, and then the plan as it was. From now to the robot's move beyond its new stand only its own
-  place is another, so only those matter who use the new stand before that move.
+- *Put first*: the step, followed by the plan as it was. Until the robot's move beyond its new stand only its own place
+  differs, so only robots that use the new stand before that move matter.
 - *Goes on earlier*: the robot leaves the new stand just before the first that would meet it there.
-- *Search*, for the robot and for all that stand in its way, directly or through others. As no other is in the way of
-  any of them, their plan followed by the old one of all others is a plan.
+- *Search*, for the robot and for all that stand in its way, directly or through others. As no other robot is in the way
+  of any of these, their plan followed by the old plan of all others is a plan.
 
-What these miss is refused needlessly, and no more: the step that the first move of the plan begins with is always safe.
+Steps that these miss are refused needlessly, without harm: the step of the plan's first move is always safe.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 Stand: TypeAlias = Intersection | Lane
 Step: TypeAlias = Stand | ZoneDirection | Exit
 Move: TypeAlias = tuple[float, int]
-"""Its rank, and how far on the robot's trail: to a refuge, or home (the length of the trail)."""
+"""A move: its rank, and how far it goes on the robot's trail, to a refuge or home (the length of the trail)."""
 
 
 class DeclaredRoute:
-    """The trail that a robot has yet to use, in order, and where it stands: nowhere (-1) while it is in a bay.
+    """The trail that a robot has yet to use, in order, and its present stand on it: -1 while it is in a bay.
 
-    A trail has a mark before the first lane of a zone of one direction, and one after the node at its end there.
+    A trail has a mark before the first lane of a one-direction zone, and another after the node at its end there.
     `direction` is the one in which the robot drives a zone now.
     """
 
@@ -50,9 +50,9 @@ class DeclaredRoute:
 
 
 class Declared:
-    """The routes of all robots.
+    """The declared routes of all robots.
 
-    `users` says of each step of a trail which robots have still to use it, and how often; robots in slots included.
+    `users` counts, for each step of a trail, how often each robot has still to use it; robots in slots included.
     """
 
     __slots__ = ("routes", "users")
@@ -62,7 +62,7 @@ class Declared:
         self.users: dict[Step, dict[Body, int]] = defaultdict(dict)
 
     def add(self, robot: Body, route: DeclaredRoute) -> None:
-        """Note a route that a robot has declared, or another before it has set out."""
+        """Note a route that a robot has declared, or its replacement before the robot has set out."""
         if robot in self.routes:
             self.drop(robot)
         self.routes[robot] = route
@@ -83,7 +83,7 @@ class Declared:
         self.count(robot, route.trail[route.at + 1 :], -1)
 
     def count(self, robot: Body, steps: Iterable[Step], change: int) -> None:
-        """Count steps that a robot has still to use (1), or no longer (-1)."""
+        """Count steps that a robot has still to use (1) or no longer has to (-1)."""
         for step in steps:
             users = self.users[step]
             number = users.get(robot, 0) + change
@@ -117,9 +117,9 @@ def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection
 class HomePlan:
     """The safety test (banker's algorithm) where robots can make way on one-way lanes: a plan brings all home.
 
-    It is a `Test` of the guard.
+    It implements `Test` for the guard.
 
-    `moves`: of every robot that is out, the last of them home. A robot under way stands where it is going to.
+    `moves` are those of every robot that is out, each ending at home. A robot under way stands where it drives to.
     """
 
     __slots__ = ("_at_refuges", "_by_rank", "_ranks", "declared", "moves", "stands")
@@ -129,13 +129,13 @@ class HomePlan:
         self.stands: Stands[Body, Step] = Stands(declared.routes, declared.users, refuges)
         self.moves: dict[Body, list[Move]] = {}
         self._by_rank: dict[float, Body] = {}
-        self._ranks: list[float] = []  # in order, some of moves that were made or given up
-        self._at_refuges: dict[Body, None] = {}  # robots with a move to a refuge; some had one
+        self._ranks: list[float] = []  # sorted; some belong to moves that were made or given up
+        self._at_refuges: dict[Body, None] = {}  # robots with a move to a refuge, now or before
 
     # What happens on the lanes
 
     def starts(self, robot: Body) -> None:
-        """Take a robot on the lanes at the start of a run: `check` has seen that all there can come home."""
+        """Accept a robot on the lanes at the start of a run: `check` has verified that all there can come home."""
         self.stands.put(robot, _held(self.declared.routes[robot]))
         self._search([*self.stands.held])
 
@@ -146,14 +146,14 @@ class HomePlan:
             self._drop(robot)
 
     def first(self) -> Body | None:
-        """Return the robot whose move is the first: none has to move before it, so its claim must not go unheard."""
+        """Return the robot of the first move: no robot has to move before it, so its claim must always be heard."""
         ranks, by_rank = self._ranks, self._by_rank
         while ranks and ranks[0] not in by_rank:
             del ranks[0]
         return by_rank[ranks[0]] if ranks else None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
-        """Return the robots that no plan was found for, now that a robot has taken a step; None if there is a plan."""
+        """Return the robots for which no plan was found after a step of a robot; None if there is a plan."""
         route = self.declared.routes[robot]
         before = self.stands.take(robot) if robot in self.stands.held else None
         self.stands.put(robot, _held(route))
@@ -191,7 +191,7 @@ class HomePlan:
         return True
 
     def _is_used(self, stand: Step, robot: Body, before: float) -> bool:
-        """Whether another robot stops at a stand or passes it before some move of the plan."""
+        """Whether another robot stops at a stand or passes it before a given move of the plan."""
         for other in self.declared.users.get(stand, ()):
             moves = self.moves.get(other)
             if moves is not None and moves[0][0] < before and other is not robot:
@@ -209,8 +209,8 @@ class HomePlan:
     def _goes_on_earlier(self, robot: Body, route: DeclaredRoute) -> bool:
         """Whether the plan holds if the robot leaves its new stand before the first that would meet it there.
 
-        It goes home then, or to a refuge where none comes before it leaves that by the plan. One that was in a slot
-        has a single move to make: home after all others.
+        It then drives home, or to a refuge where no robot comes before it leaves again by the plan. A robot that was in
+        a slot has a single move: home, after all others.
         """
         end = len(route.trail)
         later = [move for move in self.moves.get(robot, ()) if move[1] > route.at] or [(self._after_all(), end)]
@@ -268,7 +268,7 @@ class HomePlan:
                     place = upto
 
     def _is_there(self, step: Step, robot: Body, when: float) -> bool:
-        """Whether another robot stands on a stand now and has not left it before some move of the plan."""
+        """Whether another robot stands on a stand now and has not left it before a given move of the plan."""
         line = self.stands.lines.get(step, ())
         return any(other is not robot and self.moves[other][0][0] >= when for other in line)
 
@@ -289,7 +289,7 @@ class HomePlan:
     # Search
 
     def _search(self, robots: list[Body]) -> Collection[Body] | None:
-        """Take a new plan for robots and all that are in their way; or the robots that none was found for."""
+        """Adopt a new plan for robots and all in their way; or return the robots for which none was found."""
         search = HomeSearch(self.stands, robots)
         if search.left:
             return search.left
@@ -328,7 +328,7 @@ class HomePlan:
         return self._ranks[-1] + 1 if self._ranks else 0.0
 
     def _just_before(self, rank: float) -> float | None:
-        """Return a rank below another and above all below that; None if numbers are too coarse for one more."""
+        """Return a rank just below a given one and above all lower ones; None if floats are too coarse for another."""
         index = bisect_left(self._ranks, rank)
         if not index:
             return rank - 1

@@ -1,8 +1,8 @@
-"""An intersection: who may cross it, and who is next when it opens.
+"""An intersection: which robot may cross it, and which is next when it opens.
 
-A robot claims in one step the intersection and room to stand at least D beyond it, never one without the other. So no
+A robot claims the intersection and room to stand at least D beyond it in one step, never one without the other. So no
 robot stands in an intersection waiting for room. Claims are served first come, first served among those that can be
-granted now. But a claim that only waits for the intersection to clear is not passed over. Else a platoon that goes
+granted now. But a claim that only waits for the intersection to clear is not passed over. Otherwise a platoon that goes
 straight on, to which the node is never closed, would starve a crossing robot.
 """
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 class Claim(Event):
-    """A robot's request for an intersection and, with it or not at all, for room on the lane beyond.
+    """A robot's request for an intersection and room on the lane beyond, granted together or not at all.
 
-    It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone. `via` is
-    the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it drives
-    next. The wait is attributed to `because`, the closure in the way, of `kept_out_of`, or where there is none to the
-    robot `other`; each of its parts is an episode of its own. `begun`: when the first of them began; `met`: the closure
-    in the way then.
+    The claim is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone.
+    `via` is the lane by which the robot comes (None: from the bay beside the node). `over` is a lane too short to stand
+    on that it drives next. The wait is attributed to `because`, the closure of `kept_out_of`, or else to the robot
+    `other`; each of its parts is an episode of its own. `begun` is when the first part began, `met` the closure in the
+    way then.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Claim(Event):
         self.kept_out_of = self.over if self.over is not None and closure in self.over.closures else self.lane
 
     def go_for(self, lane: Lane | None, over: Lane | None) -> None:
-        """Claim room on other lanes from now on: the robot goes another way from there."""
+        """Claim room on other lanes from now on: the robot takes another way beyond the node."""
         self.give_up_room()
         self.lane, self.over = lane, over
         if lane is not None:
@@ -67,7 +67,7 @@ class Claim(Event):
         return None if self.over is None else self.over.shut_by(self.robot)
 
     def give_up_room(self) -> None:
-        """Claim the intersection alone from now on: the robot goes another way from there."""
+        """Claim the intersection alone from now on: the robot takes another way beyond the node."""
         if self.because is not None:
             self.node.now_waits_for(self, None, self.env.now)
         if self.lane is not None:
@@ -85,9 +85,10 @@ class Claim(Event):
 class Intersection:
     """One node, or several nodes too close together (nearer than D) to be used at once.
 
-    A robot that stands on it, or is about to, is its `holder`. One that passes leaves its centre at `left_at` (known as
-    soon as it sets out, so often in the future) for the lane `left_on` at a pace. Until then it is closed to all
-    others. Afterwards it is closed to those whose path would come too close, at most until the robot is D beyond.
+    A robot that stands on it, or is about to, is its `holder`. A robot that passes leaves its centre at `left_at`
+    (known as soon as it sets out, so often in the future) for the lane `left_on` at a pace. Until then it is closed to
+    all other robots. Afterwards it is closed to those whose path would come too close, at most until the robot is D
+    beyond.
     """
 
     is_lift = False
@@ -136,7 +137,7 @@ class Intersection:
         holder = self.holder
         if holder is not None:
             return holder is robot
-        # No closing distance is longer than D: a robot D beyond is clear of all, without a look at the table.
+        # No closing distance exceeds D: once the robot is D beyond, no look at the table is needed.
         if (now - self.left_at) * self.left_pace >= self.rules.headway:
             return True
         return self.opens_at(robot, via) <= now + EPS
@@ -187,7 +188,7 @@ class Intersection:
             lane.entering = robot
 
     def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:
-        """Grant the intersection at once, with room on the lane beyond, if both are free. Else nothing changes."""
+        """Grant the intersection at once, with room on the lane beyond, if both are free. Otherwise change nothing."""
         guard = self.rules.guard
         if (
             self.claims  # earlier claims are served first
@@ -211,15 +212,15 @@ class Intersection:
         claim.succeed()
 
     def serve(self, now: float) -> None:
-        """Grant the first of the waiting claims that can be granted now; else look again when the node opens."""
+        """Grant the first waiting claim that can be granted now; otherwise look again when the node opens."""
         guard = self.rules.guard
         for claim in self.claims:  # a claim without room is passed over: the node is for claims with room
             if claim.has_room:
                 if claim.because is not None:
                     self.now_waits_for(claim, None, now)
                 if not self.is_open(claim.robot, claim.via, now):
-                    # Only time keeps it waiting, and it is not passed over: to a platoon that goes straight on the
-                    # node is never closed, so a robot that crosses would wait for all of it.
+                    # Only time keeps it waiting, so it is not passed over: a platoon that goes straight on, to which
+                    # the node is never closed, would keep a crossing robot waiting to its end.
                     if self.holder is None:
                         break
                 elif guard is None or guard.admit(claim.robot, self, claim.lane):
@@ -231,7 +232,7 @@ class Intersection:
             self.reopen_later(now)
 
     def reopen_later(self, now: float) -> None:
-        """Look at the claims again when the first of them is past the closing time, the shortest wait possible."""
+        """Serve the claims again when the first of them is past its closing time, the shortest wait possible."""
         when = math.inf
         for claim in self.claims:
             time = self.opens_at(claim.robot, claim.via)
@@ -257,7 +258,7 @@ class Intersection:
             Arrival(self.rules.env, when).callbacks.append(self._opened)
 
     def _opened(self, _: Event) -> None:
-        """Look at robots that were kept out of a lane that has opened: they may now close a ring."""
+        """Examine robots that were kept out of a lane that has opened: they may now close a ring."""
         self.opening = math.inf
         now: float = self.rules.env._now
         for claim in self.claims:
@@ -281,9 +282,9 @@ class Intersection:
             self.left_pace = robot.pace
 
     def freed(self, now: float) -> None:
-        """Serve the claims of the intersection, as it is free. Robots that now wait for room may have closed a ring.
+        """Serve the claims of the free intersection. Robots that now wait for room may have closed a ring.
 
-        With a robot becoming blocked, and a node opening again, this is one of the three moments at which rings close.
+        Rings close at three moments: here, when a robot becomes blocked, and when a node opens again.
         """
         self.serve(now)
         if self.holder is None and math.isinf(self.reopens):
@@ -291,9 +292,9 @@ class Intersection:
                 self.rules.gridlock.check(claim.robot)
 
     def now_waits_for(self, claim: Claim, closure: Closure | None, now: float) -> None:
-        """Begin a new episode of waiting for another cause: a closure (None: robots); the wait so far is counted.
+        """Begin a new episode of waiting for another cause, a closure or (None) robots, and count the wait so far.
 
-        Where one person goes and another stays there is no new episode: the claim still waits for people.
+        Where one person leaves and another stays no new episode begins: the claim still waits for people.
         """
         before = claim.because
         if before is not None and closure is not None and before.wait == closure.wait:
@@ -305,7 +306,7 @@ class Intersection:
         claim.robot.waits_anew(now)
 
     def count_claim(self, claim: Claim, other: Body | None, end: float) -> None:
-        """Count an episode of waiting for a claim: a collision, or, where a closure is in the way, none."""
+        """Count an episode of waiting for a claim: a collision, unless a closure is in the way."""
         robot, closure = claim.robot, claim.because
         duration = end - robot.waiting_since
         if duration <= EPS:
@@ -328,16 +329,16 @@ class Intersection:
 
 
 def _pace_by(robot: Body, via: Lane) -> float:
-    """Return the pace at which a robot comes by a lane: no slower than it drives there, if it is on it already."""
+    """Return the pace at which a robot arrives by a lane: if it is on it already, no slower than it drives there."""
     pace = min(robot.speed, via.limit)
     return max(pace, robot.pace) if robot.lane is via else pace
 
 
 class FreeIntersection(Intersection):
-    """A node at which no robot waits for another: what if it were no bottleneck?
+    """A node at which no robot waits for another, for the question: what if it were no bottleneck?
 
-    It is open to all at once. Robots still spend their time there and wait for room on the lane beyond it, on which
-    they keep D as everywhere (see `Lane.free_at`, for which such a floor counts as one of mixed speeds).
+    It is open to all at once. Robots still spend their time there and wait for room on the lane beyond, where they keep
+    D as everywhere (see `Lane.free_at`, which treats such a floor as having mixed speeds).
     """
 
     __slots__ = ()

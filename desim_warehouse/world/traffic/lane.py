@@ -1,10 +1,11 @@
 """A lane: the one-way edge between two intersections, its queue of robots, and the room on it.
 
 A robot commits to a target on its lane that keeps it a headway behind the target of the robot ahead and drives there.
-Nothing polls: a robot that makes way lets those behind come up at once, down the queue, and at the lane's start the
-intersection decides who gets the room (`Intersection.serve`).
+Nothing polls: when a robot makes way, those behind move up at once, down the queue, and at the lane's start the
+intersection decides which robot gets the room (`Intersection.serve`).
 
-The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's position.
+The headway is D, the same for all robots (that of the largest pair), so that in a ring each can take any other's
+position.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ from desim_warehouse.world.traffic.zones import ZoneDirection
 
 
 class Lane:
-    """Robots queue on it in order, none overtakes.
+    """A queue of robots in order, where none overtakes.
 
-    `last` is the robot that entered last and is still on it (`Body.off_lane` sees to that). `entering` is the robot
-    that was granted room and has not yet set out for it. `wanted` counts the waiting claims for room on it. A *short*
-    lane has no room to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins
-    two nodes of one intersection, and counts as short. `stop_line` is D before the end, where a robot claims what comes
-    next. At the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
-    other's `twin`: robots are on one of them only. `zone_direction`: of a zone used in one direction at a time.
-    `tail` and `head` are the points it joins (x + iy). `out_at` and `out_pace` say when and how fast the last robot
-    left its end, `out_since` when it set out from the stop line if it stood there after it had left the queue.
+    `last` is the robot that entered last and is still on the lane (maintained by `Body.off_lane`). `entering` is the
+    robot that was granted room and has not yet set out for it. `wanted` counts the waiting claims for room on the lane.
+    A *short* lane has no room to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside*
+    lane joins two nodes of one intersection, and counts as short. `stop_line` is D before the end, where a robot claims
+    what comes next. `node_time` is spent at the end itself. A two-way lane is a pair of lanes, each the other's `twin`,
+    with robots on at most one of them. `zone_direction` belongs to a zone used in one direction at a time. `tail` and
+    `head` are the points that the lane joins (x + iy). `out_at` and `out_pace` are when and how fast the last robot
+    left its end, `out_since` when it set out from the stop line if it stood there after leaving the queue.
     """
 
     __slots__ = (
@@ -66,7 +67,7 @@ class Lane:
 
     closures: Sequence[Closure] = ()
     slow: Sequence[Slowness] = ()
-    """What keeps robots out at times, and what slows them down (see `closures.RestrictedLane`)."""
+    """The closures and speed limits of the lane (see `closures.RestrictedLane`)."""
 
     def __init__(
         self,
@@ -128,7 +129,7 @@ class Lane:
 
     def has_room(self, robot: Body) -> bool:
         """Whether a robot can come to a stand D beyond the lane's start, with no other on the way in."""
-        # `entering` was granted the room and has not set out yet.
+        # The robot in `entering` was granted the room and has not set out yet.
         if self.entering is not None or (self.twin is not None and not self._is_clear_for(robot)):
             return False
         last = self.last
@@ -139,7 +140,7 @@ class Lane:
         return None
 
     def _is_clear_for(self, robot: Body) -> bool:
-        """Whether no robot comes towards another on a two-way lane. A robot that turns back meets only itself."""
+        """Whether no robot comes towards a given one on a two-way lane. A robot that turns back meets only itself."""
         assert self.twin is not None
         other = self.twin.last
         return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
@@ -150,18 +151,18 @@ class Lane:
         return self if self.twin is None or self.edge < self.twin.edge else self.twin
 
     def clear_stop(self, stop: float) -> float:
-        """Return where a robot stops that wants to stop at `stop`, no nearer than D to the nodes.
+        """Return where a robot that wants to stop at `stop` does stop: no nearer than D to the nodes.
 
-        Nearer it would keep others off the node while it loads, and a ring could not turn past it.
+        Any nearer, it would keep others off the node while it loads, and a ring could not turn past it.
         """
         if self.inside:
             return stop
-        # Below 2 D both ends cannot be clear: it is D from the start, and holds the end.
-        # Its length may have been rounded down to D or 2 D: a good next to its end is at its end.
+        # Below 2 D it cannot be clear of both ends: it stops D from the start, and holds the end. The length may have
+        # been rounded down to D or 2 D: a good next to its end is at its end.
         return max(min(stop, self.length) if self.short else min(stop, self.stop_line), self.headway)
 
     def made_room(self, behind: Body | None, now: float) -> None:
-        """Let waiting robots move up: those from `behind` on, or (None) the robots at the lane's start."""
+        """Let waiting robots move up: those from `behind` on, or if None the robots at the lane's start."""
         if behind is None:
             if self.wanted:
                 self.start.serve(now)
@@ -171,10 +172,10 @@ class Lane:
     # The queue
 
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
-        """Let a robot enter the lane as the last: it leaves the node at `clear`, for `stop` or the stop line.
+        """Add a robot as the last on the lane: it leaves the node at `clear`, for `stop` or the stop line.
 
-        Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it is D behind all the
-        way, and one event still takes it there.
+        Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it keeps D all the way,
+        and one event still takes it there.
         """
         ahead = self.last
         target = goal = self.stop_line if stop is None else stop
@@ -183,7 +184,7 @@ class Lane:
             ahead.behind = robot  # here, where there is one: this is the hot path
         if not self.rules.mixed:
             robot.onto_lane(self, ahead, goal, target, clear, clear + target / robot.pace)
-        else:  # robots differ in pace, or gather speed: not before it keeps clear of the one ahead
+        else:  # paces differ, or robots accelerate: not before it keeps clear of the one ahead
             late = self._late(robot, ahead, target, clear)
             until = clear + target / robot.pace
             if late > EPS:
@@ -211,7 +212,7 @@ class Lane:
         return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
 
     def enter_standing(self, robot: Body, since: float) -> None:
-        """Put a robot that stood on the node at the lane's start on this short lane from `since` on, at 0."""
+        """Put a robot from the node at the lane's start onto this short lane, standing at 0 from `since` on."""
         if self.rules.mixed:
             robot.take_pace_of(self, since)
         robot.onto_short_lane(self, self.last, since)
@@ -224,20 +225,20 @@ class Lane:
         self.last = robot
 
     def commit(self, robot: Body, target: float, now: float) -> None:
-        """Let a robot drive on to `target`, and let all robots set off that gain room by it."""
+        """Let a robot drive on to `target`, and start all robots that gain room by it."""
         self.set_off(robot, target, now)
         self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
-        """Let robots behind one that has made way come up, down the queue: waiting ones set off, others drive on.
+        """Move up the robots behind one that has made way, down the queue: waiting ones set off, others drive on.
 
-        So the target of every robot is as far as its goal and the robot ahead allow, also while it drives: a platoon
-        flows as one. Each is woken when it is at its new target: a queue moves up by one event a robot.
+        So every robot's target is as far as its goal and the robot ahead allow, even while it drives: a platoon flows
+        as one. Each robot wakes at its new target: a queue moves up with one event per robot.
         """
         while robot is not None:
             ahead = robot.ahead
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.headway)
-            if limit - robot.target <= EPS:  # in the words of `Drive.roll`, so that no rounding comes between them
+            if limit - robot.target <= EPS:  # in the terms of `Drive.roll`, so that no rounding comes between them
                 return
             if robot.waiting_behind is not None:
                 drive = robot.stop_waiting(now)
@@ -250,7 +251,7 @@ class Lane:
                 self.start.serve(now)
 
     def set_off(self, robot: Body, target: float, now: float) -> None:
-        """Have a robot drive to `target` from `now` on, or later, so that it comes no closer to a slower robot."""
+        """Start a robot towards `target`, `now` or late enough to come no closer to a slower robot."""
         rules, since = self.rules, now
         mixed = rules.mixed
         if mixed and robot.stretch is not None:
@@ -260,7 +261,7 @@ class Lane:
             self._put_off(robot, robot.ahead, robot.pace, since, late, since + late)
             since += late
             until += late
-        # It sets off for a further target. A call for this and for the wait below costs a full floor 3 %.
+        # It sets off for a further target. Separate calls for this and the wait below cost a full floor 3 %.
         robot.since = since
         robot.until = until
         robot.target = target
@@ -270,7 +271,7 @@ class Lane:
             rules.log.drive(robot, since)
 
     def _put_off(self, robot: Body, ahead: Body | None, pace: float, since: float, late: float, end: float) -> None:
-        """Put off the start of a robot behind a slower one, or behind one that still gathers speed."""
+        """Postpone the start of a robot behind a slower one, or behind one that still accelerates."""
         if robot.stretch is not None:
             part = robot.put_off(late, pace)
             since, late = since + part, late - part
@@ -280,10 +281,10 @@ class Lane:
         robot.delay_is_known(Delay(self, ahead, since, since + late))
 
     def _drive_on(self, robot: Body, target: float, now: float) -> bool:
-        """Let a robot under way drive on to `target` without a stop, unless it came too close to a slower one.
+        """Let a moving robot drive on to `target` without a stop, unless it would come too close to a slower one.
 
-        It does not drive on if it still gathers speed, because the time for that is spent where it was sure to get to.
-        Its drive comes up where it was sure to get to before, and again at the new target.
+        A robot that still accelerates does not drive on, because the time for that is spent at its present target. Its
+        drive has an event at the previous target, and again at the new one.
         """
         until = robot.until + (target - robot.target) / robot.pace
         if robot.until < now or (
@@ -305,10 +306,10 @@ class Lane:
     def free_at(self, robot: Body, ahead: Body | None, start: float, target: float, since: float) -> float:
         """Return when a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
-        Coming later than it could counts as waiting.
-        Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
-        if that is after `since`, when it could set off itself from `start`. One that keeps its braking distance B is D
-        + B behind, at most B before its target, and from where it has gathered its speed.
+        The delay beyond its own earliest arrival counts as waiting. Both drive at a steady pace, so it is enough that
+        it keeps D at its target and where the one ahead sets off, if that is after `since`, the earliest departure of
+        the robot from `start`. One that keeps its braking distance B is D + B behind, at most B before its target, and
+        from where it has reached its pace.
         """
         pace, braking = robot.pace, robot.braking
         free = self._clear_at(ahead, target, pace) + braking / pace
@@ -330,8 +331,8 @@ class Lane:
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
         """Count a collision: an episode of waiting behind `other` on this lane that ends at `end`.
 
-        However often a robot would stop and start in small steps meanwhile: counted so, S grows without limit as the
-        steps shrink.
+        The episode is one however often the robot would stop and start in small steps meanwhile; counting every stop, S
+        would grow without limit as the steps shrink.
         """
         self.waits += 1
         self.blocked += duration
@@ -341,7 +342,7 @@ class Lane:
             self.rules.log.collision(end, robot, other, None, self.edge, duration)
 
     def cut_delay(self, robot: Body, delay: Delay, now: float) -> None:
-        """Cut a delay that was counted and is not over when the run ends: what is left of it does not count."""
+        """Cut a delay that was counted and is not over when the run ends: its remainder does not count."""
         left = robot.delay_after(now)
         begun = delay.begin < now - EPS
         robot.cut_wait_behind(left, begun=begun)
@@ -353,9 +354,9 @@ class Lane:
 
 
 class RestrictedLane(Lane):
-    """A lane with `closures`, with speed limits at times, or both. Its own limit is `usual`.
+    """A lane with `closures`, speed limits at times, or both. Its permanent limit is `usual`.
 
-    A robot has the pace of the instant at which it enters the lane as long as it is on it.
+    A robot keeps on the lane the pace that holds at the instant at which it enters.
     """
 
     __slots__ = ("closures", "slow", "usual")
@@ -382,9 +383,9 @@ class RestrictedLane(Lane):
         return min((slowness.limit(time) for slowness in self.slow), default=self.usual)
 
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
-        """Return how much later a robot enters, at the pace that holds at the instant at which it does.
+        """Return how much later a robot enters, at the pace that holds at that instant.
 
-        Put off until after the limit has changed, it may enter as it changes, at another pace.
+        If the start is postponed beyond a change of the limit, it may enter at that change, at another pace.
         """
         in_ring = robot.train_pace < math.inf
         late = super()._late(robot, ahead, target, clear)
@@ -400,7 +401,7 @@ class RestrictedLane(Lane):
         return late
 
     def shut_by(self, robot: Body) -> Closure | None:
-        """Return the closure that keeps a robot out now. A robot in a lane of this closure is not kept out."""
+        """Return the closure that keeps a robot out now. A robot already on a lane of the closure is not kept out."""
         now: float = self.rules.env._now
         for closure in self.closures:
             if closure.opens_for(robot, now) > now and not self._is_reached_within(closure, robot.lane):
@@ -408,7 +409,7 @@ class RestrictedLane(Lane):
         return None
 
     def _is_reached_within(self, closure: Closure, lane: Lane | None) -> bool:
-        """Whether a robot on another lane comes here without leaving the closure, perhaps over a short lane."""
+        """Whether a robot from another lane arrives without leaving the closure, possibly over a short lane."""
         if lane is None or closure not in lane.closures:
             return False
         return lane.end is self.start or any(out.end is self.start and closure in out.closures for out in lane.end.outs)

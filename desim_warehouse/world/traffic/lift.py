@@ -1,10 +1,10 @@
-"""A lift: an intersection of nodes on several floors, which a robot crosses in a cabin that has to come first.
+"""A lift: an intersection of nodes on several floors, crossed in a cabin that has to come first.
 
-A robot claims the lift with room to stand beyond it on the other floor, in one step, as any intersection. Then only the
-cabin is called, and the robot waits for its doors at the stop line. So it is known beforehand for how long: waiting for
-the cabin and riding depend on no other robot, and who waits for whom is as with other intersections. Nothing is
-scheduled for the cabin. Where it stands is worked out when it is called, and so are the rides of people who called it
-before, and repairs.
+A robot claims the lift and room to stand beyond it on the other floor in one step, as at any intersection. Only then is
+the cabin called, and the robot waits for its doors at the stop line. The duration is known beforehand, since waiting
+for the cabin and riding depend on no other robot, and robots wait for each other as at other intersections. No event is
+scheduled for the cabin. Its position is worked out when it is called, and so are repairs and the rides of people who
+called it before.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from desim_warehouse.world.traffic.rules import EPS
 
 
 class LiftCrossing(Intersection):
-    """The intersection that a lift is: its cabin stands, or will, at the `floor` of a robot, free from `free_at` on.
+    """The intersection of a lift: its cabin stands, or will stand, at the `floor` of a robot, free from `free_at` on.
 
     Floors are ranks in the nodes of its `shaft`. It is free once the robot that left is D beyond it and the doors have
-    closed. A ring turns as one, so before it does the cabin comes to its robot that waits for the lift. It stands open
-    there, `ready_for` it, until anybody calls it. Its `users` are others than robots.
+    closed. A ring turns as one, so the cabin first comes to the ring's robot that waits for the lift. It stands open
+    there, `ready_for` it, until it is called elsewhere. `users` are people and repairs.
     """
 
     __slots__ = ("floor", "free_at", "ready_for", "shaft", "users")
@@ -50,11 +50,11 @@ class LiftCrossing(Intersection):
         return self.free_at
 
     def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:  # noqa: ARG002
-        """Return False: a robot stops before the doors, also one that claims other intersections on its way."""
+        """Return False: a robot stops before the doors, even one that claims other intersections on its way."""
         return False
 
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
-        """Wait for the lift and room beyond it, then before the doors until the cabin is there."""
+        """Wait for the lift and room beyond it, then before the doors for the cabin."""
         inside = self.holder is robot  # it has come without room beyond, in a ring that passes twice
         yield from super().claim(robot, lane, via, over)
         if inside:
@@ -67,9 +67,9 @@ class LiftCrossing(Intersection):
             yield Arrival(self.rules.env, opens)
 
     def is_ready(self, claim: Claim, now: float) -> bool:
-        """Whether the cabin stands open before a robot in a ring; if not, it comes, and is nobody's until then.
+        """Whether the cabin stands open before a robot in a ring; if not, it is called, and free for none till then.
 
-        The ring is looked at again then.
+        The ring is examined again on its arrival.
         """
         assert claim.via is not None
         if self._stands_open(claim.robot, claim.via.edge[1], now):
@@ -101,12 +101,12 @@ class LiftCrossing(Intersection):
         return opens
 
     def _let_others_use_it(self, users: LiftUsers, now: float) -> None:
-        """Let people who have called it before `now` ride in it first, and repair it where it has failed."""
+        """Let people who called the cabin before `now` ride first, and repair it if it has failed."""
         shaft, log = self.shaft, self.rules.log
         while (due := users.due) <= now:
             begin = max(due, self.free_at)
             if due == users.fails_at:
-                if shaft.rests is not None:  # where it would go meanwhile
+                if shaft.rests is not None:  # its place of rest meanwhile
                     self.floor = shaft.nodes.index(shaft.rests)
                 self.free_at = users.repaired(begin)
                 log.lift_fails(begin, shaft.nodes[self.floor], self.free_at)
@@ -120,7 +120,7 @@ class LiftCrossing(Intersection):
             self.ready_for = None
 
     def _takes_to(self, node: str, now: float) -> float:
-        """Return how long the cabin takes to a node from where it stands, open or closed, or is on its way to rest."""
+        """Return the travel time of the cabin to a node from where it stands, open or closed, or drives to rest."""
         shaft, floor, closing = self.shaft, float(self.floor), 0.0
         if self.ready_for is not None:
             closing = shaft.doors
@@ -137,7 +137,7 @@ class LiftCrossing(Intersection):
 
 
 class Ride(Lane):
-    """The way in the cabin from one node of a lift to another, without length: it takes as long as doors and cabin."""
+    """The way in the cabin between two nodes of a lift, without length: its time is that of doors and cabin."""
 
     __slots__ = ()
 

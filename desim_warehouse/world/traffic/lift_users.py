@@ -1,7 +1,8 @@
-"""People who ride at random in lifts, and repairs after outages: both have the cabin beside robots.
+"""Lift users other than robots: people who ride at random, and repairs after outages.
 
-They call it whatever robots do, and are drawn only as far as robots call it. So they keep no run going, and come alike
-in all designs. One who calls while a robot has the lift waits; a lift that fails then does so after the ride.
+Their calls do not depend on robots, and are drawn only as far as robots call the lift. So they keep no run going, and
+are alike in all designs. A person who calls while a robot has the lift waits; a lift that fails then does so after the
+ride.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from desim_warehouse.values.distributions import draws
 from desim_warehouse.values.streams import Streams
 
 WAY = 2
-"""Random numbers for the way of a ride: from where, and to which of the other floors."""
+"""Random numbers for one ride: its first floor, and which of the other floors it goes to."""
 
 
 class PersonRide(NamedTuple):
@@ -29,7 +30,7 @@ class PersonRide(NamedTuple):
 
 
 class LiftUsers:
-    """The people and repairs of one lift, in the order of their calls: `due` is the time of the next, inf for none."""
+    """The people and repairs of one lift, in order of their calls: `due` is the time of the next, inf for none."""
 
     def __init__(self, lift: Lift, streams: Streams, hours: Hours, hour: float) -> None:
         """Take the random streams of a run, the `hours` in which people ride, and an `hour` in its time units."""
@@ -55,7 +56,7 @@ class LiftUsers:
         return min(self.calls_at, self.fails_at)
 
     def ride(self) -> PersonRide:
-        """Return the ride of the person who calls next."""
+        """Return the next person's ride."""
         self.calls_at = next(self._calls, math.inf)
         begin, other = (int(part * (self._floors - rank)) for rank, part in enumerate(self._ways.random(WAY)))
         return PersonRide(begin, other + (other >= begin), self._transfer(), self._transfer())
@@ -68,7 +69,7 @@ class LiftUsers:
 
 
 def _times(gaps: Iterator[float], hours: Hours) -> Iterator[float]:
-    """Iterate over the times of calls: a Poisson process in the time open to them."""
+    """Iterate over the times of calls: a Poisson process within opening hours."""
     open_time = 0.0
     for gap in gaps:
         open_time += gap

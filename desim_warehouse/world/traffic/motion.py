@@ -1,36 +1,36 @@
-"""Acceleration and braking of robots: what a drive takes beyond its length at a steady pace, exactly.
+"""Acceleration and braking of robots: the exact extra time of a drive beyond its length at a steady pace.
 
-A *stretch* is what a robot drives from one stand to the next, in pieces of a length and a speed limit. Its
+A *stretch* is the drive of a robot from one stand to the next, in pieces of a length and a speed limit. Its
 time-optimal drive accelerates to the limit, keeps to it, and brakes in time for a slower piece or a stop. Each piece
-then takes its length / limit and a time lost, which is known in closed form (a trapezoid of speeds, or a triangle on
-short pieces). In traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no
-time steps, one event a drive.
+then takes its length / limit and a time lost, known in closed form (a trapezoid of speeds, or a triangle on short
+pieces). In traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no time
+steps, one event a drive.
 
-Left out: times at the ends of a drive are exact, positions in between are not: within v / 2a of a start
-and v / 2d of a stop a robot is up to v² / 2a (or v² / 2d) from a real one, 2.25 m with 1.5 m/s and 0.5 m/s².
+Approximations: times at the ends of a drive are exact, positions in between are not. Within v / 2a of a start and v /
+2d of a stop a robot is up to v² / 2a (or v² / 2d) from a real one, 2.25 m with 1.5 m/s and 0.5 m/s².
 
-- A robot that gets the intersection just as it comes to the stop line has not braked; an instant later it has
-  stopped, and pays for braking and starting.
-- Robots that wait in a row start together, and a full ring when its last has braked and gathered the pace of the
-  slowest. A start put off behind a robot that gathers speed counts as gathering, up to what that takes; only the rest
-  is a wait.
-- Robots that start one after the other from the same point, as out of a bay, follow each other v / 2a + D / v apart.
-  A real one is D away after sqrt(2 D / a) if it still gathers speed then. Where D < v² / 2a they start (v - sqrt(2 a
-  D))² / 2 a v too late, never too near. With D = 1, a = 0.5, v = 1.5 that is 2.167 for 2.000, with 0.4, 0.5, 1 it is
-  1.400 for 1.265, with 1.3, 0.3, 1 it is 2.967 for 2.944. Queues that move up by D take 2 sqrt(D / a), exactly. The
+- A robot granted the intersection just as it comes to the stop line has not braked; an instant later it has stopped,
+  and pays for braking and starting.
+- Robots that wait in a row start together, and a full ring when its last robot has braked and reached the pace of the
+  slowest. A start postponed behind an accelerating robot counts as acceleration, up to its duration; only the rest is a
+  wait.
+- Robots that start one after the other from the same point, as out of a bay, follow each other v / 2a + D / v apart. A
+  real robot is D away after sqrt(2 D / a) if it still accelerates then. Where D < v² / 2a they start (v - sqrt(2 a D))²
+  / 2 a v too late, never too near. With D = 1, a = 0.5, v = 1.5 that is 2.167 for 2.000, with 0.4, 0.5, 1 it is 1.400
+  for 1.265, with 1.3, 0.3, 1 it is 2.967 for 2.944. Queues that move up by D take 2 sqrt(D / a), exactly. The
   difference shows only where many leave one bay at the same time, as a station sends robots out one handling time
   apart.
 - Estimates of energy count each stop in full, but not slower edges on the way.
 
-Delays of a robot at the nodes that it passes, drawn from streams of its own.
+The module also draws the delays of a robot at the nodes that it passes, from streams of its own.
 
-Robots that keep their braking distance: at any time they can stop before the place where they may have to.
+Robots that keep their braking distance can at any time stop before the place where they may have to.
 
-A robot that drives at v and brakes at b comes to a stand within B = v²/2b. Robots that keep only D stop at once where
-there is need, as in the paper: at the stop line, or D behind the robot ahead. Those that keep their braking distance
-look B earlier. Behind another they stay D + B away while they drive (`Lane.free_at`). At B before the place to which
-they are sure to get they go on, or begin to brake, and then they come to a stand there whatever happens meanwhile. So
-an intersection is claimed D + B ahead of it.
+A robot that drives at v and brakes at b comes to a stand within B = v²/2b. Robots that keep only D stop instantly where
+necessary, as in the paper: at the stop line, or D behind the robot ahead. Those that keep their braking distance look B
+earlier. Behind another they stay D + B away while they drive (`Lane.free_at`). At B before the place that they are sure
+to reach they go on, or begin to brake, and then come to a stand there whatever happens meanwhile. So an intersection is
+claimed D + B ahead of it.
 
 A ring of waiting robots sets off, and brakes, as one: while it turns they are D apart.
 """
@@ -56,23 +56,23 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.lane import Lane
 
 Piece = tuple[float, float]
-"""A length, and the speed limit on it."""
+"""A piece of a drive: a length, and the speed limit on it."""
 DRIVES_KEPT = 8192
-"""A floor has few lengths and speeds, so 99 of 100 drives have been worked out before: runs take half the time."""
+"""Cached drives. A floor has few lengths and speeds, so 99 of 100 drives are hits, and runs take half the time."""
 
 
 class Motion(NamedTuple):
-    """The acceleration and deceleration of a robot, as times to gather, and to lose, a unit of speed."""
+    """The acceleration and deceleration of a robot, as times to gain and to lose a unit of speed."""
 
     gathers: float
     brakes: float
 
 
 class Stretch(NamedTuple):
-    """The drive of a robot since it stood, done or committed to, and the time `lost` beyond a steady pace.
+    """The drive of a robot since it last stood, done or committed to, and the time `lost` beyond a steady pace.
 
-    Of a long stretch only the last pieces are kept, as far back as it may have to brake for what comes. It came to the
-    first of them at `speed`.
+    Of a long stretch only the last pieces are kept, as far back as braking for later pieces may reach. The robot came
+    to the first of them at `speed`.
     """
 
     motion: Motion
@@ -82,9 +82,9 @@ class Stretch(NamedTuple):
 
     @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
     def further(self, length: float, limit: float, foreseen: float = 0.0) -> tuple[float, Stretch]:
-        """Return the time that a further piece loses, and the stretch with it, with the speed at its end free.
+        """Return the time lost on a further piece, and the stretch including it, with the speed at its end free.
 
-        It is lost as on one of the length `foreseen`, if that is more.
+        If `foreseen` is longer, the time lost is that of a piece of this length.
         """
         more = max(time_lost(self._with(max(length, foreseen), limit), self.motion, self.speed) - self.lost, 0.0)
         return more, self._replace(pieces=self._with(length, limit), lost=self.lost + more)._without_the_past()
@@ -98,7 +98,7 @@ class Stretch(NamedTuple):
         return (*pieces, (length, limit))
 
     def later(self, time: float, limit: float) -> tuple[float, Stretch]:
-        """Return the part of a late start that gathering speed takes anyway, and the stretch with that part lost."""
+        """Return the part of a late start that acceleration takes anyway, and the stretch with that part lost."""
         to_come = self.further(limit * limit * self.motion.gathers / 2, limit)[0]
         time = min(time, to_come)
         return time, self._replace(lost=self.lost + time)
@@ -106,18 +106,18 @@ class Stretch(NamedTuple):
     @property
     @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
     def stopped(self) -> tuple[float, Stretch]:
-        """Return the further time that the stretch loses if the robot stops at its end, and the stretch after that."""
+        """Return the further time lost if the robot stops at the end of the stretch, and the stretch after that."""
         lost = time_lost(self.pieces, self.motion, self.speed, stops=True)
         return max(lost - self.lost, 0.0), Stretch(self.motion)
 
     def braking_distance(self, most: float) -> float:
-        """Return the length over which it brakes to its end: `most`, or less if it gathers less speed."""
+        """Return the distance over which it brakes to its end: `most`, or less if it reaches less speed."""
         gathers, brakes = self.motion
         run_up = self.speed * self.speed * gathers / 2 + sum(length for length, _ in self.pieces)
         return min(most, run_up * brakes / (gathers + brakes))
 
     def at_speed(self, limit: float) -> Stretch:
-        """Return the stretch after a stop, when it has lost all that gathering speed up to a limit can take."""
+        """Return the stretch after a stop, with all time lost that acceleration up to a limit can take."""
         return Stretch(self.motion, lost=limit * self.motion.gathers / 2)
 
     def _without_the_past(self) -> Stretch:
@@ -142,14 +142,14 @@ class Stretch(NamedTuple):
 def time_lost(pieces: tuple[Piece, ...], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
     """Return the time that the time-optimal drive over pieces takes beyond the sum of length / limit.
 
-    It comes to the first at `speed`. At the end it stops, or its speed is free.
+    The robot comes to the first piece at `speed`. At the end it stops, or its speed is free.
     """
     speeds = _speeds(pieces, motion, speed, 0.0 if stops else math.inf)
     return sum(_lost_on(piece, speeds[i], speeds[i + 1], motion) for i, piece in enumerate(pieces))
 
 
 def _speeds(pieces: Sequence[Piece], motion: Motion, first: float, last: float) -> list[float]:
-    """Return the speeds at the ends of all pieces: as fast as can be gathered, and still be braked from."""
+    """Return the speeds at the ends of all pieces: the highest that can be reached, and braked from in time."""
     speeds = [first]
     for i, (length, limit) in enumerate(pieces):
         then = pieces[i + 1][1] if i + 1 < len(pieces) else last
@@ -186,7 +186,7 @@ class NodeDelays:
     def at(self, move: int) -> float:
         """Return the delay at the end of the lane that the robot entered as number `move`, from 1; 0: at its start.
 
-        It is the same however often it is asked for.
+        Repeated calls return the same delay.
         """
         while self._move < move:
             self._move += 1
@@ -196,10 +196,10 @@ class NodeDelays:
 
 
 class LookAhead:
-    """The braking distance that one robot looks ahead: there it decides whether to go on or to brake.
+    """The braking distance that one robot looks ahead, where it decides whether to go on or to brake.
 
-    `brakes` is the time in which it loses a unit of speed. `when` is the time of the latest decision expected, and
-    `pending` the time of the event for it, then or before, inf once it is made.
+    `brakes` is the time in which it loses a unit of speed. `when` is the time of the latest decision expected,
+    `pending` the time of its event, then or before, inf once it is made.
     """
 
     def __init__(self, env: Clock, robot: Body, brakes: float) -> None:
@@ -210,7 +210,7 @@ class LookAhead:
         self.when = self.pending = math.inf
 
     def limit_on(self, lane: Lane) -> float:
-        """Return the speed from which it can brake within a lane: the next intersection is claimed from there."""
+        """Return the speed from which the robot can brake within a lane: there it claims the next intersection."""
         room = lane.length if lane.short else lane.stop_line
         return math.sqrt(2 * room / self.brakes)
 
@@ -219,7 +219,7 @@ class LookAhead:
         return pace * pace * self.brakes / 2
 
     def expect(self) -> None:
-        """Decide a braking distance before the place to which the robot is now sure to get."""
+        """Schedule the decision, one braking distance before the place that the robot is now sure to reach."""
         robot = self.robot
         assert robot.stretch is not None
         self.when = robot.until - robot.stretch.braking_distance(robot.braking) / robot.pace
@@ -232,7 +232,7 @@ class LookAhead:
 
     def _look(self, _: Event) -> None:
         now = self.env.now
-        if now < self.pending:  # another event comes up for this decision
+        if now < self.pending:  # another event serves this decision
             return
         self.pending = math.inf
         if self.when > now + EPS:

@@ -1,7 +1,7 @@
-"""People in the aisles: who comes when, where to, and how long they stay.
+"""People in the aisles: when they come, where to, and how long they stay.
 
-They do not look at robots, so all visits could be drawn before a run. They are drawn as far as needed: the times of
-visits from one random stream, and for each visit the aisle and the stay from a stream of its own.
+They do not react to robots, so all visits could be drawn before a run. They are drawn as needed: the times of visits
+from one random stream, and the aisle and stay of each visit from a stream of its own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from desim_warehouse.values.streams import Streams
 
 
 class Claiming(Protocol):
-    """A claim of a robot that waits, as people see it."""
+    """A waiting claim of a robot, as people see it."""
 
     @property
     def begun(self) -> float:
@@ -49,7 +49,7 @@ class Visit(NamedTuple):
 
 
 class Aisle:
-    """An aisle that people of one source come to: closed to robots while a person is in it."""
+    """An aisle visited by people of one source, and closed to robots while a person is in it."""
 
     wait = "waiting_person"
     is_person = True
@@ -72,9 +72,9 @@ class Aisle:
         return min(until, max(robot.claim.begun, self.busy_since) + give_way.after)
 
     def expected_until(self, time: float, now: float) -> float:
-        """Return when an aisle is expected to be open for a robot that sees a person, but not since when.
+        """Return when an aisle is expected to open for a robot that sees a person, with unknown time of arrival.
 
-        That is after the mean time left of a stay, or sooner if people step aside for the robot.
+        That is after the mean remaining time of a stay, or sooner if people step aside for the robot.
         """
         if self.closed_until(now) <= now:
             return time
@@ -105,7 +105,7 @@ class PeopleSource:
         self._next = next(self._arrivals, math.inf) if self.aisles else math.inf
 
     def _times(self, hours: Hours, hour: float) -> Iterator[float]:
-        """Iterate over the times at which people come: at random, a Poisson process in the time open to them."""
+        """Iterate over the times at which people come: a Poisson process within opening hours."""
         if self.spec.per_hour is None:
             yield from sorted(self.spec.times)
             return
@@ -134,7 +134,7 @@ class PeopleSource:
 def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[PeopleSource]:
     """Make the sources of people of a model.
 
-    `inside` are edges in an intersection, which are no aisles.
+    `inside` are edges within an intersection, which are no aisles.
     """
     made = []
     for name, spec in model.people.items():
@@ -162,7 +162,7 @@ def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tup
 
 
 def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[float] | None]]:
-    """Iterate over how demand is spread over storage places, with weights, or None for equal shares."""
+    """Iterate over the spread of demand over storage places: weights, or None for equal shares."""
     tasks, storage = model.tasks, layout.storage
     if isinstance(tasks.goods, tuple):
         listed = [0.0] * len(storage)

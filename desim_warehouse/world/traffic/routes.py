@@ -24,7 +24,7 @@ from desim_warehouse.world.traffic.lane import Lane
 
 _ATTRIBUTES = ("length", "speed")
 _USUAL = "weight"
-"""The weight that networkx looks for where nobody names one."""
+"""The weight attribute that networkx uses by default."""
 
 
 class PassageMeans(Mapping[Edge, float]):
@@ -47,8 +47,8 @@ class PassageMeans(Mapping[Edge, float]):
 class Routes:
     """The routes of robots by the routing policy, whose answers are checked.
 
-    `waits` and `collisions` are means per passage of each edge, its end node included. Robots `break_down`: then lanes
-    may be blocked.
+    `waits` and `collisions` are means per passage of each edge, its end node included. `break_down`: robots break down,
+    so lanes may be blocked.
     """
 
     # All that a routing policy may ask, long as the list is.
@@ -106,7 +106,7 @@ class Routes:
     def route(self, origin: str, goal: str, speed: float | None = None, after: float = 0.0) -> list[Lane]:
         """Return the lanes from one node to another, as the routing policy chooses them.
 
-        Where lanes close, for a robot of a `speed` that sets out `after` some time.
+        Where lanes close, the route is for a robot of a `speed` that sets out `after` some time.
         """
         lanes = self._known.get((origin, goal)) if self._fixed else None
         if lanes is None:
@@ -116,7 +116,7 @@ class Routes:
         return lanes
 
     def _roads(self, speed: float | None, after: float) -> Roads:
-        """Return the Highways as the routing policy sees them, for a robot's speed and the time at which it leaves."""
+        """Return the Highways as the routing policy sees them, for a robot's speed and departure time."""
         roads = self.roads
         if not self.passes_closures or (after == 0 and speed in {None, roads.speed}):
             return roads
@@ -142,13 +142,13 @@ class Routes:
         return lanes
 
     def _no_route(self, names: Sequence[object], origin: str, goal: str, why: str = "") -> PolicyError:
-        """Make the error of an answer of the policy that is no route; `why` goes on with its sentence."""
+        """Make the error for an answer of the policy that is no route; `why` continues its sentence."""
         are_names = all(isinstance(name, str) for name in names)
         route = " > ".join(map(str if are_names else shown, names)) or "nothing"
         return fault("routing", self.policy, self.env.now, f"{route} is no route from {origin} to {goal}{why}")
 
     def _through_lift(self, lanes: Sequence[Lane]) -> str | None:
-        """Return the node of a lift by which lanes lead in and out on the same floor."""
+        """Return the node of a lift through which lanes lead in and out on the same floor."""
         for lane, onward in itertools.pairwise(lanes):
             if lane.end.is_lift and not lane.inside and not onward.inside:
                 return lane.edge[1]
@@ -168,9 +168,9 @@ class Routes:
     def way_past(
         self, node: str, rest: Sequence[Lane], stop: float | None, speed: float, after: float
     ) -> list[Lane] | None:
-        """Return another route, by which a robot that comes to `node` after some time arrives sooner than by `rest`.
+        """Return another route by which a robot that comes to `node` after some time arrives sooner than by `rest`.
 
-        It is None if the robot would not wait on the rest for a lane to open.
+        Return None if no lane on the rest would keep the robot waiting for its opening.
         """
         last = rest[-1]
         goal = last.edge[1] if stop is None else last.edge[0]
@@ -186,7 +186,7 @@ class Routes:
         return other if time < present * (1 - LESS) else None
 
     def delay(self, origin: str, edge: Edge, speed: float, usual: float) -> float:
-        """Return how much later than by the `usual` time a robot is at the end of an edge, for lanes that close."""
+        """Return how much later than by the `usual` time a robot is at the end of an edge because lanes close."""
         if not self.passes_closures:
             return 0.0
         roads = self._roads(speed, 0.0)
@@ -205,7 +205,7 @@ class Routes:
         return self._closed_for(edge, begin + after)
 
     def _shut_for(self, begin: float, approach: float, edge: Edge, after: float) -> float:
-        """Return how long an edge is closed to a robot that sets out `begin` from now, `approach` ahead of the node."""
+        """Return how long an edge is closed to a robot that sets out `begin` from now, `approach` before the node."""
         closures = self._closes.get(edge)
         if closures is None:
             return 0.0
@@ -239,19 +239,19 @@ class Routes:
 
 
 def wait_at(lane: Lane, after: float, now: float) -> float:
-    """Return how long a robot is expected to wait before a lane if it comes there `after` from now."""
+    """Return the expected wait of a robot before a lane that it reaches `after` from now."""
     time = now + after
     return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])
 
 
 class _EdgeData(dict[str, Any]):
-    """An edge as a policy of the user's own sees it: a misspelt attribute is an error.
+    """An edge as a user's own policy sees it, where a misspelt attribute is an error.
 
-    Algorithms of networkx take 1 for a weight that an edge does not have: `weight="lenght"` counts edges unnoticed.
+    Algorithms of networkx take 1 for a missing weight: `weight="lenght"` counts edges unnoticed.
     """
 
     def get(self, key: str, default: Any = None) -> Any:
-        """Return the attribute; raises KeyError for one that no edge has."""
+        """Return the attribute; raises KeyError for an attribute that no edge has."""
         if key not in self and key not in _ATTRIBUTES and key != _USUAL:
             near = nearest(key, _ATTRIBUTES)
             raise KeyError(f"edges have no {key!r}, {f'did you mean {near!r}?' if near else 'but length and speed'}")
@@ -259,7 +259,7 @@ class _EdgeData(dict[str, Any]):
 
 
 def _strict(graph: nx.DiGraph) -> nx.DiGraph:
-    """Copy a graph for a user's own policy: to `get` an attribute that is misspelt raises KeyError."""
+    """Copy a graph for a user's own policy, so that to `get` a misspelt attribute raises KeyError."""
     strict = nx.DiGraph()
     strict.edge_attr_dict_factory = _EdgeData
     strict.add_nodes_from(graph.nodes(data=True))

@@ -1,4 +1,4 @@
-"""Rules that hold everywhere on a floor: distances and times, and who decides on steps, rings of robots, and drives."""
+"""Rules for the whole floor, distances and times, and protocols for deciding on steps, rings and drives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Rings(Protocol):
-    """The part that looks for robots that wait for each other in a ring, a deadlock cycle (see `gridlock`)."""
+    """The part that searches for rings of robots waiting for each other, deadlock cycles (see `gridlock`)."""
 
     def check(self, robot: Body) -> None:
         """Follow the chain of waiting robots from one that has just become blocked, and turn a ring that it closes."""
@@ -27,14 +27,14 @@ class Rings(Protocol):
 class StepGuard(Protocol):
     """The guard that decides on each step where lanes are two-way (deadlock avoidance; see `avoidance`).
 
-    It goes by the routes that robots have declared.
+    It relies on the routes that robots have declared.
     """
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
-        """Take the lanes on which a robot in a slot will drive."""
+        """Declare the lanes that a robot in a slot will drive."""
 
     def change(self, robot: Body, route: Sequence[Lane]) -> bool:
-        """Take other lanes for a robot that is under way, if that is safe. Returns whether it is."""
+        """Replace the lanes of a robot under way, if that is safe. Returns whether it is."""
 
     def admit(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:
         """Whether a robot may cross `node` now and enter the lane `onward` (None: a slot)."""
@@ -46,26 +46,26 @@ class StepGuard(Protocol):
         """Note that a claim has been granted or given up."""
 
     def stands_aside(self, robot: Body, route: Sequence[Lane]) -> None:
-        """Note that a robot stands beside its lane, onto which it comes back, and then drives a route."""
+        """Note that a robot stands beside its lane, and will come back onto it to drive a route."""
 
     def left(self, robot: Body) -> None:
         """Note that a robot is off the lanes, in a slot."""
 
 
 class Driver(Protocol):
-    """A robot as its body knows it: the driver decides, and learns what happens to the body."""
+    """The driver of a body: it decides where the robot goes, and is notified of what happens to the body."""
 
     def left_bay(self) -> None:
         """Note that the robot has just left the bay it stood in."""
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Return another route if held up before `route[index]`, or None to wait. Asked while `detours` are left."""
+        """Return another route if held up before `route[index]`, or None to wait. Called while `detours` are left."""
 
     def stood_aside(self) -> None:
         """Note that the body stands beside its lane, in a wide aisle, and comes back onto it later."""
 
     def give_way(self) -> None:
-        """End the robot's rest where it unloaded: others wait for the place, and it goes on to a bay."""
+        """End the robot's rest where it unloaded, and go on to a bay: others wait for the place."""
 
     def notice_wait(self, waiting: bool) -> None:
         """Note that the robot begins, or ends, to wait in traffic."""
@@ -108,12 +108,12 @@ class NoDriver:
 class Rules:
     """The rules of a floor, for its lanes and intersections.
 
-    `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
+    `headway` is D, the distance that robots keep: that of the largest pair for all, so that in a ring each can take any
     other's position. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
-    re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
-    in speed, so that one robot can catch up with another on the way. `exits_matter`: it matters when a robot leaves the
-    end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are two-way.
-    Where it is None, full rings of waiting robots turn instead.
+    re-planning), and `turn_time` there for every quarter turn of a robot. `mixed`: robots or edges differ in speed, so
+    one robot can catch up with another on the way. `exits_matter`: the time at which a robot leaves the end of a lane
+    is needed (for the full log, or a faster follower). `guard` decides on every step where lanes are two-way. If it is
+    None, full rings of waiting robots turn instead.
     """
 
     env: Clock
@@ -130,7 +130,7 @@ class Rules:
     def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
         """Return how far the robot that left by one lane must be before the next may come `via` another.
 
-        `ratio` is how far, at least, the one that leaves drives while the other drives 1.
+        `ratio` is the least distance that the first robot drives while the other drives 1.
         """
         approach = via.length if via.short else self.headway
         if via.edge[1] == left_on.edge[0]:

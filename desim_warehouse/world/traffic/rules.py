@@ -1,8 +1,8 @@
 """The collision rule of the paper as distances: headway D, the closing distance behind a robot, and the tolerance.
 
-Robot i stops for robot j if j is nearer than D = r_i + r_j + margin and within the collision angle theta of i's
-heading (Liu et al. 2017, collision waiting). On a lane this is a headway of D. At an intersection it closes the node
-for a while behind a robot that leaves it: this module says for how far.
+Robot i stops for robot j if j is nearer than D = r_i + r_j + margin and within the collision angle theta of i's heading
+(Liu et al. 2017, collision waiting). On a lane this is a headway of D. At an intersection it closes the node behind a
+departing robot until that is a distance away, given by this module.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import math
 from functools import lru_cache
 
 EPS = 1e-6
-"""Lengths and times closer than this are the same: ties do not count as waiting."""
+"""Tolerance: lengths and times closer than this are equal, and ties do not count as waiting."""
 
 
 def exact_length(length: float, headway: float) -> float:
     """Return a lane's length, or D or 2 D where it is within the tolerance of them.
 
-    Lanes of at least D, and of at least 2 D, obey other rules than shorter ones. Which rule holds must not depend on
-    rounding, and a lane that is one by the tolerance only has stop lines that do not fit it.
+    Lanes of at least D, and of at least 2 D, obey other rules than shorter ones. The choice must not depend on
+    rounding, and a lane that reaches them only by the tolerance would have stop lines that do not fit it.
     """
     for exact in (headway, 2 * headway):
         if abs(length - exact) <= EPS:
@@ -29,14 +29,14 @@ def exact_length(length: float, headway: float) -> float:
 
 @lru_cache(maxsize=10_000)
 def closing_distance(angle: float, theta: float, headway: float, approach: float) -> float:
-    """Return how far a robot must be beyond a node before the next may start towards it from `approach` before it.
+    """Return how far beyond a node a robot must be before the next may start from `approach` before the node.
 
-    `angle` is between the headings of the one that comes and the one that leaves, `theta` the collision angle (both in
-    radians). With x to go and the other y beyond the node, the one that comes would stop for some x on its way iff x +
-    y < g. By the law of sines g = D cos(angle/2 - a) / cos(angle/2) with a = min(theta, angle/2). At right angles this
-    is D (cos a + sin a), straight on it is D. The same law holds for robots that follow each other round a corner:
-    exempting them makes S 11 % too low and lets robots overlap. Never more than D: there the robot that left may stand,
-    and counts as clear of the node. Kept for all runs.
+    `angle` is between the headings of the next robot and the one that leaves, `theta` the collision angle (both in
+    radians). With x to go and the other y beyond the node, the next robot would stop for some x on its way iff x + y <
+    g. By the law of sines g = D cos(angle/2 - a) / cos(angle/2) with a = min(theta, angle/2). At right angles this is D
+    (cos a + sin a), straight on it is D. The same law holds for robots that follow each other round a corner: exempting
+    them makes S 11 % too low and lets robots overlap. The distance never exceeds D, where the robot that left may stand
+    and counts as clear of the node. Results are cached for all runs.
     """
     half = min(abs(angle), math.pi) / 2
     if half > math.pi / 2 - 1e-3:  # turning back: the formula's denominator vanishes
@@ -49,15 +49,15 @@ def closing_distance(angle: float, theta: float, headway: float, approach: float
 def closing_distance_apart(
     shift: complex, comes: float, leaves: float, theta: float, headway: float, approach: float, ratio: float
 ) -> float:
-    """Return `closing_distance` for two nodes of one intersection: the robot left at `shift` from the next one's.
+    """Return `closing_distance` for two nodes of one intersection: the first robot's is at `shift` from the next one's.
 
-    The two paths do not meet in a point, so the largest x + y at which the next one would stop is found by trying a
-    grid of x and y, on the safe side by half a grid step. It is kept for all runs of a study. `comes` and `leaves` are
-    headings. While the one that comes drives 1, the other drives at least `ratio`.
+    The two paths do not meet in a point, so the largest x + y at which the next robot would stop is found on a grid of
+    x and y, on the safe side by half a grid step, and cached for all runs of a study. `comes` and `leaves` are the
+    headings of the next robot and of the one that left, which drives at least `ratio` while the next drives 1.
     """
     steps = 40
     near = (approach + headway) / steps / 2
-    # The place of the robot that leaves, and its heading, as the one that comes sees them (ahead is the real axis).
+    # The place of the departing robot, and its heading, as seen by the one that comes (ahead is the real axis).
     seen, away = shift * cmath.rect(1, -comes), cmath.rect(1, leaves - comes)
     gap = headway
     for x in (approach * i / steps for i in range(steps + 1)):

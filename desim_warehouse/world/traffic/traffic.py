@@ -1,7 +1,7 @@
-"""Collision waiting as contention: the Highways as lanes and intersections that robots reserve.
+"""Collision waiting as resource contention: the Highways as lanes and intersections that robots reserve.
 
-Read `drive` for how a robot gets along, `lane` for the queue on an edge, `intersection` for who may cross,
-`gridlock` for why it never stalls, `rules` for the distances.
+See `drive` for the progress of a robot, `lane` for the queue on an edge, `intersection` for the right to cross,
+`gridlock` for the proof that work never stalls, `rules` for the distances.
 """
 
 from __future__ import annotations
@@ -36,11 +36,10 @@ class Traffic:
     """The Highways in use: lanes by edge, intersections by node.
 
     `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`).
-    `rule` says what becomes of rings of waiting robots (see `gridlock`). By `avoid` robots declare their routes to
-    `rules.guard`, which decides on every step and has `patience`. For `zones` see there. `node_times` are nodes at
-    which another time than `node_time` is spent. `free` are nodes at which no robot waits. `restrictions`: lanes that
-    are closed or slow at times. `wide`: beside these robots stand while they load or unload; `looks`
-    as in `wide.WideLane`.
+    `rule` is how rings of waiting robots are treated (see `gridlock`). With `avoid` robots declare their routes to
+    `rules.guard`, which decides on every step and has `patience`. For `zones` see that module. `node_times` are nodes
+    with a time other than `node_time`. `free` are nodes at which no robot waits. `restrictions`: lanes that are closed
+    or slow at times. `wide`: lanes beside which robots stand while they load or unload; `looks` as in `wide.WideLane`.
     """
 
     def __init__(
@@ -97,7 +96,7 @@ class Traffic:
             guard.rely_on(self.lanes.values())
 
     def share_lifts(self, users: Mapping[str, LiftUsers]) -> None:
-        """Let people and repairs use lifts beside robots, by the name of the lift."""
+        """Let people and repairs use lifts as well as robots, by the name of the lift."""
         for node in self.nodes.values():
             if isinstance(node, LiftCrossing):
                 node.users = users.get(node.shaft.name)
@@ -105,15 +104,15 @@ class Traffic:
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
-        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`). Without a route it is
-        on the lane where the robot is.
+        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`). If the route is
+        empty, the stop is on the robot's present lane.
         """
         if stop is not None:
             stop = (route[-1] if route else robot.lane).clear_stop(stop)
         return Drive(self.rules, robot, route, stop)
 
     def stand(self, robot: Body, start: Start) -> None:
-        """Put a robot onto the lanes at the start of a run. On one lane those farther ahead come first."""
+        """Put a robot onto the lanes at the start of a run. On each lane robots must be added from the front."""
         if start.edge is None:
             node = self.nodes[start.node]
             node.grant(robot, None)
@@ -122,7 +121,7 @@ class Traffic:
             self.lanes[start.edge].place(robot, start.offset)
 
     def clear(self, robot: Body, name: str) -> None:
-        """Move a robot from the lanes to beside a node: the places it held are free, and robots behind move up."""
+        """Move a robot off the lanes to beside a node: its places become free, and robots behind move up."""
         now, node = self.rules.env._now, self.nodes[name]
         held, lane, behind = robot.held, robot.lane, robot.behind
         robot.be_cleared(node)
@@ -137,12 +136,12 @@ class Traffic:
                 place.freed(now)
 
     def into_bay(self, robot: Body) -> None:
-        """Move a robot from the node it stands on into the bay beside it: at once, and the node is open to all."""
+        """Move a robot at once from its node into the bay beside it, which opens the node to all."""
         now = self.rules.env._now
         node, lane = robot.held, robot.lane
         if lane is not None:
             robot.off_lane(now)
-            lane.out_at = -math.inf  # it blocks no robot now
+            lane.out_at = -math.inf  # it no longer blocks any robot
         robot.into_bay(node)
         if self.rules.guard is not None:
             self.rules.guard.left(robot)
@@ -159,9 +158,9 @@ def _intersections(
     zones: Sequence[TrafficZone],
     free: frozenset[str],
 ) -> dict[str, Intersection]:
-    """Make the intersections, by node: nodes joined by an edge shorter than D, or in one zone, cannot both be occupied.
+    """Make the intersections, by node: nodes joined by an edge shorter than D, or in one zone, form one.
 
-    One with a free node among its nodes is free as a whole.
+    An intersection with a free node is free as a whole.
     """
     groups = {name: [name] for name in layout.graph}
     together = [edge for edge, length in lengths.items() if length < rules.headway]

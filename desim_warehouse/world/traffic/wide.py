@@ -1,15 +1,15 @@
-"""Wide aisles: a robot that loads or unloads stands beside its lane, and comes back by a claim for room on it.
+"""Wide aisles: a robot that loads or unloads stands beside its lane, and returns by a claim for room on it.
 
-Beside each place there is room for one robot. It is off the lane's queue, so others drive past. To come back it needs
-room where it stands: no robot is nearer than D, none ahead of it is sure to go less far than that, and none behind it
-any farther. While it waits for that it holds nothing, so nobody waits for it, and no ring closes through it. Where
-rings turn no other robot is let onto the lane meanwhile, so it comes back after those that are on it (`has_room`). A
-ring that turns does not heed that.
+Beside each place there is room for one robot. It is off the lane's queue, so others drive past. To return it needs room
+where it stands: no robot nearer than D, none ahead of it whose sure target is nearer than that, and none behind it
+whose target is farther. While it waits for room it holds nothing, so no robot waits for it, and no ring closes through
+it. Where rings turn, no other robot is let onto the lane meanwhile, so it returns after those that are on it
+(`has_room`). A turning ring ignores that.
 
 A robot that finds the room taken waits in the lane. When the one beside it is ready the two change places at once.
-Where lanes are two-way the guard may refuse that; then it loads in the lane, as in a narrow aisle, and so it does while
-the one beside the lane is broken, for a repair would hold up the whole aisle. So it waits for time alone (proof:
-docs/why.md, "Wide aisles").
+Where lanes are two-way the guard may refuse that; then the waiting robot loads in the lane, as in a narrow aisle. It
+does so too while the one beside the lane is broken, as a repair would hold up the whole aisle. So it waits for time
+alone (proof: docs/why.md, "Wide aisles").
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from desim_warehouse.world.traffic.rules import EPS
 
 
 class RoomClaim(Event):
-    """A robot's request to leave its lane, or to come back onto it: a claim whose `node` is the lane.
+    """A robot's request to leave its lane, or to return onto it: a claim whose `node` is the lane.
 
-    It has the attributes of `intersection.Claim` that are read of robots that wait. `lane`: the lane on which it needs
-    room; None: it waits in the lane for the one that stands beside it.
+    It has the attributes of `intersection.Claim` that are read of waiting robots. `lane` is the lane on which the robot
+    needs room; None: it waits in the lane for the robot beside it.
     """
 
     via = over = because = met = shut_by = kept_out_of = None
@@ -48,9 +48,9 @@ class RoomClaim(Event):
 class Side:
     """The places beside a lane, for both directions of a two-way lane.
 
-    `beside` has the robot at each place, by where that is along the lane. `ready` are robots there that have loaded.
-    `queued` wait in the lane for the room beside a place. `claims` are those of robots that wait for room on the lane,
-    the oldest first. `looks_at`: when they are looked at again.
+    `beside` maps positions along the lane to the robots there. `ready` are those that have loaded. `queued` wait in the
+    lane for the room beside a place. `claims` are those of robots that wait for room on the lane, the oldest first.
+    `looks_at`: when they are examined next.
     """
 
     def __init__(self) -> None:
@@ -62,12 +62,12 @@ class Side:
 
 
 class WideLane(Lane):
-    """A lane in a wide aisle, with what is beside it.
+    """A lane in a wide aisle, with the places beside it.
 
     Attributes:
         yields: whether no robot is let in while another waits to come back.
-        looks: whether robots that drive past decide once more before each robot beside the lane, so that one that is
-            ready there goes first; not where robots brake for everything that they are not sure of.
+        looks: whether robots that drive past decide again before each robot beside the lane, so that a robot ready
+            there goes first; not where robots brake for everything that they are not sure of.
     """
 
     holder = None
@@ -81,10 +81,10 @@ class WideLane(Lane):
 
     @property
     def claims(self) -> list[RoomClaim]:
-        """The claims of robots that wait for room on it, or on the lane back."""
+        """The claims of robots that wait for room on this lane or its twin."""
         return self.side.claims
 
-    # What others read and set of a lane: whatever changes, those beside it are looked at
+    # Attributes that others read and set: on any change the robots beside the lane are examined.
 
     @property
     def entering(self) -> Body | None:
@@ -107,14 +107,14 @@ class WideLane(Lane):
         self.freed()
 
     def made_room(self, behind: Body | None, now: float) -> None:
-        """Let robots use the room before `behind`, or at the lane's start, and look at those beside the lane."""
+        """Let robots use the room before `behind`, or at the lane's start, and examine those beside the lane."""
         super().made_room(behind, now)
         self.freed()
 
     def has_room(self, robot: Body) -> bool:
-        """Whether a robot can come in at its start. It waits for those that wait to come back, unless a ring turns.
+        """Whether a robot can enter at the start. It yields to those that wait to return, unless a ring turns.
 
-        Robots that were not yet sure of their way past others beside the lane are, where it takes that to make room.
+        To make room, robots not yet sure of their way past others beside the lane are made so.
         """
         claims = self.side.claims
         if claims and (self.yields or any(claim.robot is robot for claim in claims)):
@@ -126,7 +126,7 @@ class WideLane(Lane):
             self.move_up(first, self.rules.env._now)
         return super().has_room(robot)
 
-    # Others that drive past: up to D before each place with a robot beside it, and then on
+    # Robots that drive past: up to D before each place with a robot beside it, and then on
 
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
         """Let a robot enter as the last, sure of its way up to the first place with a robot beside the lane."""
@@ -144,7 +144,7 @@ class WideLane(Lane):
         super().commit(robot, self._first_of(robot.target, target), now)
 
     def _first_of(self, place: float, target: float) -> float:
-        """Return D before the first position, beyond one and before a target, with a robot beside it; or the target.
+        """Return the target, or D before the first robot beside the lane between `place` and the target.
 
         Positions within 2 D of the lane's start do not count, so that the next robot can come in.
         """
@@ -160,11 +160,11 @@ class WideLane(Lane):
     # Off the lane
 
     def has_place(self, robot: Body, stop: float | None) -> bool:
-        """Whether a robot stands on the lane at its place, and not short of it, in a ring that turned."""
+        """Whether a robot stands at its place on the lane, not short of it in a ring that turned."""
         return robot.lane is self and robot.held is None and stop is not None and abs(robot.pos - stop) <= EPS
 
     def stand_aside(self, robot: Body) -> Generator[Event, object, bool]:
-        """Leave the lane, once there is room beside it. Returns whether it has: else it loads in the lane."""
+        """Leave the lane once there is room beside it. Returns whether it has; if not, it loads in the lane."""
         side, place = self.side, self._place(robot)
         other = side.beside.get(place)
         if other is None:
@@ -179,14 +179,14 @@ class WideLane(Lane):
         return bool(claim.value)
 
     def break_down(self, robot: Body) -> None:
-        """Let another load in the lane that waits for the room beside it, which a broken robot keeps."""
+        """Let a robot that waits for the room beside the lane load in the lane, as a broken robot keeps the room."""
         queued = self.side.queued.pop(self._place(robot), None)
         if queued is not None:
             queued.robot.resume()
             queued.succeed(value=False)
 
     def come_back(self, robot: Body) -> Steps:
-        """Come back onto the lane, where the robot left it, once there is room."""
+        """Return onto the lane once there is room, where the robot left it."""
         side = self.side
         side.ready[robot] = None
         queued = side.queued.pop(self._place(robot), None)
@@ -201,7 +201,7 @@ class WideLane(Lane):
 
     @staticmethod
     def _place(robot: Body) -> float:
-        """Return where a robot is along its lane, in the direction that stands for both."""
+        """Return the position of a robot along its lane, in the direction that stands for both."""
         lane: WideLane = robot.lane
         return round(robot.pos if lane.lane_of_both is lane else lane.length - robot.pos, 6)
 
@@ -228,7 +228,7 @@ class WideLane(Lane):
         robot.driver.stood_aside()
         self.rules.log.aside(self.rules.env._now, robot)
 
-    # Back onto it
+    # Returning onto the lane
 
     def _joins(self, robot: Body) -> bool:
         """Put a robot back onto the lane now, if there is room."""
@@ -249,17 +249,17 @@ class WideLane(Lane):
         return True
 
     def _neighbours(self, place: float) -> tuple[Body | None, Body | None]:
-        """Return the last robot that goes nearer than D to a place, or beyond it, and the one behind that."""
+        """Return the last robot that goes nearer than D to a place, or beyond it, and the robot behind that."""
         ahead, behind = self.last, None
         while ahead is not None and ahead.target <= place - self.headway + EPS:
             ahead, behind = ahead.ahead, ahead
         return ahead, behind
 
     def _clear_for(self, robot: Body, ahead: Body | None) -> float:
-        """Return when a robot beside the lane can come back, as no other is nearer than D: neither ahead nor beyond.
+        """Return when a robot beside the lane can return, with no other nearer than D, ahead or behind.
 
-        It is inf if the robot ahead is not sure to get that far. The last robot that came the other way must be
-        through, too.
+        It is inf if the robot ahead is not sure to get that far. The last robot in the other direction must be through,
+        too.
         """
         if ahead is not None and ahead.target < robot.pos + self.headway - EPS:
             return math.inf
@@ -267,9 +267,9 @@ class WideLane(Lane):
         return max(self._clear_at(ahead, robot.pos, robot.pace), through)
 
     def _change_places(self, robot: Body, other: Body) -> bool:
-        """Let a robot beside the lane take the place of one that stands in it, at once, if that is safe.
+        """Let a robot beside the lane change places at once with the one that stands in it, if that is safe.
 
-        The guard is asked as if it came onto the lane behind that one, which leaves it only then.
+        The guard is asked as if it returned behind that robot, which leaves the lane only then.
         """
         guard = self.rules.guard
         if robot.lane is not other.lane:
@@ -314,7 +314,7 @@ class WideLane(Lane):
         if self._last is robot:
             self._last = ahead
 
-    # As the node of their claims
+    # As the `node` of claims
 
     def freed(self, now: float | None = None) -> None:
         """Look at robots that wait to come back, at the end of this instant or at a later time."""
@@ -331,7 +331,7 @@ class WideLane(Lane):
         """Do nothing: the lane is not closed to a robot that is in the aisle already."""
 
     def count_claim(self, claim: RoomClaim, other: Body | None, end: float) -> None:
-        """Count a wait for room, beside the lane or on it, as one behind a robot on the lane."""
+        """Count a wait for room, beside the lane or on it, as a wait behind a robot on the lane."""
         duration = end - claim.robot.waiting_since
         if duration > EPS:
             self.count_wait(claim.robot, other or claim.other, duration, end)

@@ -1,12 +1,12 @@
 """Zones: intersections of many nodes for one robot at a time, and lines of lanes with one direction at a time.
 
-One robot: nodes and edges of the zone are one intersection, and its edges lie inside. A robot claims all of it
-together with room beyond, so none waits in it for room. Rings turn past it as past a node (`intersection`,
-`gridlock`). One direction: a robot that drives a line of two-way lanes the other way blocks those that have still to
-enter it (`avoidance`). No lane of it is a refuge. It is in the zone from the step onto its first lane there until the
-step off the node at the end of its last. If nobody stands in i's way, nobody stands against i in the zone that it
+One robot: the nodes and edges of the zone are one intersection, with its edges inside. A robot claims all of it
+together with room beyond, so none waits in it for room. Rings turn past it as past a node (`intersection`, `gridlock`).
+One direction: a robot that drives a line of two-way lanes blocks robots that have still to enter it the other way
+(`avoidance`). No lane of the line is a refuge. A robot is in the zone from the step onto its first lane there until the
+step off the node at the end of its last. If no robot stands in i's way, none stands against i in the zone that it
 enters, and a robot on its way out is under way, so the step is free. Lanes of the zone are at least 2 D long, so that
-every passage of one is a step of its own.
+every passage of a lane is a step of its own.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ZoneDirection:
         self.robots: dict[Body, None] = {}
 
     def is_in(self, robot: Body, now: float) -> float | None:
-        """Return when to look again whether a robot that holds its stand beyond the zone has left; None if it has."""
+        """Return when to check again whether a robot with a stand beyond the zone has left it; None if it has."""
         lane = robot.lane
         if lane is None:
             return None
@@ -51,7 +51,7 @@ class ZoneDirection:
 
 
 def directions(zones: Iterable[TrafficZone]) -> dict[tuple[str, str], ZoneDirection]:
-    """Return the zone's direction that each edge is part of, if any."""
+    """Return the zone direction of each edge, if any."""
     direction_of = {}
     for zone in zones:
         if zone.rule == "one-direction":
