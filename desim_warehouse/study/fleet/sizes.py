@@ -81,9 +81,9 @@ class Sized:
     `year`: years from today, if years are planned. `failed_before`: designs that failed in an earlier year, each with
     whether its batteries ran down.
     `most`: with pods, the fleet that does most, if the largest does worse; fleets larger than its `up_to` were not
-    judged. `fewer`: whether fewer robots were assumed to do no worse, by the target's indicator. `against`: the smallest
-    and the largest design contradict this, so that designs were judged one by one. `scanned`: designs were judged one
-    by one on request.
+    judged. `fewer`: whether fewer robots were assumed to do no worse, by the target's indicator. `against`: whether the
+    smallest and the largest design contradict this, so that designs were judged one by one. `scanned`: whether designs
+    were judged one by one on request.
     `trip`: if no design suffices although nothing is scarce, the mean time from release of a task until it is done.
     `lead`: how long before a departure orders must arrive at `best`; None if nothing departs.
     """
