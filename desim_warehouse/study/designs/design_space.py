@@ -191,7 +191,7 @@ class AisleWays(Floor):
 
     @property
     def many(self) -> float:
-        """The largest possible number of designs, some of which would cut off a part of the floor."""
+        """The largest possible number of designs, including designs that would cut off a part of the floor."""
         return math.prod(map(len, self.turnable.ways))
 
     def label(self, design: tuple[Way, ...]) -> Label:

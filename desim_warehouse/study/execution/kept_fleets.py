@@ -26,7 +26,7 @@ _LOCKS = 2
 
 
 class KeptFleets(SettledFleets):
-    """Settled fleets that processes share in a folder of journals; without a folder, those of this process only."""
+    """Settled fleets that processes share in a folder of journals; without a folder, in this process only."""
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__()

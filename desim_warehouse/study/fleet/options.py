@@ -140,7 +140,7 @@ def _against(
 
 
 def _could_save(plan: FleetSizes) -> float:
-    """Return how far the cost of the chosen design may exceed that of a design not shown to miss the target."""
+    """Return the largest excess of the chosen design's cost over the cost of a design not shown to miss the target."""
     sized, best = plan.today, plan.today.best
     if best is None or best.cost is None:
         return 0.0

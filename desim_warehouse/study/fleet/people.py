@@ -160,5 +160,5 @@ def people_of(model: Model, wanted: Mapping[str, Sequence[int] | str | None]) ->
 
 
 def _peak(quick: QuickEstimate) -> float:
-    """Return the ratio of the tasks of the busiest hour to those of the mean hour."""
+    """Return the number of tasks in the busiest hour, as a multiple of the hourly mean."""
     return 1.0 if not quick.rate or quick.peak is None else quick.peak / quick.rate
