@@ -1,9 +1,9 @@
-"""Numbers as people read them: no more digits than are known, shares in per cent, times in a unit that fits.
+"""Formatting of numbers for people: only significant digits, shares in per cent, times in a suitable unit.
 
 For all sentences, tables and pages.
 
-An end of an interval that would look like the target has more digits, alone: with one digit more for all three
-numbers tables grew, and with more digits everywhere nobody reads them.
+Only an end of an interval that would look equal to the target gets more digits: one more digit for all three numbers
+widened tables, and with more digits everywhere nobody reads them.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 For `--page` of commands, and for `desim report`.
 
-Where a run is shown with the answer, whoever has the run hands in its drawings and tables: the page knows none.
+If a run is shown with the answer, the caller passes its drawings and tables, since this module knows no runs.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """The parts of an answer as plain data: numbers, options, figures, tables, and the answer that holds them.
 
-Everything that is shown of an answer is made of these values, so the terminal (`text`), `--json`, the file answer.json
-and the page (`page`) cannot differ. Keys that one question alone has stand beside the common ones.
+All views of an answer are made from these values, so that the terminal (`text`), `--json`, the file answer.json and the
+page (`page`) cannot differ. Keys of a single question stand beside the common ones.
 
-No command stands beside each number: `what-if` looks once and a verdict at several looks, so the command that should
-show a number again would print another interval. The command as it was typed gives the same answer from the same
-runs.
+Numbers have no commands of their own to reproduce them: `what-if` looks once and a verdict repeatedly (interim
+analyses), so that such a command would print another interval. The original command gives the same answer from the
+same runs.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Whether a model can work, before it runs.
+"""Examination of whether a model can work, before it runs.
 
-`examine` has all findings, for `desim check`, with those that the quick estimate shows; `refuse` raises the errors
-among them, before a run.
+`examine` returns all findings for `desim check`, including those of the quick estimate; `refuse` raises the errors
+among them before a run.
 """
 
 from __future__ import annotations

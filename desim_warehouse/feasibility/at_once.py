@@ -1,9 +1,9 @@
-"""Chargers that a whole fleet needs at once, a finding of `desim check`: equal batteries are empty together.
+"""Finding of `desim check` that a whole fleet needs chargers at once, because equal batteries run low together.
 
-Batteries that begin alike and never rest reach the level at which robots charge within a short time of each other: they
-differ only by what the states of a robot draw. With D for the difference of the largest and the smallest draw, σ is
-about D / 4 times the root of the product of the time worked and the time of a task, in energy. If all are low before
-the first is back, nobody works until then, however many chargers there are.
+Batteries that start at equal levels in robots that never rest reach the charging threshold within a short time of each
+other, since they differ only by the power drawn in the states of a robot. If D is the difference of the largest and the
+smallest draw, the standard deviation of their energy is about D / 4 times the square root of the time worked times the
+time of a task. If all are low before the first robot is back, no robot works until then, however many chargers exist.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Closures, slow zones, people and breakdowns: names of nothing, and places closed, cut off or blocked.
+"""Faults of closures, slow zones, people and breakdowns: unknown names, and places closed, cut off or blocked.
 
 For findings of `desim check`, and for the examination before every run.
 """

@@ -1,16 +1,16 @@
-"""The quick estimate of a model: what a fleet can do, and what that takes, in numbers.
+"""The quick estimate of a model: the capacity of its fleet, and the robots and chargers that demand requires.
 
 For `desim check`, the figures of `desim new`, and the fleet with which the search of `desim plan` begins.
 
-The cost of a task is measured, one robot of each kind by itself, and so is a whole fleet where work always waits
-(`run/quick.py`). The capacities of robots, chargers and stations are upper bounds, by Little's law and the asymptotic
-bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978) 225-261).
+The cost of a task is measured with a single robot of each kind, and the throughput of a whole fleet with work always
+waiting (`run/quick.py`). The capacities of robots, chargers and stations are upper bounds, by Little's law and the
+asymptotic bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978) 225-261).
 
-`Network` says what queues for chargers take, and what other numbers of robots do, by mean value analysis of a closed
-network (Reiser and Lavenberg, Journal of the ACM 27 (1980) 313-322). A robot goes round and round. For a part of each
-task it is served where others may be before it, for the rest of it nobody is in its way. Several servers count as one
-that is so much faster, and a time without queues (Seidmann, Schweitzer and Shalev-Oren, LSOR 1987). Times of service
-are taken to vary as exponential ones do: where they vary less, queues are shorter.
+`Network` estimates queues for chargers, and the throughput of other numbers of robots, by mean value analysis of a
+closed network (Reiser and Lavenberg, Journal of the ACM 27 (1980) 313-322). Robots circulate: for a part of each task
+they are served at resources where others may queue, and for the rest they are delayed by nobody. Several servers are
+replaced by one server that is faster in proportion, and a delay without queues (Seidmann, Schweitzer and Shalev-Oren,
+LSOR 1987). Service times are assumed to be exponential; if they vary less, queues are shorter.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Hours of stations, robots and flows in an estimate: shares of time, and hours under which nothing can be done.
+"""Hours of stations, robots and flows in an estimate: shares of time, and hours that leave no time for work.
 
 For the quick estimate (`run.quick`), and for findings of `desim check`.
 """

@@ -1,4 +1,4 @@
-"""How busy everybody will be, by the quick estimate: the loads of `model.facts.workers`, foreseen.
+"""Expected utilisation of each group: the loads of `model.facts.workers`, by the quick estimate.
 
 For `desim check`, and for the loads of plans and their live page.
 """

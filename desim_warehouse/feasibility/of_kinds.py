@@ -2,7 +2,7 @@
 
 For findings of `desim check`.
 
-Each kind is looked at as if all robots were of it, with its chargers alone (`as_kind`).
+Each kind is examined as if all robots were of this kind, with only its chargers (`as_kind`).
 """
 
 from __future__ import annotations

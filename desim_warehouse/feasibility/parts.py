@@ -1,4 +1,4 @@
-"""Parts of the quick estimate: the mean task, the load of each station, and with pods the lines picked at a visit.
+"""Parts of the quick estimate: the mean task, the load of each station and, with pods, the lines picked per visit.
 
 For the answer of `desim check`.
 """

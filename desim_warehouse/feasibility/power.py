@@ -1,4 +1,4 @@
-"""The energy balance of a model: what tasks draw, what chargers give, how many are needed.
+"""The energy balance of a model: energy drawn by tasks, energy supplied by chargers, and the chargers needed.
 
 For `desim check`, and for the chargers that `desim new` writes.
 """

@@ -1,4 +1,4 @@
-"""Findings by the quick estimate: what cannot work or is probably a mistake, in dimensions, times and demand.
+"""Findings by the quick estimate: dimensions, times and demand that cannot work or are probably mistakes.
 
 For `desim check`.
 """

@@ -1,4 +1,4 @@
-"""Short and slow ways: where the shortest route takes far longer than another one would.
+"""Findings on slow routes: places between which the shortest route takes far longer than another.
 
 For findings of `desim check`.
 """

@@ -2,10 +2,10 @@
 
 For findings of `desim check`, and for the examination before every run.
 
-Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
-clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.traffic.deadlock.avoidance`) the
-start must be safe, too: there is a plan by which all come home, found by the same search. Full rings of one-way lanes
-turn, however they came about.
+Each place must be free by the rules for robots under way: one robot on an intersection; robots D apart on a lane and D
+clear of its ends; one direction on a two-way lane. If steps are guarded (`world.traffic.deadlock.avoidance`), the start
+must also be safe: the guard's search must find a plan by which all robots come home. Full rings of one-way lanes can
+turn, however they arose.
 """
 
 from __future__ import annotations

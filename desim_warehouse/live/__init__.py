@@ -1,7 +1,7 @@
 """The live page of a model: a server for its own user, on this machine only, and the page that it shows.
 
-`offers` says what may be changed. `desk` simulates what somebody listens to, `answers` says what is known of it, before
-any run and after some. `app` has the calls and turns away everybody else, `messages` their types.
+`offers` lists the keys that may be changed. `desk` simulates the designs that have listeners, and `answers` words their
+results, before any run and after some. `app` has the HTTP calls and refuses other users; `messages` has their types.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""The designs of a live page and their runs: who listens to which, what is simulated next, and results so far.
+"""The designs of a live page and their runs: listeners, the order of simulation, and results so far.
 
-A run is simulated only while somebody listens to its design. Next comes the wanted design with the fewest runs, among
-equals the design asked for last: so a pinned design and the design beside it grow together, and of many listeners none
-waits for all the others.
+A run is simulated only while its design has listeners. The design with the fewest runs comes next, and among equals the
+one requested last. So a pinned design and the design beside it grow together, and no listener waits for all others.
 """
 
 from __future__ import annotations

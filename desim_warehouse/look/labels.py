@@ -1,4 +1,4 @@
-"""Where names stand on a drawing: beside what they name, and on nothing else that is drawn.
+"""Placement of names on a drawing: beside the object named, without covering anything else.
 
 For the floor that `desim draw`, `plot.layout` and the page of a run show.
 """

@@ -2,12 +2,13 @@
 
 For the tables of a run (`Run.account`), the figures of its page, and the suspects of `desim why`.
 
-What a robot does is its state or, while it waits in traffic, what it waits for. Both are cut at the same instants, so
-nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
-here (see `states`). A new reason for collisions is a line in `_TRAFFIC` and in `pieces`. Waits need `log: all`.
+Each second of a robot belongs to its state or, while it waits in traffic, to the reason of its wait. Both are cut at
+the same instants, so that nothing is counted twice or left out. A new state, or a new wait that is not a collision,
+becomes a part without any change here (see `states`); a new reason for collisions needs a line in `_TRAFFIC` and in
+`pieces`. Waits need `log: all`.
 
-A robot that waits behind others before a closed lane, or for a person, waits for that: the root of its chain of waits
-(`chains`) decides. Others that wait in traffic are counted where they stand.
+If the root of a robot's chain of waits (`chains`) is a closed lane or a person, its wait is booked on this root. All
+other waits in traffic are counted where the robot stands.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
-"""What `account` may be asked for."""
+"""The rows of an account."""
 OF_WORK = ("task", "flow", "station")
-"""Accounts of the time of tasks. The others are of robots."""
+"""Accounts of the time of tasks; all others are accounts of the time of robots."""
 Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
-"""The rows of a table, and for each stretch of time its row, its part and its length."""
+"""The rows of an account, and the row, part and length of each stretch of time."""
 ALL = "all tasks"
 """The row of tasks that belong to no flow."""
 _known: WeakKeyDictionary[History, list[list[Piece]]] = WeakKeyDictionary()

@@ -1,10 +1,10 @@
-"""Why robots wait: who waits for whom, followed to the root, where somebody waits for nobody.
+"""Chains of waiting robots, followed to their root, which is the reason why they all wait.
 
 For `Run.waits`, the page and answer of a run, its replay, and `desim why`.
 
 A robot that waits in traffic waits for another, which may itself wait for a third. The chain ends at its root: a robot
 at work, a queue for a server or charger, a closure, a person, a two-way lane that is taken, or the crossing itself.
-Chains change while robots wait, so waits are cut wherever one on the chain does something else. Needs `log: all`.
+Chains change while robots wait, so waits are cut whenever a robot of the chain changes its activity. Needs `log: all`.
 """
 
 from __future__ import annotations
@@ -79,9 +79,9 @@ def roots(history: History) -> list[Root]:
 
 
 def lost_to(history: History, until: float = math.inf) -> dict[Root, tuple[float, int]]:
-    """Return for each root the time that all robots together waited for it, and how many did, the longest first.
+    """Return the total waiting time and the number of waiting robots for each root, the longest time first.
 
-    Waits that begin after `until` are left out, and of others what comes after it.
+    Only waiting before `until` counts.
     """
     spent: defaultdict[Root, list[float]] = defaultdict(list)
     robots: defaultdict[Root, set[int]] = defaultdict(set)

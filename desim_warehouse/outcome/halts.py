@@ -1,10 +1,10 @@
-"""Standstills: when deliveries stood still though tasks were open, and what for.
+"""Standstills: periods without deliveries although tasks were open, and their causes.
 
 For the answer of a run, and for its course on the page and in the replay.
 
-A gap between two deliveries counts if tasks are open in it for longer than the 95 % quantile of cycle times, and if for
-most of that time no robot is at work: one that drives to or with a load, or handles one, and does not wait in traffic.
-So a single task that takes long is none. Waits in traffic are known with `log: all`.
+A gap between two deliveries counts if tasks are open in it for longer than the 95 % quantile of cycle times, and no
+robot is at work for most of that time. A robot at work drives to or with a load, or handles a load, and does not wait
+in traffic. So a single long task is not a standstill. Waits in traffic need `log: all`.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, PICKER, SHOWN, Phase, Queue
 
 Cause = Literal["batteries", "off duty", "closed", "lanes", "broken", "queues", "pickers", "no task"]
-"""What robots do meanwhile: charge or wait for that, rest outside their hours, wait for a station to open, ..."""
+"""Activity of robots during a standstill: charging or waiting for it, resting off duty, waiting for a station, ..."""
 LEAST_DONE = 20
-"""Tasks done that tell the quantile of their cycle times."""
+"""Fewest tasks done from which the quantile of cycle times is computed."""
 AT_WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING)
 MOST_AT_WORK = 0.5
-"""Robots at work on average from which on nothing stands still."""
+"""Mean number of robots at work from which a gap does not count as a standstill."""
 
 
 class Halt(NamedTuple):
-    """A standstill of deliveries from `start` to `end`, with `open` tasks then, and what most robots did meanwhile."""
+    """A standstill of deliveries from `start` to `end`, with the number of `open` tasks, and its main cause."""
 
     start: float
     end: float
@@ -83,12 +83,12 @@ def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
 
 
 def parts_of_time(history: History) -> list[tuple[float, float, str]]:
-    """Return when every robot is in which state or, as far as the log says it, waits for what in traffic."""
+    """Return intervals with the state of every robot or, if logged, the reason of its wait in traffic."""
     return [part for robot in parts_of_robots(history) for part in robot]
 
 
 def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
-    """Return for each robot from when until when it is in which state, as `parts_of_time`."""
+    """Return the intervals of `parts_of_time` robot by robot."""
     if history.log.level == "all":
         return [[(piece.start, piece.end, piece.part) for piece in robot] for robot in booked(history)]
     return [[(change.start, change.end, change.seen.name) for change in robot] for robot in history.states]

@@ -1,9 +1,9 @@
-"""How busy everybody was in a run: the loads of `model.facts.workers`, measured.
+"""Utilisation of each group in a run: the loads of `model.facts.workers`, measured.
 
 For the sentence on the busiest group in the answer of a run and of `desim why`, and for plans.
 
-A group that works all of its time may be asked for more. Where more work is left open in the end than chance explains,
-loads are of all work that came, and may be above 1.
+The demand for a group that is always busy may exceed its capacity. If more work is left in the end than chance
+explains, loads refer to all work that arrived, and may exceed 1.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from desim_warehouse.outcome.resources import use_of_stations
 from desim_warehouse.states import AT_START, BROKEN, OFF_DUTY, TIMES, Phase
 
 _WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING, Phase.CHARGING)
-"""What a task takes of a robot; the drive back to parking is apart, as it is then free for the next task."""
+"""Phases that a task takes of a robot, without the drive back to parking, when the robot is free for another task."""
 
 
 class RobotTime(NamedTuple):
@@ -86,10 +86,9 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
 
 
 def left_waiting(history: History) -> tuple[int, float]:
-    """Return how many more tasks are open, with no robot, at the end of the evaluation period than at its begin.
+    """Return by how many the open tasks without a robot grow in the evaluation period, and the growth due to chance.
 
-    With it comes how many more there may be by chance: the square root of the number of tasks that came, the standard
-    deviation of such a number.
+    The latter is the square root of the number of arrivals, the standard deviation of a Poisson count.
     """
     came = _came(history)
     return came - len(history.counted_done) - _in_hand(history), math.sqrt(came)

@@ -1,8 +1,8 @@
-"""The functions behind indicators: each takes the history of a run, or of a part of its tasks, and gives a number.
+"""Functions that compute indicators from the history of a run, or of a part of its tasks.
 
 For the list of indicators (`outcome.indicators`).
 
-The last ones are for goods to person: visits of pods, lines picked at each, idle pickers, and the way for a line.
+The last functions are for goods to person: visits of pods, lines picked at each, idle pickers, and the way for a line.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from desim_warehouse.values.calendars import Hours, Stretch
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9
-"""Part by which sums of energy, or of time, may differ and still be the same."""
+"""Relative tolerance within which sums of energy, or of time, count as equal."""
 
 
 def total(tally: str) -> Callable[[History], float]:
@@ -32,7 +32,7 @@ def count(tally: str) -> Callable[[History], int]:
 
 
 def collisions(history: History) -> int:
-    """Count episodes of waiting, however often a robot would stop and start in one. In steps, S grows without limit."""
+    """Count episodes of waiting, regardless of stops and starts within one; counted by time steps, S has no limit."""
     return int(history.totals["rear_ends"] + history.totals["crossings"])
 
 
@@ -255,7 +255,7 @@ def robots_busy(part: History | PartHistory) -> float:
 
 
 def length(stretches: Sequence[Stretch]) -> float:
-    """Return how long stretches of time are together."""
+    """Return the total length of stretches of time."""
     return math.fsum(end - begin for begin, end in stretches)
 
 
@@ -363,7 +363,7 @@ def pile_on(history: History) -> float:
 def lifts_taken(history: History) -> dict[str, float]:
     """Return the utilisation of each lift: the share of the evaluation period in which it is busy, by the rides in it.
 
-    The time that robots wait for cabins and ride is known of all lifts together, and shared as the rides take.
+    The time that robots wait for cabins and ride is logged for all lifts together, and divided in proportion to rides.
     """
     layout, model, whole = history.layout, history.model, history.counted
     passed = {row["edge"]: row["passages"] for row in history.log.edges} if layout.lifts else {}

@@ -1,22 +1,21 @@
-"""Verdicts: what is wrong with a run or a design, in words. It cannot keep up, drains its batteries, or is jammed.
+"""Verdicts on problems of a run or a design: it cannot keep up, drains its batteries, or is jammed.
 
 For the answer of a run, and for every verdict on a design.
 
-The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
-use indicators, of a run or as means over the runs of a design, so that both are judged alike.
+The rules are in `RULES`, which tables, reports, JSON and the reference documentation all read. They use indicators, of
+a run or as means over the runs of a design, so that both are judged alike.
 
-A run counts in full once its batteries have settled (`fall`). Where their mean level falls, what charging costs is
-still to come; where it rises, more is charged than will be, and the fleet looks worse than it is. `expected` says what
-will be: settled, each robot charges for the part f of its time in which it takes up what it draws in the rest, with e
-drawn and g given for each time unit (1 - f) e = f g.
+A run is representative only once its batteries have settled (`fall`). If their mean level falls, the cost of charging
+is still to come; if it rises, robots charge more than they will, and the fleet looks worse than it is. `expected`
+estimates the steady state: each robot charges for the share f of its time in which it regains the energy drawn in the
+rest, (1 - f) e = f g, with e drawn and g gained per time unit.
 
-Fewer robots under way may do more. Whether one run shows that, `past_knee` says by comparing its hours with fewer and
-with more of them. A floor has a most that it lets through, with some number of robots under way, and lets less
-through with more of them: the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation
-Research B 42 (2008) 759-770). A run draws a part of that curve only where the number under way changes, and long enough
-that jams have time to form or to dissolve. So the evaluation period is cut into windows in which a robot does two tasks
-on average. Windows with many robots under way are compared with those with fewer. Where the number hardly changes, as
-with work always waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
+Fewer robots under way may do more. A floor's throughput has a maximum at some number of robots under way, and falls
+beyond it: the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation Research B 42
+(2008) 759-770). A run shows a part of that curve only if the number under way changes, and for long enough that jams
+can form or dissolve. So `past_knee` cuts the evaluation period into windows in which a robot does two tasks on average,
+and compares windows with many robots under way with windows with fewer. If the number hardly changes, as when work
+always waits, one run shows nothing, and `desim size --key traffic.most_out` tries other numbers.
 """
 
 from __future__ import annotations
@@ -39,39 +38,39 @@ from desim_warehouse.outcome.indicators import is_of_due
 
 PILES_UP = "CANNOT_KEEP_UP"
 LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL", "NOT_SETTLED")
-"""Verdicts on designs whose time to come is worse than the time simulated, if their size is above 0."""
+"""Codes of verdicts, with a size above 0, on designs that would do worse in the long run than in the run simulated."""
 ERRORS_OF_ARRIVALS = 3
-"""Standard errors of the number of arrivals by which a backlog must have grown."""
+"""Least growth of a backlog that counts, in standard errors of the number of arrivals."""
 LEAST_FALL = 0.01
-"""Share of the capacity per hour by which batteries must fall."""
+"""Least fall of batteries that counts, as a share of the capacity per hour."""
 CHARGERS_BUSY = 0.95
-"""Share of their time from which chargers count as always in use."""
+"""Utilisation from which chargers count as always in use."""
 MOST_WAITING = 0.5
-"""Share of the fleet's time spent waiting in traffic from which it is jammed."""
+"""Share of the fleet's time waiting in traffic from which the fleet counts as jammed."""
 
 LEAST_DRIFT = 0.01
-"""Share of the capacity per hour by which the mean level must move."""
+"""Least drift of the mean battery level that counts, as a share of the capacity per hour."""
 CONFIDENCE = 0.99
-"""Of the interval that the move must exceed."""
+"""Confidence of the interval that the drift must exceed."""
 
 LEAST_WAITING = 0.2
-"""Part of the fleet's time in traffic below which nothing is past a knee."""
+"""Share of the fleet's time waiting in traffic below which a fleet is never past its knee."""
 TASKS_A_WINDOW = 2
 """Tasks that a robot under way does in a window, on average."""
 LEAST_WINDOWS = 6
-"""Windows with many robots, and with fewer, that are needed."""
+"""Fewest windows with many robots, and with fewer, for a comparison."""
 STANDARD_ERRORS = 4
-"""By which more must be done with fewer robots, of the difference of the two means, beside `LEAST_GAIN`."""
+"""Standard errors by which work done with fewer robots must exceed work done with many, besides `LEAST_GAIN`."""
 LEAST_GAIN = 0.05
 BANDS = 10
-"""Windows are put together whose number of robots under way is the same to a tenth of the most."""
+"""Number of bands, of equal width up to the most robots under way, into which windows are grouped."""
 FEWER = 8
-"""Bands up to this one are held against the highest one."""
+"""Number of lower bands that are compared with the highest band."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A thing wrong with a run or a design: its code (see `RULES`), in words, and how much of it there is."""
+    """A problem of a run or a design: its code (see `RULES`), its description, and its size."""
 
     code: str
     text: str
@@ -83,7 +82,7 @@ class Verdict:
 
     @property
     def is_lasting(self) -> bool:
-        """Whether the long run is worse than the run simulated, whatever its indicators say."""
+        """Whether the long run is worse than the run simulated, regardless of its indicators."""
         return self.code in LASTING and self.size > 0
 
     @property
@@ -94,10 +93,10 @@ class Verdict:
 
 @dataclass(frozen=True)
 class VerdictRule:
-    """A rule for a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
+    """A rule for a verdict, in words (`when`) and as a function (`size`) that returns its size, or None if it is met.
 
-    `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times. Without `size` only the
-    log of a run says it (`judge_run`).
+    `mark`: mark in tables. `text`: the verdict, in which `{}` stands for the size times `scale`. Without `size` the
+    verdict follows only from the log of a run (`judge_run`).
     """
 
     mark: str
@@ -116,7 +115,7 @@ def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
 def _work_piles_up(kpis: Mapping[str, float], model: Model) -> float | None:
     """Return the growth per hour of load units put down and not worked on, from none at the start of the run.
 
-    As much as may be by chance is allowed for, as where tasks arrive at random (see `_tasks_pile_up`).
+    Growth that may be due to chance is disregarded, as for random arrivals of tasks (see `_tasks_pile_up`).
     """
     left, end, counted = kpis.get("work_backlog", 0.0), kpis.get("T", math.nan), _counted(kpis, model)
     if not model.tasks.never_end or not left or not counted:
@@ -129,9 +128,8 @@ def _work_piles_up(kpis: Mapping[str, float], model: Model) -> float | None:
 def _tasks_pile_up(kpis: Mapping[str, float], model: Model) -> float | None:
     """Return the growth of the backlog per hour.
 
-    If demand just equalled what the fleet can do, the backlog after n arrivals would have moved by about as much as
-    the number of arrivals is off its mean: sqrt(n), the standard deviation of a Poisson count. A stable queue stays
-    below that.
+    If demand equalled the fleet's capacity, the backlog after n arrivals would deviate about as much as the number of
+    arrivals does from its mean: sqrt(n), the standard deviation of a Poisson count. A stable queue stays below that.
     """
     growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _counted(kpis, model) / model.units.hour
     if not model.tasks.arrive or not math.isfinite(growth):
@@ -234,12 +232,12 @@ RULES = {
 
 
 def piles_up(verdicts: Iterable[Verdict]) -> bool:
-    """Whether the backlog of a run or design grows: cycle times of the tasks done then leave out ever more tasks."""
+    """Whether the backlog of a run or design grows, so that cycle times of done tasks omit ever more tasks."""
     return any(verdict.code == PILES_UP for verdict in verdicts)
 
 
 def is_no_answer(indicator: str, verdicts: Iterable[Verdict]) -> bool:
-    """Whether work piles up, so that an indicator says nothing: the share in time falls with the run's length."""
+    """Whether an indicator is meaningless because work piles up: the share on time falls with the run length."""
     return is_of_due(indicator) and piles_up(verdicts)
 
 
@@ -254,7 +252,7 @@ def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
 
 
 def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
-    """Return the verdicts on a run, also those that only its log shows."""
+    """Return the verdicts on a run, including verdicts that only its log shows."""
     moves = drifts_of_robots(history) if _may_move(kpis) else []
     verdicts, past = _with_drift(judge(kpis, history.model), moves, kpis, history.model), past_knee(history)
     if past is not None:
@@ -300,7 +298,7 @@ def _shown(value: float) -> str:
 
 
 def drifts_of_robots(history: History) -> list[float]:
-    """Return by how much the level of each robot moved in the evaluation period: shares of the capacity an hour."""
+    """Return the drift of each robot's battery in the evaluation period, as a share of the capacity per hour."""
     import numpy as np
 
     hours = history.counted / history.model.units.hour
@@ -312,10 +310,10 @@ def drifts_of_robots(history: History) -> list[float]:
 
 
 def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
-    """Return how fast battery levels fall, or rise (below 0), by the moves of robots or runs; None if by chance.
+    """Return how fast battery levels fall, or rise (below 0), from the drifts of robots or runs; None if by chance.
 
-    Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
-    from 0 (a t interval). `part`: the share of the error (alpha) to spend, where it is asked again as runs come in.
+    If the level only swings between two charges, the t interval of the mean drift of robots, or of runs, includes 0.
+    `part`: the share of alpha to spend, if a design is judged repeatedly as runs come in.
 
     It returns None for a fleet that begins settled, as what is left of a drift comes from the run in which it settled.
     It also returns None for one whole day whose hours or rates repeat: the level at its end belongs beside the level a
@@ -370,9 +368,9 @@ def amount_of(value: float) -> str:
 
 
 class PastKnee(NamedTuple):
-    """The finding that a fleet is past its knee: with `cap` robots under way more was done an hour than with `many`.
+    """The finding that a fleet is past its knee: more was done per hour with `cap` robots under way than with `many`.
 
-    `gain`: the part by which more was done.
+    `gain`: relative gain of work done.
     """
 
     cap: int

@@ -1,11 +1,10 @@
 """The data of a replay page: a header of plain JSON values and columns of whole numbers.
 
 Lengths are counted in steps of `grain`, and times in steps of `tick` from the start of the window. Both are so fine
-that a robot is drawn within a small fraction of its radius of where the log has it.
+that a robot is drawn within a small fraction of its radius from its logged position.
 
-What robots waited for, as the page lists it: the roots of waiting with their sums, and their longest waits.
-
-Pods on the replay page: where each stands or who carries it, what it holds, and the lines that it goes for.
+The data include the roots of waiting with their total and longest waits. For each pod they include its place or
+carrier, its content, and the lines for which it travels.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Answers of 0.3, kept as plan.json and why.json: they have their sentences, not judged anew, and name no design."""
+"""Answers of version 0.3, stored as plan.json and why.json: shown with their own sentences and without designs."""
 
 from __future__ import annotations
 

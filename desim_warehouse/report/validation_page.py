@@ -1,4 +1,4 @@
-"""The page of real days held against a model: the verdict, a day over the simulated ones, and the floor by edges."""
+"""The page that compares real days with a model: the verdict, a day over the simulated ones, and the floor by edges."""
 
 from __future__ import annotations
 

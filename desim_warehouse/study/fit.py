@@ -1,7 +1,7 @@
-"""Which distribution measured times follow, for `desim fit` and `desim calibrate`.
+"""Distribution fitting for measured times, for `desim fit` and `desim calibrate`.
 
-Families are fitted by maximum likelihood, compared by Akaike's criterion, and tested by Cramér and von Mises' test.
-They are fitted by likelihood also to times that a clock has rounded.
+Families are fitted by maximum likelihood, including to times that a clock has rounded, compared by Akaike's criterion,
+and tested by the Cramér-von Mises test.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from desim_warehouse.values.distributions import (
 )
 
 Parameters: TypeAlias = tuple[float, ...]
-"""As scipy has them."""
+"""Parameters of a distribution in the order of scipy."""
 STEPS = (60.0, 30.0, 15.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
-"""To which clocks round."""
+"""Steps to which clocks round, in seconds."""
 COARSE = 0.05
-"""Of the standard deviation: smaller steps change no fit."""
+"""Least clock step that matters, as a share of the standard deviation; smaller steps change no fit."""
 DIGITS = 4
 POINTS = 5
-"""Instants that stand for an interval in which a time began."""
+"""Number of quadrature points for an interval in which a time began."""
 WEIGHTS = {1: np.ones(1), POINTS: np.polynomial.legendre.leggauss(POINTS)[1] / 2}
-"""Of the intervals of a time, by how many there are."""
+"""Weights of the intervals of a time, by their number."""
 TINY = 1e-300
-"""In place of 0 as a divisor."""
+"""Replacement of 0 as a divisor."""
 IMPOSSIBLE = 1e10
-"""In place of the minus log likelihood of times that a distribution cannot have."""
+"""Negative log likelihood assigned to times that a distribution cannot have."""
 FEWEST = 20
-"""Measured times from which on a distribution is proposed."""
+"""Fewest measured times for which a distribution is proposed."""
 TESTED = 2000
-"""Times that the test takes at most: with more, every smooth curve is refuted by the clock that measured them."""
+"""Largest sample for the test; with more times, the clock's rounding makes it reject every smooth distribution."""
 SAMPLES = 199
 """Samples of the proposed distribution to which the measured times are compared."""
 BOUNDED = {"uniform", "triangular"}
@@ -53,14 +53,14 @@ BOUNDED = {"uniform", "triangular"}
 LEVEL = 0.05
 """A p-value below this speaks against a distribution."""
 MOST_PROBLEMS = 20
-"""Problems of one file that are listed."""
+"""Largest number of problems of one file that are listed."""
 
 
 class Counted(NamedTuple):
-    """A sample of times: distinct times, how often they occur, and the intervals in which they lie (None: exact).
+    """A sample of times: distinct times, how often each occurs, and the intervals in which they lie (None: exact).
 
-    `ends` has two tables, the lower and the upper ends: a row for each time, and a column for each of the intervals
-    that are as likely.
+    `ends`: two tables, of lower and of upper ends, with a row for each time and a column for each of its equally
+    likely intervals.
     """
 
     times: Floats
@@ -69,7 +69,7 @@ class Counted(NamedTuple):
 
     @classmethod
     def of(cls, times: Floats, step: float) -> Counted:
-        """Count the times of a sample that a clock has rounded to this step (0: to none)."""
+        """Count the times of a sample that a clock has rounded to a step (0: not rounded)."""
         each, often = np.unique(times, return_counts=True)
         return cls(each, often, np.stack([each - step / 2, each + step / 2])[:, :, None] if step else None)
 
@@ -77,10 +77,8 @@ class Counted(NamedTuple):
     def between(cls, begun: Floats, ended: Floats) -> Counted:
         """Count times whose begin and end each lie between two known instants (interval-censored times).
 
-        Both arguments are arrays with a row of two instants for each time.
-
-        The begin is as likely at any instant between its two, which Gauss and Legendre's points stand for. The end may
-        be open: inf, where the time was still running.
+        Both arguments are arrays with a row of two instants for each time. The begin is uniformly distributed between
+        its two instants (Gauss-Legendre quadrature). The end is inf (open) if the time was still running.
         """
         points, _ = np.polynomial.legendre.leggauss(POINTS)
         begin = begun[:, :1] + (points + 1) / 2 * (begun[:, 1:] - begun[:, :1])
@@ -91,12 +89,12 @@ class Counted(NamedTuple):
 
 @dataclass(frozen=True)
 class Family:
-    """A distribution of scipy, how many parameters are free, and ours from its parameters.
+    """A family of distributions: scipy's, the number of free parameters, and the conversion to ours.
 
-    `logs` and `below` are the logarithm of its density and its distribution function, of times less their least value
-    and divided by their scale: scipy's own check their arguments for 20 times as long as they calculate.
-    `free` is one more where there is a largest time: an end that may lie on the largest time measured flatters it.
-    `guess`: a first guess of the free parameters, on a scale without limits; `made`: scipy's parameters from those.
+    `logs` and `below`: log density and distribution function of standardised times; scipy's own spend 20 times as long
+    on checking arguments as on computing. `free` is one more for a family with a largest time, because an end that may
+    lie on the largest measured time flatters the fit. `guess`: function for starting values of the free parameters, on
+    an unbounded scale. `made`: function that converts these to scipy's parameters.
     """
 
     scipy: Any
@@ -296,7 +294,7 @@ def _short(value: float) -> float:
 class Candidate:
     """A family with its most likely parameters, and Akaike's criterion: the less, the better.
 
-    `share_below(times)` is its distribution function.
+    `share_below`: distribution function.
     """
 
     distribution: Distribution
@@ -309,11 +307,11 @@ class Fitted:
     """Distributions for measured times, best first.
 
     Attributes:
-        times: what was measured.
-        candidates: by Akaike's criterion, best first.
-        statistic: Cramér and von Mises', of the best.
-        p_value: the part of samples of the best distribution, fitted in the same manner, that lie as far from theirs.
-        step: to which the times were rounded, 0: they were not.
+        times: the measured times.
+        candidates: the families fitted, ordered by Akaike's criterion, best first.
+        statistic: Cramér-von Mises statistic of the best distribution.
+        p_value: share of samples of the best distribution that lie as far from the distribution fitted to them.
+        step: step to which the times were rounded; 0 if they were not.
     """
 
     times: Floats
@@ -336,12 +334,12 @@ class Fitted:
 def fit(times: Sequence[float] | Floats) -> Fitted:
     """Fit exponential, gamma, lognormal, Weibull, uniform and triangular distributions to measured times.
 
-    Times that a clock has rounded, to whole seconds or tenths, are taken for what they are: somewhere between half a
-    step below and half a step above. Their likelihood is the probability of these intervals. Where the steps are small
-    beside the spread, it equals the density.
+    Times that a clock has rounded, such as to whole seconds or tenths, are treated as intervals of half a step below to
+    half a step above. Their likelihood is the probability of these intervals, which is equivalent to the density if
+    steps are small compared with the spread.
 
-    The p-value is Monte Carlo with the parameters fitted anew to every sample, which is rounded as the times were (as
-    Lilliefors has it): the p-value of a test with parameters given beforehand would be far too large.
+    The p-value is computed by Monte Carlo: as in Lilliefors' test, parameters are fitted anew to every sample, which is
+    rounded as the times were. The p-value of a test with known parameters would be far too large.
 
     Raises:
         StudyError: fewer than 20 times, one that is negative or not finite, or all alike.

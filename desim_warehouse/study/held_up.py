@@ -1,8 +1,8 @@
-"""Why a warehouse does no better, for `desim why`: what relieving each suspect gains, by simulation.
+"""Search for bottlenecks, for `desim why`: the gain of relieving each suspect, by simulation.
 
-Suspects come from the account of time of a run: who waits long is looked at first. A wait at one point need not cost
-anything, as a queue elsewhere might grow instead. So every suspect is relieved in the model's own keys, on the same
-days, and gains are compared for equal doses (`suspects.Suspect.scale`). Where all goes well, that is the answer.
+Suspects come from the account of time of a run, longest waits first. A wait at one point need not cost anything, since
+a queue elsewhere might grow instead. So every suspect is relieved by changing keys of the model, on the same days, and
+gains are compared for equal doses (`suspects.Suspect.scale`). If nothing is wrong, that is the answer.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from desim_warehouse.world.robots.settled import SettledFleets
 LEAST = 0.01
 """Part of the indicator's mean that matters."""
 LEAST_IDLE, MOST_WAITING = 0.25, 0.02
-"""Parts of the fleet's time: idle from the first on, and waiting up to the second, robots are held up by nothing."""
+"""Shares of the fleet's time: robots idle for at least the first and waiting for at most the second are not held up."""
 MOST_LATE = 0.02
-"""Part of the tasks that may be late: a bad day of twenty is no bottleneck, nor a few places that are far away."""
+"""Share of tasks that may be late: one bad day in twenty is no bottleneck, nor are a few distant places."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Runs of a design that could not go on: how many, and the error of one of them."""
+    """Runs of a design that could not go on: their number, and the error of one of them."""
 
     failed: int
     runs: int
@@ -72,16 +72,16 @@ class Health:
 
 @dataclass(frozen=True)
 class HeldUp:
-    """The suspects that may hold a warehouse up: the gain of the relief of each, competing suspects first.
+    """The suspects that may hold a warehouse up, each with the gain of its relief.
 
-    Those are in order of the gain of an equal dose.
+    Competing suspects come first, ordered by their gain for an equal dose.
 
     Attributes:
         left_out: reliefs that could not be tried, with the reason.
         as_it_is: the indicator of the warehouse without changes.
         state: the health of the warehouse, if tasks arrive and it keeps up with them.
-        failures: runs that could not go on, by number of the change, 0: without changes; if that failed, nothing else
-            is set.
+        failures: runs that could not go on, by number of the change (0: no change); if runs without a change failed,
+            no other attribute is set.
         verdicts: verdicts on the run that was looked at.
         lost: in that run, for each root of waiting the share of the fleet's time lost to it, most first.
         batched: in that run, the share of the tasks' time in which they waited for a batch to fill.
@@ -104,7 +104,7 @@ class HeldUp:
 
     @property
     def is_clear(self) -> bool:
-        """Whether one suspect is shown to cost most, even if it is open which of its reliefs gains most."""
+        """Whether one suspect is shown to cost most, even if it is unclear which of its reliefs gains most."""
         competing = [(suspect.name, gain) for suspect, gain in self.found if gain.competes]
         if not competing:
             return False
@@ -134,7 +134,7 @@ def held_up(source: RunData | Source, indicator: str | None = None, search: Sear
 
     Args:
         source: a run with `log: all`, or a model or its file, of which a run is made.
-        indicator: what costs are counted in (default: `usual_indicator`).
+        indicator: indicator in which costs are counted (default: `usual_indicator`).
         search: how runs are done.
 
     Raises:

@@ -1,6 +1,6 @@
-"""Procedures that choose which runs to do next: the race of `desim best`, scouts and the judge of `desim size`.
+"""Procedures that choose the next runs: the race of `desim best`, and the scouts and the judge of `desim size`.
 
-A scout is a pilot run that orders the designs; the judge says whether a design meets a target.
+A scout is a pilot run that orders the designs; the judge decides whether a design meets a target.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import check_zone, first_look
 
 FLEET = "fleet.size"
-"""The key of which indicators say which way they usually move with it."""
+"""The key for which indicators declare in which direction they usually move."""
 _AHEAD = 4  # replications of each design requested at a time: enough to keep workers busy
 ZONE = 0.01
 """The indifference zone, as a share of the largest of the first means."""
@@ -134,9 +134,9 @@ def scouted(
 ) -> set[int] | None:
     """Find the designs that fail on a single pilot day, which is not one of the days that judge them (`scout_steps`).
 
-    It returns None if the runs allowed end before. Batteries need not settle before such a day (`StudyPlan.scouts`).
+    Return None if the budget is exhausted first. Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    `note`: results before, shown with the progress, and `name` what a design is called there. `beside`: further
+    `note`: earlier results, shown with the progress. `name`: function that names a design there. `beside`: further
     targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
@@ -168,13 +168,13 @@ def about(
     met: Mapping[int, bool],
     name: Callable[[int], str],
 ) -> str:
-    """Return in words what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + ...`.
+    """Return in words the result of single days so far: `about 10 robots + 1 charger`, or `more than 6 robots + ...`.
 
     Args:
-        designs: all counts that could be built.
-        cost: what one costs.
-        met: numbers of the designs looked at, and whether they met the target on their day.
-        name: what a design is called.
+        designs: counts of all designs that could be built.
+        cost: sort key of a design by cost.
+        met: numbers of the designs simulated, and whether they met the target on their day.
+        name: function that names a design.
     """
     enough = [number for number, is_met in met.items() if is_met]
     if enough:
@@ -210,18 +210,18 @@ def judge_of(
     name: Callable[[int], str] | None = None,
     **how: Any,
 ) -> Judge:
-    """Return the judge of a study's designs in a session: designs that cannot last fail, whatever their runs say.
+    """Make the judge of a study's designs in a session; designs that cannot last fail regardless of the target.
 
-    What is known after each look is shown with the progress of the session.
+    The session's progress shows the verdicts after each look (interim analysis).
 
     Args:
-        study: its designs are judged, with its confidence.
-        runner: of the session; it has the runs.
+        study: study with the designs and the confidence.
+        runner: runner of the session, which has the runs.
         goal: the target.
-        search: for the first look (default: 5 for a share, else 10) and the cap (default: `days_needed`).
-        exact: the models use no random numbers.
-        before: what was known before this session.
-        name: what a design is called there (default: as in the study's table).
+        search: settings of the first look (default: 5 for a share, else 10) and of the cap (default: `days_needed`).
+        exact: whether the models use no random numbers.
+        before: results before this session, in words.
+        name: function that names a design in the progress (default: as in the study's table).
         how: zone and budget; see `judge.Judge`.
     """
     named = name or (lambda number: str(study.points[number]))

@@ -1,6 +1,6 @@
 """Rare events, for the verdicts of plans and of the live page: how often breakdowns or closures fall into a run.
 
-So it is known before any run how many days a verdict needs, and of what days a few runs know nothing.
+This determines, before any run, how many days a verdict needs, and which events a few runs may miss.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from desim_warehouse.study.statistics.limits import COMMON_DAYS, RARE_DAYS, Days
 from desim_warehouse.values.distributions import mean_of
 
 FEW = 20
-"""Runs below which intervals of times do not know rare days."""
+"""Number of runs below which intervals of times do not reflect rare days."""
 COST = "annual_cost"
 _OFTEN = 1 / 3
-"""The chance of an event in a run from which on few runs know what it costs."""
+"""Probability of an event in a run from which even few runs show its cost."""
 
 
 def expected(model: Model, length: float) -> dict[str, float]:
@@ -56,8 +56,8 @@ def days_needed(model: Model, first: int | None = None, cap: int | None = None) 
 
     Args:
         model: the warehouse with that fleet.
-        first: days before anything is decided, where the user says so: never fewer.
-        cap: the most days, where the user says so: never more.
+        first: the user's lower limit of days before a verdict, if any.
+        cap: the user's upper limit of days, if any.
     """
     often = chances(model, model.run.length).values()
     days = COMMON_DAYS if all(_covered(chance, COMMON_DAYS.least) for chance in often) else RARE_DAYS
@@ -91,9 +91,9 @@ def closed(model: Model, length: float | None = None) -> list[str]:
 
 
 def shows(model: Model, indicator: str) -> bool:
-    """Whether an indicator that agrees in a few runs is shown to be equal in all runs.
+    """Whether agreement of an indicator in a few runs shows that it is equal in all runs.
 
-    They do where it is measured, and no rare event may change it.
+    This holds if the indicator is measured (not a count), and no rare event may change it.
     """
     if indicator == COST and is_fixed(model.prices):
         return True

@@ -212,7 +212,7 @@ class ResultsData:
     def verdicts(self) -> Mapping[str, list[Verdict]]:
         """The problems of each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`).
 
-        Where a search asked for runs, it asked the same at each of its looks.
+        If a search requested the runs, it checked for these problems at each of its looks (interim analyses).
         """
         part = 1 / len(judge.looks_of_days()) if isinstance(self.plan.replications, tuple) else 1.0
         return {
@@ -380,7 +380,7 @@ class ResultsData:
 
     @cached_property
     def same(self) -> Mapping[str, str]:
-        """Designs whose runs equal an earlier design's in every indicator, with that design: the two are one option."""
+        """Designs whose runs equal an earlier design's in every indicator, mapped to that design, as one option."""
         first: dict[tuple[object, ...], str] = {}
         same = {}
         for design in self.designs:
@@ -392,12 +392,12 @@ class ResultsData:
 
     @cached_property
     def judged(self) -> Mapping[str, judge.DesignVerdict[str]]:
-        """Verdicts of whether designs with values meet the target: all are right at once, with the study's confidence.
+        """Verdicts on whether designs with values meet the target, valid simultaneously with the study's confidence.
 
-        Where a search asked for more runs until it could tell, each time it looked counts. The search spends its error
-        in the order of its designs, so it may have told what stays open here, and its answer has its verdicts.
-        One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values. Those whose runs are
-        equal count once, so that copies cost no certainty.
+        If a search requested runs until a verdict was clear, each of its looks (interim analyses) counts. A search
+        spends alpha in the order of its designs, so it may have decided a design that is undecided here; its answer has
+        its own verdicts. A design that cannot last (see `desim_warehouse.outcome.verdicts`) fails regardless of its
+        values. Designs with equal runs count once, so that copies cost no certainty.
         """
         goal = self.target
         if goal is None:
@@ -425,13 +425,13 @@ class ResultsData:
         return fixed or _deterministic(self.runs(design))
 
     def _least(self, design: str, most: int) -> int:
-        """Return the fewest runs of a design that can meet the target in a search that asks for so many at most."""
+        """Return the fewest runs for a verdict that a design meets the target, in a search with `most` runs of each."""
         model = self.models.get(design)
         return 0 if model is None else rare.days_needed(model, cap=most).least
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:
-        """Undecided designs, with the number of runs in all that would probably decide; None if there are too many."""
+        """Undecided designs, each with the total number of runs that would probably decide; None if too many."""
         goal = self.target
         return {
             design: judge.runs_to_tell(

@@ -1,14 +1,14 @@
-"""Suspects that may hold a warehouse up, for `desim why`: each with its relief in the model's keys, and its dose.
+"""Suspects that may hold a warehouse up, for `desim why`: each with its dose, and its relief as keys of the model.
 
-What is special at a place is in the way; what is so everywhere is work. So a crossing is relieved of the time by
-which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model
-with a node time. Waits and time of a crossing are one suspect: taking the time away ends the waits too, and both
-intervals overlap wherever the queue is long.
+A delay that only one place has is an obstacle; a delay that all places have is work. So a crossing is relieved only of
+the time that robots take there beyond other places: removing all its time would gain a little at each busy node of
+every model with a node time. Waits before a crossing and time on it are one suspect, because removing the time ends the
+waits too, and both intervals overlap wherever the queue is long.
 
-Idle robots are no sign that charging cannot matter: below a threshold of 85 % they stand idle waiting for a charger.
-Several policies are one suspect, as of two good ones neither would ever be shown to be better. What batches cost is
-read from rows of their own, written when they are made: the release of the last task of a tour is wrong for a time
-window, and for batches that wait for a robot.
+Idle robots do not show that charging is irrelevant: below a threshold of 85 % they stand idle waiting for a charger.
+Several policies form one suspect, since of two good policies neither would ever be shown to be better. The cost of
+batches is read from log rows written when batches are made: the release of the last task of a tour would be wrong for a
+time window, and for batches that wait for a robot.
 """
 
 from __future__ import annotations
@@ -88,10 +88,10 @@ AT_PLACES = names(lambda state: state.phase in (Phase.LOADING, Phase.UNLOADING) 
 class Suspect:
     """A suspect that may hold the warehouse up: its name, and a relief in words and in keys of the model.
 
-    `waited`: the share of the fleet's time that robots waited there, in the run that was looked at, None where robots
-    do not wait for it, such as handling. `dose`: the relief as a share of the present capacity, 1 for one server beside
-    another; None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself,
-    less of which always gains: it stands beside the contest. Several may have one name, such as other policies.
+    `waited`: the share of the fleet's time that robots waited there in the analysed run; None if robots do not wait for
+    it, as for handling. `dose`: the relief as a share of the present capacity, such as 1 for a second server; None if
+    an obstacle is removed as a whole. `beside`: whether the suspect is the work itself, less of which always gains, so
+    that it is not ranked. Several suspects may share a name, such as other policies.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Suspect:
 
     @property
     def scale(self) -> float:
-        """The factor that scales its gain to a common dose, 10 % of a capacity or the work; else 1."""
+        """The factor that scales the gain to a common dose, 10 % of a capacity or of the work; 1 without a dose."""
         return 1.0 if self.dose is None else DOSE / abs(self.dose)
 
 

@@ -1,9 +1,8 @@
-"""Tipping points, for `desim plan --uncertain`: up to which value of an input a fleet is enough.
+"""Tipping points, for `desim plan --uncertain`: the value of an input up to which a fleet meets the target.
 
-Runs are done at both ends of the input's range, and then halfway between the probes where the verdict changes.
-
-The probes of an input share their days, so that what differs between them is the input. Halving goes on while runs tell
-on which side of the target a probe lies; the last three probes give the interval (`statistics.thresholds`).
+Probes are simulated at both ends of the input's range, and then by bisection where the verdict changes. They share
+their days, so that only the input differs. Bisection continues while runs show on which side of the target a probe
+lies; the last three probes give the interval (`statistics.thresholds`).
 """
 
 from __future__ import annotations
@@ -27,22 +26,23 @@ from desim_warehouse.study.target import read_target
 from desim_warehouse.values.arrays import Floats
 
 DAYS, EXACT_DAYS = 10, 2
-"""Runs at each probe; and where nothing is random."""
+"""Numbers of runs at each probe, with and without randomness."""
 HALVINGS = 4
-"""Probes between the ends of a range at most, so that the last two around a threshold are a sixteenth of it apart."""
+"""Largest number of bisections, so that the last two probes around a threshold are a sixteenth of the range apart."""
 MOST_RUNS = (2 + HALVINGS) * DAYS
-"""Runs of an input at most."""
+"""Largest number of runs of an input."""
 _LEVEL = 0.995
-"""Of each end of an interval, which may be looked at several times: of 300 made-up plants 95 % hold."""
+"""Confidence of each end of an interval, which allows for repeated looks: of 300 synthetic plants 95 % hold."""
 
 
 @dataclass(frozen=True)
 class InputThreshold:
     """The tipping point of an input: the value at which it makes the fleet too small, all else as in the model.
 
-    `enough`: whether the fleet is enough at the lowest and at the highest value. `at`: where that turns, with the ends
-    of its interval in `within`; both None where it does not. `confirmed`: runs tell on both sides of it; without a
-    threshold, at both ends of the range. Where they do not, the interval reaches to the end of the range.
+    `enough`: whether the fleet suffices at the lowest and at the highest value. `at`: the value at which this changes,
+    with its interval `within`; both None if it does not change. `confirmed`: whether runs are conclusive on both sides
+    of the threshold or, without a threshold, at both ends of the range; otherwise the interval extends to the end of
+    the range.
     """
 
     key: str

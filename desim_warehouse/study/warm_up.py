@@ -1,10 +1,10 @@
-"""How long a lifelong model takes to settle, for `desim warm-up`: deliveries and cycle times, and where MSER-5 cuts.
+"""Warm-up of a lifelong model, for `desim warm-up`: deliveries and cycle times over time, truncated by MSER-5.
 
-For each design the longer cut of throughput and cycle time counts, from five pilot runs in 1,000 equal spans. Of 60
-M/M/1 queues with 3,000 tasks and load 0.8, which settle at once, 1 was then said not to settle; with 200 spans 12.
-Rejected: one warm-up for all, the longest (it throws most away where little is known), and cutting each replication
-by itself (noisy, and biased towards calm starts). A design that does not settle is counted from the middle on and
-named; an error would stop every study that asks how much demand is too much.
+The warm-up of a design is the longer of the truncation points of throughput and cycle time, from five pilot runs in
+1,000 equal spans. Of 60 M/M/1 queues with 3,000 tasks and load 0.8, which settle at once, 1 was then judged not to
+settle; with 200 spans, 12. Rejected: one warm-up for all designs, the longest (it discards most where data are scarce),
+and truncating each replication by itself (noisy, and biased towards calm starts). A design that does not settle is
+counted from the middle on and named; an error would stop every study that asks how much demand is too much.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ Observed = Literal["throughput", "cycle_time"]
 class Settling:
     """The time after which a model is in steady state (settled): the end of its warm-up.
 
-    `time`: for `run.warm_up`, in the model's time unit, None if the runs are too short to tell. `width`: time
-    between observations. `unit`: what was observed. `series`: the observations over time, means of the replications.
+    `time`: value for `run.warm_up`, in the model's time unit; None if the runs are too short. `width`: time between
+    observations. `unit`: unit of the observations. `series`: observations over time, averaged over replications.
     """
 
     time: float | None

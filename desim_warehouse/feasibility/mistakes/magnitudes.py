@@ -1,4 +1,4 @@
-"""Values that do not go together: two times, rates and what they fill, prices and what is paid for.
+"""Implausible combinations of values: of two times, of rates and capacities, of prices and resources.
 
 For findings of `desim check`.
 """

@@ -1,4 +1,4 @@
-"""Search of the best design where there are too many to race, for `desim best` and `desim orient`.
+"""Search for the best of more designs than can be raced, for `desim best` and `desim orient`.
 
-The design that the search chooses is judged on fresh days, on which the search did not choose it.
+The chosen design is judged on fresh days, which the search did not use, so that its value is not biased by selection.
 """

@@ -1,6 +1,6 @@
-"""The search of `desim best` where there are too many designs to race all of them by simulation.
+"""The search of `desim best` among more designs than can be raced by simulation.
 
-The designs that the search chooses are judged at last on fresh days, on which it did not choose them.
+The candidates that the search chooses are finally judged on fresh days, which the search did not use.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.target import check_zone, read_target
 
 FEWEST_RUNS = 50
-"""With fewer runs a search looks at little more than the design to begin with."""
+"""Fewest runs of a search; with fewer, it looks at little more than its initial design."""
 _JUDGED = 5
-"""One run in five is done on days that the search did not use."""
+"""One in five runs is done on fresh days, which the search did not use."""
 _CANDIDATES = 4
-"""The most designs that are judged on those days."""
+"""The largest number of designs judged on fresh days."""
 _FIRST = 10
 """Replications at the first look at a candidate, or of each design where few are raced."""
 
@@ -61,7 +61,7 @@ class TriedDesign:
 class JudgedDesign:
     """A design on fresh days: estimates of the indicator and of the target's indicator, and the verdict on the target.
 
-    `vetoed`: why it cannot last, whatever the target says. Without a target `reached` and `verdict` are None.
+    `vetoed`: why the design cannot last, regardless of the target. Without a target `reached` and `verdict` are None.
     """
 
     labels: Mapping[str, Label]
@@ -76,10 +76,11 @@ class JudgedDesign:
 class SearchedDesigns:
     """The best design found, with its value on fresh days.
 
-    `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
-    show which is better, it is `best`, and the other is `runner_up`; `apart`: the difference of its indicator, by pairs
-    of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
-    but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
+    `shown`: whether the best design was shown to meet the target; None without a target. `runner_up`: the other of the
+    two leading designs of the search; the better of the two on fresh days is `best`, if they show which. `apart`:
+    their difference in the indicator, from pairs of runs. Differences below `delta` do not matter. `cheaper`:
+    candidates that did better in the search but were not shown to meet the target. `tried`: all designs simulated, out
+    of `many`.
     """
 
     model: Model
@@ -153,12 +154,12 @@ def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, 
 
 
 def are_few(factors: Sequence[Factor], runs: int) -> bool:
-    """Whether designs are so few that each combination of values can have ten of the runs, and all of them race."""
+    """Whether designs are so few that all can race, with ten of the runs for each combination of values."""
     return math.prod(len(factor.levels) for factor in factors) * _FIRST <= runs
 
 
 def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
-    """Make a factor of a key and its values; each value alone must make a valid model."""
+    """Make a factor from a key and its values; each value alone must make a valid model."""
     (factor,) = StudyEngine(model, {key: values}, seed=seed).plan.factors
     return factor
 
@@ -245,9 +246,9 @@ class _DesignSearch:
             return scout.carry_out(runner, steps, self.indicator, failed=math.nan)
 
     def _judge(self, fresh: StudyEngine) -> tuple[int | None, Judge | None]:
-        """Judge candidates, and return the number of the one shown to meet the target, with the judge.
+        """Judge candidates; return the number of the candidate shown to meet the target, and the judge.
 
-        Without a target it is the first candidate, and there is no judge.
+        Without a target, return the first candidate and no judge.
         """
         first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
         search = replace(self.search.under("judged"), first=first, cap=cap)
@@ -310,9 +311,9 @@ class _DesignSearch:
 
 
 def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
-    """Find the first candidate, in order, that is shown to meet the target before the runs allowed end.
+    """Find the first candidate, in order, that is shown to meet the target before the budget is exhausted.
 
-    If it is candidate 0, candidate 1 is then judged on the same days, so that the two can be compared.
+    If this is candidate 0, candidate 1 is then judged on the same days, so that the two can be compared.
     """
     meeting = None
     try:
@@ -335,7 +336,7 @@ def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
 
 
 def _reached(scout: StudyEngine, runner: StudyRunner, target: Target) -> Any:
-    """Return the target's indicator in a run; nan where it ended early, or work or batteries would not last."""
+    """Return a function for the target's indicator in a run; nan if the run ended early or could not last."""
     models: dict[int, Model] = {}
 
     def reached(number: int, replication: int) -> float:

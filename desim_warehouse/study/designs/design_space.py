@@ -1,4 +1,4 @@
-"""Designs that `desim best` searches, too many to race: values of keys, nodes for chargers, directions of aisles."""
+"""Search space of `desim best`, too large to race: values of keys, nodes for chargers, directions of aisles."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ Combined: TypeAlias = "tuple[Any, ...]"
 _NEAREST = 6
 """Free nodes to which a charger may move in one step."""
 _LEAP = 4
-"""Numbers in order change by one step, or by so much of their range."""
+"""Number of leaps in the range of a factor; other moves change a number by one step."""
 _DRAWS = 50
-"""Times that a design is drawn until it is one that can be simulated."""
+"""Largest number of draws until a design can be simulated."""
 
 
 class DesignPart(Space[Any], Protocol):
     """A part of a design that is chosen independently of the other parts, such as one key or the charger nodes."""
 
     key: str
-    """What it is, in tables: a key of the model, or words."""
+    """The name of the part in tables: a key of the model, or words."""
 
     @property
     def many(self) -> float:
@@ -60,11 +60,11 @@ class FactorLevels:
 
     @property
     def many(self) -> float:
-        """How many values there are."""
+        """The number of values."""
         return len(self.levels)
 
     def first(self) -> Iterator[int]:
-        """Yield the model's own value; or else the middle one of numbers, or the first of other values."""
+        """Yield the model's own value if listed, or else the middle number, or the first of other values."""
         yield self.now
 
     def sample(self, random: Random) -> int:
@@ -78,7 +78,7 @@ class FactorLevels:
         return (rank for rank in near if rank != choice and 0 <= rank < len(self.levels))
 
     def allows(self, choice: int) -> bool:
-        """Allow every value: factors are checked before."""
+        """Allow every value, since factors were checked before."""
         return 0 <= choice < len(self.levels)
 
     def effort(self, choice: int) -> int:
@@ -95,12 +95,12 @@ class FactorLevels:
 
 
 class ChargerNodes:
-    """The choice of nodes for chargers, one charger at each; robots that parked there park where chargers left."""
+    """The choice of nodes for chargers, one at each; robots that parked there park at nodes that lost a charger."""
 
     key = "chargers at"
 
     def __init__(self, model: Model, count: int) -> None:
-        """The nodes of a floor that may have chargers; raises StudyError where these are too few."""
+        """Find the nodes of a floor that may have chargers; raise StudyError if there are too few."""
         zone = Designs(model).zone
         if zone is None:
             raise StudyError("--place-chargers: this model has no chargers, expected bays with chargers and a battery")
@@ -123,11 +123,11 @@ class ChargerNodes:
 
     @property
     def many(self) -> float:
-        """How many ways there are to choose so many nodes."""
+        """The number of ways to choose the nodes."""
         return math.comb(len(self.nodes), self.count)
 
     def first(self) -> Iterator[tuple[str, ...]]:
-        """Yield today's charger nodes, without some of them or with their nearest neighbours, as many as are wanted."""
+        """Yield today's charger nodes, reduced or extended by nearest neighbours to the wanted number."""
         others = sorted((node for node in self.nodes if node not in self.now), key=self._from_now)
         yield self._in_order([*self.now, *others][: self.count])
 
@@ -143,7 +143,7 @@ class ChargerNodes:
                 yield self._in_order([other if old == node else old for old in choice])
 
     def allows(self, choice: Sequence[str]) -> bool:
-        """Allow every choice: any of the nodes may have a charger."""
+        """Allow every choice, since any of the nodes may have a charger."""
         return len(choice) == self.count
 
     def effort(self, choice: Sequence[str]) -> int:
@@ -153,7 +153,7 @@ class ChargerNodes:
     def changes(self, choice: Sequence[str]) -> Mapping[str, Any]:
         """Return the overrides that put the chargers at these nodes.
 
-        Nodes for parking that get a charger are taken off it, and nodes that lose their charger are for parking.
+        Parking nodes that get a charger are removed from parking, and nodes that lose their charger become parking.
         """
         changes = self._stand(self.zone, choice) | {f"layout.bays.{self.zone}.total_chargers": len(choice)}
         if self.bays[self.zone].chargers is not None:
@@ -191,7 +191,7 @@ class AisleWays(Floor):
 
     @property
     def many(self) -> float:
-        """How many ways there are at most: some of them would cut off a part of the floor."""
+        """The largest possible number of designs, including designs that would cut off a part of the floor."""
         return math.prod(map(len, self.turnable.ways))
 
     def label(self, design: tuple[Way, ...]) -> Label:
@@ -203,7 +203,7 @@ class DesignSpace:
     """All combinations of the choices of several parts that can be simulated."""
 
     def __init__(self, model: Model, parts: Sequence[DesignPart]) -> None:
-        """Combine parts; raises StudyError where two change the same key, or no design can be simulated."""
+        """Combine parts; raise StudyError if two change the same key, or no design can be simulated."""
         self.model, self.parts = model, parts
         self._refused: dict[Combined, str | None] = {}
         keys = [key for part in parts for key in part.changes(next(iter(part.first())))]
@@ -218,7 +218,7 @@ class DesignSpace:
 
     @property
     def many(self) -> float:
-        """How many designs there are at most."""
+        """The largest possible number of designs."""
         return math.prod(part.many for part in self.parts)
 
     def first(self) -> Iterator[Combined]:

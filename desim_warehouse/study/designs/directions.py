@@ -1,6 +1,6 @@
-"""Better directions of aisles, for `desim orient --indicator` and `desim best --directions`: a search by simulation.
+"""Search for better directions of aisles by simulation, for `desim orient --indicator` and `desim best --directions`.
 
-The gain of the directions that the search chooses is measured on fresh days, on which it did not choose them.
+The gain of the chosen directions is measured on fresh days, which the search did not use.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from desim_warehouse.study.study import StudyEngine, searched
 Design: TypeAlias = "tuple[Way, ...]"
 
 FEWEST_RUNS = 50
-"""With fewer runs a search looks at little more than the floor as it is drawn."""
+"""Fewest runs of a search; with fewer, it looks at little more than the floor as drawn."""
 LONGEST_WALK = 120
-"""Steps at random from the floor as drawn: on floors of hundreds of lanes more would only take time."""
+"""Largest number of random steps from the floor as drawn; on floors of hundreds of lanes more only take time."""
 _JUDGED = 5
-"""One run in five is done on days that the search did not use."""
+"""One in five runs is done on fresh days, which the search did not use."""
 _PAIRS, _PAIRS_ELSEWHERE = 20, 5
-"""The most pairs of runs that compare both floors on those days, and for each other fleet or demand."""
+"""Largest numbers of pairs of runs that compare both floors on fresh days, and for each other fleet or demand."""
 _FLEETS, _DEMANDS = (0.5, 0.75, 1.25, 1.5), (0.8, 1.2)
 """Other fleets and demands for which the gain is measured, as multiples of the model's."""
 _DRAWN = "as drawn"
@@ -46,9 +46,8 @@ _DRAWN = "as drawn"
 class DirectionGain:
     """The relative gain of an indicator by other directions of aisles, from pairs of runs on both floors.
 
-    It is a share of the indicator on the floor as drawn.
-
-    `is_better`: whether that is shown to be an improvement (True) or a loss (False), or neither (None).
+    The gain is a share of the indicator on the floor as drawn. `is_better`: whether it is shown to be an improvement
+    (True), a loss (False), or neither (None).
     """
 
     where: str
@@ -61,12 +60,10 @@ class DirectionGain:
 
 @dataclass(frozen=True)
 class SearchedDirections:
-    """The best directions of aisles found: the `model` with them, which of its lanes are `turned`, and the gain.
+    """The best directions of aisles found: the `model` with them, its `turned` lanes, and the gain.
 
-    A unit is a lane or an aisle that is turned as a whole: there are `units` of them.
-
-    `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
-    and demands, `ways` the way of every lane that can be turned.
+    `units`: number of lanes or whole aisles that can be turned. `gain` is None if no directions beat the floor as
+    drawn. `elsewhere`: the gain with other fleets and demands. `ways`: the direction of every lane that can be turned.
     """
 
     model: Model
@@ -89,7 +86,7 @@ class Floor:
     """Designs of a floor: a direction for each of its units, the lanes or whole aisles that can be turned."""
 
     def __init__(self, model: Model) -> None:
-        """Find the units of a floor that can be turned; raises StudyError where none can."""
+        """Find the units of a floor that can be turned; raise StudyError if there are none."""
         self.model = model
         blocks = model.layout.blocks
         self.turnable: Turnable = turnable(model.floor) if blocks is None else turnable_blocks(blocks)
@@ -159,19 +156,19 @@ class Floor:
 
 
 def search_directions(model: Model, indicator: str, search: Search = USUAL) -> SearchedDirections:
-    """Find directions of the aisles with which an indicator is best, in at most so many runs.
+    """Find the directions of aisles that are best for an indicator, with a budget of runs.
 
     Rows and columns of blocks are turned as a whole, other lanes between junctions one by one or by aisles. Two-way
-    lanes may become one-way, or prefer a direction. Every node stays within reach of every other. The search and its
-    last comparison use different days, so that the gain is not one that luck chose.
+    lanes may become one-way, or prefer a direction. Every node remains reachable from every other. The search and the
+    final comparison use different days, so that selection does not bias the gain.
 
     Args:
         model: the warehouse.
-        indicator: what should be best.
+        indicator: indicator to optimise.
         search: how runs are done, at most 500 by default.
 
     Raises:
-        StudyError: nothing can be turned, too few runs, or an indicator of which neither more nor less is better.
+        StudyError: nothing can be turned, too few runs, or an indicator without a better direction.
 
     Source: `designs.local_search`.
     """
@@ -185,7 +182,7 @@ def search_directions(model: Model, indicator: str, search: Search = USUAL) -> S
 
 
 def _found(floor: Floor, indicator: str, runs: int, search: Search, *, maximise: bool) -> SearchedDirections:
-    """Search the directions of a floor, and judge the best ones where they differ from the drawn ones."""
+    """Search the directions of a floor, and judge the best directions if they differ from those drawn."""
     model = floor.model
     judged = runs // _JUDGED
     scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)
@@ -252,7 +249,7 @@ def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -
 
 
 def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield other fleets and demands with which both floors are models, in words."""
+    """Yield other fleets and demands for which both floors are valid models, each with its description."""
     size = model.fleet.size
     fleets = sorted({max(1, round(times * size)) for times in _FLEETS} - {size})
     trials: list[tuple[str, dict[str, Any]]] = [(f"{robots} robots", {"fleet.size": robots}) for robots in fleets]
@@ -267,7 +264,7 @@ def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, d
 
 
 def _gain(study: StudyEngine, number: int, indicator: str, *, maximise: bool) -> DirectionGain | None:
-    """Return the gain of the design after `number` over that design, in the pairs in which both have a value."""
+    """Return the gain of design `number` + 1 over design `number`, from the pairs in which both have a value."""
     rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
     both = [
         (rows[number + 1, r].measured(indicator), rows[number, r].measured(indicator))

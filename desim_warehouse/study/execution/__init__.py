@@ -1,10 +1,10 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
-The results are the same. A run is submitted, which gives a `Handle`, and is simulated in any process (`work`). `pool`
-has the worker processes, whose own code is `worker`, and says when they are worth it; `threads` keeps numerical
-libraries to one in each. `shared` hands out runs, in a thread of its own. `signals` makes Ctrl-C safe. `store` keeps
-finished runs in a folder, or in the user's `cache`, with the `kept_fleets` that settled. A `crew` is all of it that a
-command has.
+Results do not depend on the executor. Submitting a run returns a `Handle`, and any process may simulate the run
+(`work`). `pool` manages the worker processes, which execute `worker`, and decides when they pay off; `process` keeps
+numerical libraries to one thread in each. `shared` hands out runs, in a thread of its own. `signals` makes Ctrl-C
+safe. `store` keeps finished runs in a folder or in the user's `cache`, along with settled fleets (`kept_fleets`). A
+`crew` holds all executors of a command.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ class Executor(Protocol):
     """
 
     def submit(self, base: Model, run: Wanted) -> Handle:
-        """Have a run of a design of a base model simulated.
+        """Submit a run of a design of a base model.
 
-        `Handle.cancel`, from any thread, stops it or has it never begun.
+        `Handle.cancel` stops the run, or keeps it from starting, and may be called from any thread.
         """
         ...
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
-        """Wait for runs that were submitted here, and yield each as soon as it has ended or was cancelled.
+        """Wait for submitted runs, and yield each as soon as it has ended or was cancelled.
 
-        What is simulated in this process is simulated now, in the thread that asks.
+        Runs of this process are simulated now, in the calling thread.
         """
         ...
 
     def close(self) -> None:
-        """End all worker processes and connections, whatever they are doing."""
+        """End all worker processes and connections, even if they are busy."""
         ...
 
 
@@ -61,8 +61,8 @@ def make_executor(
 ) -> Executor:
     """Make the executor of a command: on `cluster`, else in worker processes, else in this process.
 
-    `timeout` is in seconds a run. Messages about workers that were lost go to `say`. Processes of this machine share
-    the settled `fleets`; those of a cluster have their own.
+    `timeout`: seconds per run. `say` receives messages about lost workers. Processes of this machine share the settled
+    `fleets`; processes of a cluster have their own.
 
     Raises:
         StudyError: where the number of workers is out of range.
@@ -87,7 +87,7 @@ def make_executor(
 
 
 def worker_count(workers: int | str) -> int:
-    """Return the number of workers: `auto` is one for each processor available."""
+    """Return the number of workers; `auto` means one for each available processor."""
     if workers == "auto":
         affinity = getattr(os, "sched_getaffinity", None)
         return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_WORKERS)

@@ -1,14 +1,14 @@
-"""Finished runs in a folder of the user's cache, so that the next question costs only what is new.
+"""Cache of finished runs in a folder of the user, so that a further question simulates only new runs.
 
-The folder is named by the variable DESIM_CACHE, else it is `desim-warehouse` where the system has caches. In it
+The variable DESIM_CACHE names the folder; by default it is `desim-warehouse` among the system's caches. It holds
 
     runs-PROGRAM/MODEL.jsonl            the finished runs of a model, each a line of a journal (see `store`)
     runs-PROGRAM/settled-MODEL.jsonl    how its fleet stands in the long run (see `kept_fleets`)
 
-PROGRAM is the digest of our code and of the packages that results depend on, MODEL that of a model and the code of its
-own policies. Files are only appended to, a whole line at a time, so commands may share the folder, and a kill loses
-nothing. They take 1 GB at most: the files unused for longest go first. Whatever goes wrong here costs time, and
-never an answer: runs that cannot be read are simulated again.
+PROGRAM is the digest of our code and of the packages that results depend on; MODEL is the digest of a model and of its
+own policies' code. Files are only appended to, one whole line at a time, so that commands may share the folder and a
+kill loses nothing. They take at most 1 GB; the least recently used are deleted first. A failure of the cache costs time
+but never an answer: runs that cannot be read are simulated again.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ def program() -> str:
 
 
 MOST = 1_000_000_000
-"""Bytes of all files."""
+"""Largest total size of all files, in bytes."""
 _SWEEP = 1 / 64
-"""Part of `MOST` that is written between two looks at how much there is."""
+"""Share of `MOST` that is written between two checks of the total size."""
 _LEFT = 7 / 8
-"""Part of `MOST` that is left by a sweep: room for several commands that write at once."""
+"""Share of `MOST` that a sweep leaves, so that several commands can write at once."""
 
 
 def cache_folder() -> Path:
@@ -89,10 +89,10 @@ def intact(line: bytes) -> bytes:
 
 
 class Cache:
-    """The cached runs of each model. If the cache cannot be used, it says so once, and is then empty."""
+    """The cached runs of each model; a cache that cannot be used reports this once, and is then empty."""
 
     def __init__(self, say: Callable[[str], None], folder: Path | None = None) -> None:
-        """Open the user's cache; `folder`: another folder of journals, which is there."""
+        """Open the user's cache, or another existing `folder` of journals."""
         self.say = say
         self.written = 0  # bytes since the last sweep
         self.folder = folder
@@ -109,7 +109,7 @@ class Cache:
             self.folder = root / f"runs-{program()}"
 
     def lines(self, model: str) -> list[bytes]:
-        """Return the whole lines of a model's journal, and mark it as used last, so that it is deleted last."""
+        """Return the whole lines of a model's journal, and mark it as the most recently used."""
         if self.folder is None:
             return []
         path = self.folder / f"{model}.jsonl"
@@ -144,12 +144,12 @@ class Cache:
             self.sweep()
 
     def close(self) -> None:
-        """Delete the least recently used journals if there is too much, and if anything was written."""
+        """Delete the least recently used journals if the cache is too large and anything was written."""
         if self.written and self.folder is not None:
             self.sweep()
 
     def sweep(self) -> None:
-        """Delete the journals unused for longest when there is too much."""
+        """Delete the least recently used journals if the cache is too large."""
         assert self.folder is not None
         self.written = 0
         journals = []
@@ -177,7 +177,7 @@ class Cache:
 
 
 def refuse_foreign(folder: Path) -> None:
-    """Refuse a folder in which others could put results; raises PermissionError."""
+    """Raise PermissionError for a folder in which other users could put results."""
     if not hasattr(os, "getuid"):
         return
     status = folder.stat()

@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster: its scheduler replaces workers that die and does their runs again.
+"""Execution of runs on a Dask cluster, whose scheduler replaces dead workers and repeats their runs.
 
 For `--cluster` of every command that does a study.
 """
@@ -28,7 +28,7 @@ _BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some millise
 
 
 def make_simulator(version: str) -> Simulator:
-    """Make the simulator of a worker, once for each."""
+    """Return the simulator of a worker, made once per worker."""
     if version != __version__:
         raise StudyError(
             f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
@@ -43,7 +43,7 @@ def read_base(base: bytes) -> Model:
 
 
 def simulate_batch(simulator: Simulator, base: Model, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
-    """Simulate runs on a worker, one after the other; returns fewer outcomes than runs where they take long."""
+    """Simulate runs on a worker, one after the other; return fewer outcomes than runs if they take long."""
     return simulator.batch(base, batch, timeout)
 
 
@@ -139,7 +139,7 @@ class Cluster(SharedExecutor):
                 self.local = distributed.LocalCluster(
                     n_workers=self.workers, threads_per_worker=1, dashboard_address=None
                 )
-            else:  # with a bad address the client would be left half made
+            else:  # a bad address would leave the client half constructed
                 importlib.import_module("distributed.comm").resolve_address(self.address)
             self.client = distributed.Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:

@@ -1,4 +1,4 @@
-"""The crew that simulates for a command and all its studies: processes that start once, and settled fleets.
+"""The executors that a command shares among its studies: processes that start once, and settled fleets.
 
 For every command whose question does runs of its own: `plan`, `size`, `best`, `orient`, `why`, `what-if` and `study`.
 """
@@ -15,7 +15,7 @@ from desim_warehouse.study.execution.signals import Interrupts
 
 
 class Crew:
-    """The executors of a command, one for each time-out, and its settled fleets; `close` ends all."""
+    """The executors of a command, one for each time-out, and its settled fleets; `close` ends them all."""
 
     def __init__(self, workers: int | str, cluster: str | None, *, cache: bool) -> None:
         self.workers = workers
@@ -24,15 +24,15 @@ class Crew:
         """Entered by a study while it is under way."""
         self.fleets = FleetsOfACommand(cache=cache)
         self.repeats = Repeats(self._elsewhere)
-        """Runs with the user's own policies that are done again."""
+        """Repeated runs that check the user's own policies."""
         self._executors: dict[float | None, Executor] = {}
         self._told: Callable[[str], None] = lambda _: None
 
     def executor(self, timeout: float | None, say: Callable[[str], None]) -> Executor:
-        """Return the executor for runs with this time-out; `say` is told of lost workers from now on.
+        """Return the executor for runs with this time-out; from now on `say` receives messages about lost workers.
 
         Raises:
-            StudyError: where the number of workers is out of range.
+            StudyError: the number of workers is out of range.
         """
         self._told = say
         if timeout not in self._executors:
@@ -42,7 +42,7 @@ class Crew:
         return self._executors[timeout]
 
     def close(self) -> None:
-        """End all processes and connections, whatever they are doing."""
+        """End all processes and connections, even if they are busy."""
         with self.interrupts, ExitStack() as ending:
             ending.callback(self.fleets.close)
             ending.callback(self.repeats.close)

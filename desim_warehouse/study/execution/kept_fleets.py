@@ -1,8 +1,8 @@
-"""Settled fleets beside the finished runs of the user's cache: a design settles once, whichever process asks first.
+"""Settled fleets kept in the user's cache, so that each design settles only once, in whichever process comes first.
 
-Each is a line in a journal of its own, `settled-MODEL.jsonl`, under the digest of the model of its settling run; see
-`cache` for what is damaged, full or read-only. A process that wants one that another is working out waits for it. If
-that process is killed, the lock goes with it, and one of those that wait begins anew.
+Each fleet is a line of its own journal, `settled-MODEL.jsonl`, under the digest of the model of its settling run;
+`cache` describes how damaged, full or read-only caches are treated. A process that needs a fleet waits while another
+process computes it. If that process is killed, its lock is released, and one of the waiting processes starts over.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from desim_warehouse.study.execution.locks import turn
 from desim_warehouse.world.robots.settled import Fleet, SettledFleets, Standing
 
 _PATIENCE = 120.0
-"""Seconds after which a process no longer waits for another, which may have been halted."""
+"""Seconds after which a process stops waiting for another, which may have been halted."""
 _LOCKS = 2
-"""Digits of a digest that name its lock: 256 files at most, and hardly ever one for two designs of a question."""
+"""Digits of a digest that name its lock: at most 256 files, and two designs of a question rarely share one."""
 
 
 class KeptFleets(SettledFleets):
-    """Settled fleets shared by processes that keep them in one folder of journals; without one, of this process."""
+    """Settled fleets that processes share in a folder of journals; without a folder, in this process only."""
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__()
@@ -34,7 +34,7 @@ class KeptFleets(SettledFleets):
 
     @property
     def folder(self) -> Path | None:
-        """The folder that keeps the fleets, None where none can."""
+        """The folder that keeps the fleets; None if no folder can."""
         return None if self.cache is None else self.cache.folder
 
     @cached_property
@@ -62,7 +62,7 @@ class KeptFleets(SettledFleets):
 
 
 class FleetsOfACommand(KeptFleets):
-    """Settled fleets in the user's cache, or, without it, in a folder that goes with the command."""
+    """Settled fleets in the user's cache or, without it, in a temporary folder of the command."""
 
     def __init__(self, *, cache: bool) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class FleetsOfACommand(KeptFleets):
 
     @cached_property
     def cache(self) -> Cache | None:
-        """The cache that keeps the fleets, made when the first is wanted."""
+        """The cache that keeps the fleets, opened on first use."""
         if self._cached:
             return Cache(_in_silence)
         try:
@@ -89,7 +89,7 @@ class FleetsOfACommand(KeptFleets):
 
 
 def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
-    """Return the settled fleets of a model in a cache, None where it has no intact ones."""
+    """Return the settled fleets of a model from a cache; None if there is no intact record."""
     for line in reversed(cache.lines(f"settled-{digest}")):
         with suppress(ValueError, KeyError, TypeError):
             content = json.loads(intact(line))
@@ -99,4 +99,4 @@ def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
 
 
 def _in_silence(_: str) -> None:
-    """Print nothing: the store of the runs reports already what is wrong with the cache."""
+    """Print nothing, because the store of runs already reports problems of the cache."""

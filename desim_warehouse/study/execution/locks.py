@@ -1,4 +1,4 @@
-"""Locks of files, which the operating system releases however a process ends.
+"""File locks that the operating system releases however a process ends.
 
 For the journals of studies and of the user's cache.
 """
@@ -41,10 +41,10 @@ _TAKEN = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 
 @contextmanager
 def turn(path: Path, patience: float, waiting: Callable[[], object]) -> Iterator[None]:
-    """Let one process at a time into this block (mutual exclusion), by the lock of a file that is made if need be.
+    """Run a block in one process at a time (mutual exclusion), by the lock of a file, which is created if needed.
 
-    Nobody waits longer than `patience` seconds, as a process may be halted, nor where files cannot be locked. `waiting`
-    is called between two attempts, and may raise to end the wait.
+    A process enters without the lock after `patience` seconds, since another may be halted, and where files cannot be
+    locked. `waiting` is called between two attempts, and may raise to end the wait.
     """
     try:
         file = path.open("ab")

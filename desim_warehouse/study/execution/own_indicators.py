@@ -1,4 +1,4 @@
-"""Indicators of the user's own: functions of a run, called where it is simulated, kept with its other indicators.
+"""User-defined indicators: functions of a run, called in the simulating process and stored like other indicators.
 
 For `indicators` of `Study` in Python.
 """
@@ -19,15 +19,15 @@ from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.run import RunData
 
 _COLUMNS = ("replication", "seed", "deterministic", "run_time", "error")
-"""Columns of the table of a study that are no indicators."""
+"""Columns of a study's table that are not indicators."""
 
 
 @dataclass(frozen=True)
 class OwnIndicator:
-    """An indicator of the user's own, identified by its name and a digest of its code and of the values it closes over.
+    """A user-defined indicator, identified by its name and a digest of its code and of the values it closes over.
 
-    `function`: None where only its values are here, as in the folder of a study; bytes in another process, until a run
-    asks for it. `as_given`: makes the argument of the function from a run.
+    `function` is None if only its values are available, as in the folder of a study, and bytes in another process until
+    a run needs it. `as_given`: converts a run to the argument of the function.
     """
 
     name: str
@@ -39,7 +39,7 @@ class OwnIndicator:
         """Compute the indicator of a run.
 
         Raises:
-            StudyError: what the function raises, with its line, or returns, if that is no number.
+            StudyError: the function raised an error (with its line), or did not return a number.
         """
         assert self.function is not None
         function: Any = None
@@ -66,7 +66,7 @@ def own_indicators(
     """Make the indicators of a study from functions.
 
     Raises:
-        StudyError: the name of an indicator of ours or of another column, or no function.
+        StudyError: a name that a built-in indicator or another column has, or a value that is not a function.
     """
     for name, function in functions.items():
         if look_up(name) is not None or name in _COLUMNS:

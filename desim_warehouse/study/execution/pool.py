@@ -1,13 +1,13 @@
-"""Runs in worker processes of this machine.
+"""Execution of runs in worker processes of this machine.
 
 For `--workers` of every command that does a study, and for `desim serve`.
 
-The parent simulates nothing: it starts the processes, hands batches to those that are idle, and passes on what is
-finished. It kills and replaces a process that is stuck or dead, or does not stop a run that was cancelled. Every
-process has a pipe of its own and at most one batch. So the runs lost with it are known, and the others go on.
-(`ProcessPoolExecutor` shares its pipes: one dead process breaks the pool, and none can be killed alone.)
+The parent process does not simulate: it starts workers, hands batches to idle ones, and passes on finished runs. It
+kills and replaces a worker that is stuck or dead, or does not stop a cancelled run. Every worker has its own pipe and
+at most one batch, so the runs lost with a worker are known, and other workers go on. (`ProcessPoolExecutor` shares its
+pipes: one dead process breaks the pool, and no process can be killed alone.)
 
-As many processes as are worth it: a short study is over before a worker process has started.
+Workers start only when they pay off, because a short study is over before a worker process has started.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Worker:
             theirs.close()
 
     def send(self, message: Any) -> None:
-        """Send the process a message that it waits for."""
+        """Send the process the message for which it waits."""
         self.since = monotonic()
         self._write(message)
 
@@ -101,7 +101,7 @@ class Worker:
             self.connection.send(message)
 
     def late(self, timeout: float | None) -> bool:
-        """Whether the process does not start, or hangs in a run that can neither end nor be interrupted."""
+        """Whether the process fails to start, or hangs in a run that neither ends nor can be interrupted."""
         taken = monotonic() - self.since
         if not self.begun:
             return taken > _START
@@ -111,7 +111,7 @@ class Worker:
 
     @property
     def deaf(self) -> bool:
-        """Whether the process goes on with a run that it was told to stop."""
+        """Whether the process continues a run despite a message to stop it."""
         if not self.handles or self.told_to_stop is None:
             return False
         return monotonic() - self.told_to_stop > self._before + _HEED
@@ -136,7 +136,7 @@ class Worker:
 
 
 class Pool(SharedExecutor):
-    """The executor that simulates in `count` processes, which begin when they are needed and stay until `close`."""
+    """The executor that simulates in `count` processes, which start when they are needed and stay until `close`."""
 
     def __init__(
         self,
@@ -204,7 +204,7 @@ class Pool(SharedExecutor):
             self._wake.close()
 
     def _heed(self) -> None:
-        """Stop the runs that were cancelled where they are simulated."""
+        """Stop cancelled runs in the processes that simulate them."""
         with self._waking:
             self._woken.recv_bytes()
             self._awake = False
@@ -234,7 +234,7 @@ class Pool(SharedExecutor):
                 worker.give(handles)
 
     def _receive(self, worker: Worker) -> None:
-        """Handle a worker's message. The worker goes on with its next batch while these outcomes are written down."""
+        """Handle a worker's message; the worker starts its next batch before these outcomes are stored."""
         try:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
@@ -257,7 +257,7 @@ class Pool(SharedExecutor):
         worker.close()
 
     def _replace(self, worker: Worker, *, stuck: bool = False) -> None:
-        """Replace a process that died or is stuck: others retry its runs, and `turn` starts a new one."""
+        """Remove a process that died or is stuck; others retry its runs, and `turn` starts a new process."""
         if not stuck:
             worker.process.join(_END)  # so that its exit status is its own
         self._end(worker)
@@ -279,9 +279,9 @@ class Pool(SharedExecutor):
 def _inheriting_nothing() -> Iterator[None]:
     """Start a process without our main module and without Ctrl-C.
 
-    It needs our package only, so it starts sooner, and a script that runs a study needs no `if __name__ == "__main__"`.
-    One thread at a time, so that it is the main module that comes back. Ctrl-C at a terminal goes to all processes.
-    Here it is only delayed.
+    The process needs only our package, so it starts faster, and a script that runs a study needs no
+    `if __name__ == "__main__"`. Only one thread at a time may do this, so that the true main module is restored. Ctrl-C
+    at a terminal reaches all processes; in this process it is only delayed.
     """
     masks = hasattr(signal, "pthread_sigmask")
     with _starting, safe_path():
@@ -298,7 +298,7 @@ def _inheriting_nothing() -> Iterator[None]:
 
 
 class Auto:
-    """The executor that simulates in this process at first, and the runs that are then left in a pool."""
+    """The executor that first simulates in this process, and hands the runs that remain after a while to a pool."""
 
     def __init__(self, alone: Serial, pool: Pool) -> None:
         self.alone = alone
@@ -306,7 +306,7 @@ class Auto:
         self.left = ALONE if pool.timeout is None else 0.0  # a pool can kill what runs too long
 
     def submit(self, base: Model, run: Wanted) -> Handle:
-        """Have a run simulated, as soon as somebody waits for it."""
+        """Submit a run, which is simulated as soon as `ended` waits for it."""
         return Handle(base, run, self._stop)
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:

@@ -1,4 +1,4 @@
-"""Before a process of a study imports much: no threads of numerical libraries, and modules found safely.
+"""Preparation of a process before its imports: no threads of numerical libraries, and a safe module path.
 
 For the command line and the worker processes of studies.
 """
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 
 def alone() -> None:
-    """Keep numerical libraries imported later from starting threads, which cost more than they save."""
+    """Keep numerical libraries that are imported later from starting threads, which cost more than they save."""
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
@@ -21,10 +21,10 @@ _SAFE = "PYTHONSAFEPATH"
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Have Python processes started meanwhile leave the working directory out of their path (as by `python -P`).
+    """Leave the working directory out of the path of Python processes started within this block (as `python -P`).
 
-    `multiprocessing` starts `python -c`, which would look for its first modules there. It then gives the process our
-    own path and working directory, so policies of model files find what they find in this process.
+    `multiprocessing` starts `python -c`, which would look for its first modules there. It then passes our own path and
+    working directory to the process, so that policies of model files find the same modules as in this process.
     """
     before = os.environ.get(_SAFE)
     os.environ[_SAFE] = "1"

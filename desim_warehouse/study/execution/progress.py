@@ -51,11 +51,11 @@ _REFRESH = 0.1
 
 
 class Progress:
-    """Shows how many runs are finished, and how many are left where that is known: not while designs are searched.
+    """A display of the number of finished runs and, except while designs are searched, of the runs left.
 
     Attributes:
-        is_search: more runs may be wanted later.
-        looked: designs looked at so far.
+        is_search: whether more runs may be requested later.
+        looked: number of designs simulated so far.
     """
 
     def __init__(self, name: str, *, shown: bool = True, stream: TextIO | None = None) -> None:
@@ -108,7 +108,7 @@ class Progress:
 
     @property
     def pace(self) -> str:
-        """The rate in words, of slow runs the time of one."""
+        """The rate in words, or for slow runs the time per run."""
         if self.rate >= 1:
             return f"{self.rate:,.{0 if self.rate >= 100 else 1}f} runs/s"  # noqa: PLR2004 - three digits count
         return f"{1 / self.rate:,.1f} s a run"
@@ -122,7 +122,7 @@ class Progress:
         return f"{self.done} of {self.total} runs, {self.pace}, {left} left"
 
     def want(self, wanted: int, reused: int, looked: int = 0) -> None:
-        """Count further runs as wanted, and runs that are there already; `looked`: designs simulated so far."""
+        """Count further runs as wanted, and existing runs as reused; `looked`: designs simulated so far."""
         self.total += wanted
         self.reused += reused
         self.looked = looked
@@ -145,7 +145,7 @@ class Progress:
             self.print(line)
 
     def tell(self, text: str) -> None:
-        """Show results so far beside the bar, and where Ctrl-C ends the runs."""
+        """Show results so far beside the bar, and again if Ctrl-C ends the runs."""
         self.known = text
 
     def print(self, text: str) -> None:

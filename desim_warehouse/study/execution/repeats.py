@@ -1,7 +1,7 @@
-"""Check that policies of the user's own are reproducible: another process repeats the first run with them, meanwhile.
+"""Check that user-defined policies are reproducible: another process repeats the first run with them meanwhile.
 
-There it is done twice, and once more after one with another seed. All must be equal: else the policy draws numbers that
-no seed fixes, or keeps something between runs, and no run of the study could be done again.
+That process simulates the run twice, and once more after a run with another seed. All results must be equal; otherwise
+the policy draws numbers that no seed fixes, or keeps state between runs, and no run of the study could be repeated.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.work import Handle, Outcome
 
 _CUT_SHORT = ("time-out", "cancelled", "the worker process died")
-"""How errors begin of runs that did not end by themselves."""
+"""Beginnings of the errors of runs that did not end by themselves."""
 
 Name = tuple[str, int]
-"""What a run is kept under: its model, and its seed."""
+"""The key under which a run is stored: its model and its seed."""
 
 
 class Repeats:
-    """The runs that a command repeats, one for each set of policies of the user's own."""
+    """The runs that a command repeats, one for each set of user-defined policies."""
 
     def __init__(self, make: Callable[[], Executor]) -> None:
-        """`make` an executor in another process, when the first run is to be done again."""
+        """Prepare repetitions; `make` creates an executor in another process for the first of them."""
         self._make = make
         self._executor: Executor | None = None
         self._known: set[tuple[str, ...]] = set()
         self._open: list[tuple[Sequence[str], Name, Outcome, list[Handle]]] = []
 
     def begin(self, own: Sequence[str], name: Name, done: Handle) -> None:
-        """Repeat a run, if it is the first that ended with these policies; nobody waits for it."""
+        """Start to repeat a run if it is the first that ended with these policies, without waiting for the result."""
         if not own or tuple(own) in self._known or done.outcome is None or done.outcome.error is not None:
             return
         self._known.add(tuple(own))
@@ -42,9 +42,9 @@ class Repeats:
         self._open.append((own, name, done.outcome, again))
 
     def wrong(self, *, wait: bool = False) -> tuple[Name, str] | None:
-        """Return a run whose repetition had another result, with the difference; None as long as no repetition had.
+        """Return a run whose repetition had another result, with the difference; None if there is no such run so far.
 
-        `wait`: wait first for all repetitions that are still being simulated.
+        `wait`: whether to wait for all repetitions that are still being simulated.
         """
         for item in list(self._open):
             own, name, here, again = item
@@ -59,7 +59,7 @@ class Repeats:
         return None
 
     def close(self) -> None:
-        """End the process, whatever it is doing."""
+        """End the process, even if it is busy."""
         if self._executor is not None:
             self._executor.close()
 

@@ -1,6 +1,6 @@
-"""The base of executors that simulate in other processes: its own thread hands out the runs of all callers.
+"""Base of executors that simulate in other processes: a thread of the executor hands out the runs of all callers.
 
-A worker gets one run at first, then as many as take about a tenth of a second.
+A worker first gets a single run, then batches that take about a tenth of a second.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _RECENT = 0.2  # weight of the latest run in the mean time of a run
 
 
 class Batches:
-    """The runs still to be handed out; runs lost with a worker are handed out one by one.
+    """The queue of runs to hand out; runs lost with a worker are handed out one by one.
 
-    One by one, because any run of the lost batch may be the one that kills workers. Any thread may add runs. All else
-    is for the thread that hands them out.
+    Any run of a lost batch may be the one that kills workers. Any thread may add runs; only the thread that hands them
+    out may call the other methods.
     """
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class Batches:
         return batch
 
     def finish(self, handles: Sequence[Handle], outcomes: Sequence[Outcome]) -> None:
-        """Take these runs as finished. Runs without an outcome were not begun, and are put back."""
+        """Finish runs with their outcomes; put runs without an outcome, which were not begun, back into the queue."""
         self.out -= len(handles)
         self.waiting.extendleft(reversed(handles[len(outcomes) :]))
         for handle, outcome in zip(handles, outcomes, strict=False):
@@ -78,7 +78,7 @@ class Batches:
             handle.end(outcome)
 
     def died(self, handles: Sequence[Handle]) -> None:
-        """Retry these runs, at which a worker died. A run that killed several workers alone is given up."""
+        """Retry runs during which a worker died; give up a run that, alone, killed several workers."""
         self.out -= len(handles)
         for handle in handles:
             if len(handles) == 1:
@@ -89,7 +89,7 @@ class Batches:
                 handle.end(_DIED)
 
     def stuck(self, handles: Sequence[Handle], outcome: Outcome) -> None:
-        """Take a worker as stuck at one of these runs: a single run has this outcome, several are retried alone."""
+        """Handle a worker stuck at one of these runs: a single run gets this outcome, several are retried singly."""
         self.out -= len(handles)
         if len(handles) == 1:
             handles[0].end(outcome)
@@ -101,9 +101,9 @@ _POLL = 0.1  # seconds between looks at Ctrl-C, and at what went wrong
 
 
 class SharedExecutor(ABC):
-    """Queues the runs of its callers, whose threads only wait. Its own thread works on them until `close`.
+    """An executor with a thread that works on the queued runs of all callers until `close`; their threads only wait.
 
-    Ctrl-C strikes the main thread, so it never strikes while a process is started or written to.
+    Ctrl-C interrupts the main thread, hence never while a process is started or written to.
     """
 
     def __init__(self, interrupts: Interrupts) -> None:
@@ -122,7 +122,7 @@ class SharedExecutor(ABC):
         return handle
 
     def add(self, handle: Handle) -> None:
-        """Have a run simulated that was submitted elsewhere."""
+        """Queue a run that was submitted to another executor."""
         with self.interrupts.held(), self._beginning:
             if self._thread is None:
                 self.connect()
@@ -132,7 +132,7 @@ class SharedExecutor(ABC):
         self.wake()
 
     def stop(self, handle: Handle) -> None:
-        """Have a cancelled run stopped wherever it is simulated; does not wait for that."""
+        """Request that a cancelled run be stopped, without waiting for this."""
         self.to_stop.put(handle)
         self.wake()
 

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a study at any point, in every command that does runs."""
+"""Handling of Ctrl-C, which ends a study at any point, in every command that does runs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ def interrupt(number: int, _frame: FrameType | None) -> NoReturn:
 
 
 class Interrupts:
-    """Remembers Ctrl-C, as Python drops exceptions raised while it closes a generator, which happens after every run.
+    """A context that remembers Ctrl-C, because Python drops exceptions raised while it closes a generator.
 
-    Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and SIGTERM where its handler is `interrupt`.
-    Both belong to the main thread. A study in another thread handles none. It can be entered several times in turn.
+    Generators are closed after every run. Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and
+    SIGTERM if its handler is `interrupt`. Both belong to the main thread; a study in another thread handles none. The
+    context can be entered several times in turn.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Finished runs on disk: an append-only journal, so that a kill at any instant loses none of them.
+"""Storage of finished runs in an append-only journal, so that a kill at any instant loses none of them.
 
 A study folder holds
 
@@ -7,12 +7,12 @@ A study folder holds
     study.json        the resolved study: base model, points and their models, seeds, versions
     .lock             held while a study is running there
 
-A line of the journal is `checksum {"model": ..., "seed": ..., "version": ..., "values": {...}, ...}`. A run is known by
-the content of its model, its seed and our version: a study with more values or replications finds the runs that are
-already there. Lines that are damaged, such as one cut short by a kill, are not used: these runs are done again, and
-`notes` says so. Only the journal counts, and results.parquet can be rebuilt from it.
+A line of the journal is `checksum {"model": ..., "seed": ..., "version": ..., "values": {...}, ...}`. The content of
+its model, its seed and our version identify a run, so that a study with more values or replications finds existing
+runs. Damaged lines, such as one cut short by a kill, are ignored: their runs are repeated, and `notes` reports this.
+Only the journal counts; results.parquet can be rebuilt from it.
 
-One study at a time in a folder: a lock that the operating system releases, however a study ends.
+Only one study at a time may use a folder. It holds a lock, which the operating system releases however the study ends.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class FolderLock:
         """Take the lock.
 
         Raises:
-            StudyError: where another study holds it: which process, on which machine.
+            StudyError: another study holds the lock; the message names its process and machine.
         """
         self.path = folder / LOCK
         self.file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
@@ -77,7 +77,7 @@ _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
 class Entry(BaseModel, strict=True):
-    """A line of the journal: a finished run. Whole numbers fit into a table column."""
+    """A line of the journal, which is a finished run; whole numbers fit into a table column."""
 
     model: str
     seed: int
@@ -90,7 +90,7 @@ class Entry(BaseModel, strict=True):
 
 
 class Store:
-    """The finished runs of a folder, of the user's cache, or, without either, of this process only."""
+    """The finished runs of a folder or of the user's cache or, without either, of this process only."""
 
     def __init__(
         self,
@@ -101,9 +101,9 @@ class Store:
         read_only: bool = False,
         version: str | None = None,
     ) -> None:
-        """Open a folder, made if need be, and read its journal: the runs of this version, or of the given one.
+        """Open a folder, which is created if needed, and read the runs of this or the given version from its journal.
 
-        Without a folder, runs are read from the cache, model by model as they are asked for, and kept there.
+        Without a folder, runs are read from the cache, model by model on request, and kept there.
 
         Raises:
             StudyError: where another study is running there, or the folder cannot be used.
@@ -132,20 +132,20 @@ class Store:
         self.close()
 
     def get(self, model: str, seed: int) -> Outcome | None:
-        """Return the outcome of a run, or None where it is not finished."""
+        """Return the outcome of a run, or None if it is not finished."""
         self._recall(model)
         return self.runs.get((model, seed))
 
     def missing(self, model: str, seed: int) -> bool:
-        """Whether a run is still to be done: there is none, or it failed in a way that may not happen again."""
+        """Whether a run is still to be done: it is not stored, or it failed with an error that may not recur."""
         self._recall(model)
         return (model, seed) not in self.runs or (model, seed) in self.again
 
     def add(self, model: str, seed: int, outcome: Outcome) -> None:
-        """Keep a finished run.
+        """Store a finished run.
 
         Raises:
-            StudyError: where it cannot be written, such as on a full disk. Runs before it are kept.
+            StudyError: the run cannot be written, such as on a full disk; earlier runs are kept.
         """
         if self.file is not None:
             self._write(_line(model, seed, outcome))
@@ -155,7 +155,7 @@ class Store:
         self.again.discard((model, seed))
 
     def reload(self) -> None:
-        """Read the journal again. After Ctrl-C it may be one run ahead of this store."""
+        """Read the journal again, since after Ctrl-C it may be one run ahead of this store."""
         if self.folder is not None:
             say, self.say = self.say, lambda _: None
             self.runs.clear()
@@ -251,7 +251,7 @@ class Store:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> NoReturn:
-        """Cut the journal to whole lines when the disk is full or gone, and raise an error that says what is kept."""
+        """Cut the journal to whole lines when the disk is full or gone, and raise an error that lists what is kept."""
         assert self.folder is not None
         with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)

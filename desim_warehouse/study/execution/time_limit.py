@@ -17,14 +17,14 @@ _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupt
 
 
 class TimeOutError(Interruption):
-    """Raised in a run that took too long. No `except Exception` of a policy can swallow it."""
+    """Raised in a run that took too long; no `except Exception` of a policy can catch it."""
 
 
 class TimeLimit:
-    """Raises TimeOutError in its thread when the block takes longer than the given seconds.
+    """A block that raises TimeOutError in its thread when it takes longer than a number of seconds.
 
-    Works in any thread and on every system, as a Dask worker needs, which signals do not. Code that does not return
-    to Python is interrupted when it does.
+    Unlike signals, it works in any thread and on every system, as a Dask worker needs. Code outside Python is
+    interrupted when it returns to Python.
     """
 
     def __init__(self, seconds: float) -> None:

@@ -1,4 +1,4 @@
-"""Simulation of the runs of a study, in any process: each ends with an outcome, which may be an error.
+"""Simulation of the runs of a study, in any process; each run ends with an outcome, which may be an error.
 
 For all executors (`study.execution`), and for the runs of `desim serve`.
 """
@@ -33,9 +33,9 @@ _ending = threading.Lock()
 class Wanted(NamedTuple):
     """A run to simulate: the changes that its design makes to the base model, and its seed.
 
-    `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
-    `floor`: whether the floor is to be watched for a while. `scout`: whether it only points the way, so that batteries
-    need not settle before it. `own`: indicators of the user's own.
+    `spans`: number of equal parts into which the run is divided to show how deliveries settle; 0: none. `floor`:
+    whether to record the floor for a while. `scout`: whether this is a pilot run, before which batteries need not
+    settle. `own`: user-defined indicators.
     """
 
     design: int
@@ -50,9 +50,9 @@ class Wanted(NamedTuple):
 class Outcome(NamedTuple):
     """The outcome of a run: indicators, or an error.
 
-    `final` is False for an error that may not happen again (a time-out, a worker that died). `deterministic`: no
-    random stream and no policy of the user's own was used. `spans`: if asked for, how many tasks were delivered in each
-    part of the run, and the sums of their cycle times. `floor`: what a page plays, if asked for (`Run.floor`).
+    `final` is False for an error that may not recur (a time-out, a worker that died). `deterministic`: no random stream
+    and no user-defined policy was used. `spans`: on request, the number of tasks delivered in each part of the run and
+    the sums of their cycle times. `floor`: on request, the recording that a page plays (`Run.floor`).
     """
 
     values: dict[str, float]
@@ -65,9 +65,9 @@ class Outcome(NamedTuple):
 
 
 class Handle:
-    """A submitted run: its outcome once it has ended, None before that and if it was cancelled.
+    """A submitted run, whose outcome is None until it has ended, and if it was cancelled.
 
-    It is used from any thread.
+    A handle may be used from any thread.
     """
 
     __slots__ = ("_stop", "_told", "base", "cancelled", "outcome", "wanted")
@@ -86,7 +86,7 @@ class Handle:
         return self.cancelled or self.outcome is not None
 
     def cancel(self) -> None:
-        """Have the run stopped, or not begun; do nothing if it has ended."""
+        """Stop the run, or keep it from starting; do nothing if it has ended."""
         if self._end(None):
             self._stop(self)
 
@@ -95,7 +95,7 @@ class Handle:
         self._end(outcome)
 
     def tell(self, queue: SimpleQueue[Handle]) -> None:
-        """Have the run put itself into a queue when it has ended."""
+        """Put the handle into a queue as soon as the run has ended."""
         with _ending:
             if not self.ended:
                 self._told = queue
@@ -146,7 +146,7 @@ class Simulator:
         return model
 
     def run(self, base: Model, wanted: Wanted, timeout: float | None = None, stop: StopSignal | None = None) -> Outcome:
-        """Simulate one run; its outcome has whatever goes wrong in it."""
+        """Simulate one run; errors become part of its outcome."""
         begin = perf_counter()
         try:
             model = self.model(base, wanted)
@@ -185,9 +185,9 @@ class Simulator:
         timeout: float | None = None,
         stops: Sequence[StopSignal] = (),
     ) -> list[Outcome]:
-        """Simulate several runs, one after the other, or fewer where they take longer than expected.
+        """Simulate several runs one after the other, or fewer if they take longer than expected.
 
-        `base`: of their designs. `stops`: who may stop each of them.
+        `base`: base model of their designs. `stops`: a stop signal for each run.
         """
         outcomes = []
         end = monotonic() + ENOUGH
@@ -209,7 +209,7 @@ class Serial:
         self.stops: dict[Handle, StopSignal] = {}  # of runs that are simulated now
 
     def submit(self, base: Model, run: Wanted) -> Handle:
-        """Have a run simulated, as soon as somebody waits for it."""
+        """Submit a run, which is simulated as soon as `ended` waits for it."""
         return Handle(base, run, self.stop)
 
     def stop(self, handle: Handle) -> None:

@@ -1,4 +1,4 @@
-"""The code of a worker process. A study waits for its workers, so they start as fast as possible."""
+"""Code of a worker process, which starts as fast as possible, because a study waits for its workers."""
 
 from __future__ import annotations
 
@@ -25,11 +25,10 @@ _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
 
 def main(parent: Connection[Any, Any]) -> None:
-    """Receive the place of settled fleets and the time-out, then answer batches until the parent ends.
+    """Receive the folder of settled fleets and the time-out, then process batches until the parent ends.
 
-    It sends ("hello", None) when it waits for these. Then
-    come ("ready", []), ("done", outcomes) after each batch, and ("failed", text) for an error of ours. Meanwhile it is
-    told which runs are to be stopped.
+    The worker sends ("hello", None) when it waits for these, then ("ready", []), ("done", outcomes) after each batch,
+    and ("failed", text) for an error of ours. Meanwhile it receives messages about runs to stop.
     """
     _prepare()
     process = os.getpid()
@@ -57,9 +56,9 @@ def main(parent: Connection[Any, Any]) -> None:
 
 
 class RunBatch(NamedTuple):
-    """A batch for a worker: designs of one base model, which is sent along the first time.
+    """A batch for a worker: runs of designs of one base model, which is sent along the first time.
 
-    Base models are known by the order in which they came.
+    Base models are numbered in the order in which they were sent.
     """
 
     number: int
@@ -68,7 +67,7 @@ class RunBatch(NamedTuple):
 
 
 class Given(NamedTuple):
-    """A batch that the worker was given, with the stop signal of each of its runs."""
+    """A batch received by a worker, with the stop signal of each of its runs."""
 
     base: Model
     runs: list[Wanted]
@@ -97,9 +96,9 @@ def _listen(parent: Connection[Any, Any], batches: SimpleQueue[Given | None]) ->
 def _prepare() -> None:
     """Prepare the process before our code and numpy are imported.
 
-    Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On Linux
-    it ends when a parent is killed, too, elsewhere at the next message. No garbage is collected while modules are
-    imported, and numerical libraries start no threads of their own: there is a worker for every processor.
+    The parent handles Ctrl-C, and ends this process together with any that policies start in it; hence a process group.
+    If the parent is killed, the process ends at once on Linux, and elsewhere at the next message. Garbage collection is
+    off during imports, and numerical libraries start no threads, because there is a worker for every processor.
     """
     gc.disable()
     alone()

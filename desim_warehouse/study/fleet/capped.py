@@ -1,7 +1,7 @@
-"""The gain of a cap on the robots under way (`traffic.most_out`) in a fleet whose robots stand in each other's way.
+"""Gain of a cap on the robots under way (`traffic.most_out`), for fleets whose robots block each other.
 
-A floor lets less through beyond some number of robots (`outcome.verdicts` has the source). Where robots wait much, a
-few caps are held against no cap on the same days. The best cap of all is `desim size --key traffic.most_out`.
+Beyond some number of robots a floor's throughput falls (`outcome.verdicts` has the source). If robots wait much, a few
+caps are compared with no cap on the same days. `desim size --key traffic.most_out` finds the best cap of all.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from desim_warehouse.study.study import searched
 
 KEY = "traffic.most_out"
 PARTS = (0.75, 0.5, 0.33)
-"""Caps that are tried, as parts of the fleet."""
+"""Caps to try, as shares of the fleet."""
 MOST_RUNS = 20
 """Most replications of each cap, by default."""
 LEAST = 0.01
-"""Part of the indicator's mean that matters."""
+"""Least gain that matters, as a share of the indicator's mean."""
 
 
 @dataclass(frozen=True)
 class Capped:
-    """With at most `cap` of `robots` under way the mean of an indicator is `mean`: better than without by `gain`."""
+    """The effect of a cap: with at most `cap` of `robots` under way, `indicator` has this `mean`, better by `gain`."""
 
     robots: int
     cap: int
@@ -47,7 +47,7 @@ class Capped:
 
 
 def caps(model: Model) -> list[int]:
-    """The caps to try for a model: none where it has one."""
+    """Return the caps to try for a model, none if the model has a cap."""
     if model.traffic.most_out is not None:
         return []
     most = {math.ceil(part * model.fleet.size) for part in PARTS}
@@ -55,7 +55,7 @@ def caps(model: Model) -> list[int]:
 
 
 def waits_much(runs: Iterable[Mapping[str, float]]) -> bool:
-    """Whether robots wait in traffic for so long that fewer under way may do more."""
+    """Whether robots wait in traffic so long that fewer robots under way may do more work."""
     shares = [kpis.get("share_waiting", 0.0) for kpis in runs]
     return bool(shares) and fmean(shares) >= LEAST_WAITING
 
@@ -65,12 +65,12 @@ def tried_cap(
     indicator: str,
     search: Search = USUAL,
 ) -> tuple[Capped | None, int]:
-    """Find the cap that gains most, if one is shown to gain, else None; and how many runs that took.
+    """Return the cap that gains most, or None if no cap is shown to gain; and the number of runs done.
 
     Args:
-        model: the fleet as it is, without a cap.
-        indicator: what is to be more, or less, as it is better.
-        search: how runs are done (default of the first look at each cap, and of the most runs of it: 5 and 20).
+        model: the warehouse without a cap.
+        indicator: indicator to improve.
+        search: how runs are done (by default 5 replications at the first look at each cap, and at most 20).
     """
     tried, better = caps(model), find(indicator).better
     if not tried or better is None:

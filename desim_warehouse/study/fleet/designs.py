@@ -18,14 +18,14 @@ from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.study import StudyEngine
 
 ROOM = 2.5
-"""How far robots are searched by default, as a multiple of what the quick estimate needs."""
+"""Largest number of robots to search by default, as a multiple of the quick estimate's need."""
 
 
 class Designs:
-    """The designs that could be built of a model, by their counts: robots, chargers and, where asked for, people.
+    """The designs that could be built from a model, by their counts: robots, chargers and, on request, people.
 
-    Chargers are counted in the bays that have most of them, 0 where there are none. Robots that are bought are of no
-    kind, and so are chargers, where some are for kinds alone. `people` says which of them are counted, and where.
+    Chargers are counted in the bays that have most of them; 0 if there are none. Only robots without a kind are bought,
+    and only chargers that serve all kinds. `people`: the people that are counted, and where.
     """
 
     scan = False
@@ -57,17 +57,17 @@ class Designs:
         return {"fleet.size": robots, **self.of_chargers(chargers), **self.of_people(people)}
 
     def of_people(self, numbers: Sequence[int]) -> dict[str, Any]:
-        """The changes that make people so many, in the order of `people`."""
+        """Return the changes that set the numbers of people, in the order of `people`."""
         return {kind.key: number for kind, number in zip(self.people, numbers, strict=True)}
 
     def totals(self, design: Counts) -> dict[str, int]:
-        """The counts of a design by the names of factors, people in all nodes of their station."""
+        """Return the counts of a design by factor name; people are the total over the nodes of their station."""
         robots, chargers, *people = design
         each = zip(self.people, people, strict=True)
         return {"fleet.size": robots, "chargers": chargers, **{kind.name: kind.nodes * number for kind, number in each}}
 
     def factors(self, counts: Sequence[Sequence[int]]) -> dict[str, Any]:
-        """The factors of a study of all designs with these counts; people are the total of their station."""
+        """Return the factors of a study of all designs with these counts; people are the total of their station."""
         robots, chargers, *people = counts
         factors: dict[str, Any] = {"fleet.size": robots}
         if self.zone is not None:
@@ -77,10 +77,10 @@ class Designs:
         return factors
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """The changes that give the model this number of chargers, with more slots only where slots are too few.
+        """Return the changes that give the model a number of chargers, adding slots only where there are too few.
 
-        As a slot is also where robots rest, fewer slots with fewer chargers would compare two things at once. Where
-        the model's slots are as many as its chargers, each node keeps the slots that all nodes have.
+        Robots also rest in slots, so removing slots along with chargers would confound two changes. If the model has as
+        many slots as chargers, each node keeps the slots that all nodes have.
         """
         if self.zone is None:
             return {}
@@ -96,7 +96,7 @@ class Designs:
         return changes
 
     def cost(self, design: Counts) -> float | None:
-        """The cost of a design a year before it runs, or None where nothing that is sized has a price."""
+        """Return the yearly cost of a design before any run, or None if nothing that is sized has a price."""
         prices = self.model.prices
         if prices is None or not (prices.of_fleet or any(getattr(prices, kind.wage) for kind in self.people)):
             return None
@@ -107,11 +107,11 @@ class Designs:
         return year_of(self.model, kinds, None if self.zone is None else others + chargers, paid)
 
     def key(self, design: Counts) -> tuple[float, ...]:
-        """The sort key of a design: cost, then robots, chargers and people."""
+        """Return the sort key of a design: cost, then robots, chargers and people."""
         return (self.cost(design) or 0.0, *map(float, design))
 
     def counts(self, growth: float) -> list[list[int]]:
-        """The robots, chargers and people to search, by default from the quick estimate."""
+        """Return the numbers of robots, chargers and people to search, by default from the quick estimate."""
         model = self.model.replace(more_demand(self.model, growth))
         quick = estimate(model)
         people = [kind.searched(quick, model) for kind in self.people]
@@ -147,14 +147,14 @@ class Designs:
 
     @property
     def today(self) -> int:
-        """Chargers of the model as it is, in the bays whose chargers are sized."""
+        """The model's own number of chargers in the bays whose chargers are sized."""
         return self._now.get(self.zone or "", 0)
 
 
 class OneKey(Designs):
-    """The values of the one factor of a study as designs, smallest first: the count of each is its position.
+    """The values of a study's only factor as designs, smallest first; the count of a design is its position.
 
-    `scan`: each is judged by itself from the first on, where more need not be better.
+    `scan`: whether designs are judged one by one, the first one first, because more need not be better.
     """
 
     def __init__(self, study: StudyEngine, *, scan: bool = False) -> None:
@@ -187,7 +187,7 @@ class OneKey(Designs):
 
 
 def _chargers(model: Model) -> dict[str, int]:
-    """The chargers of each zone of bays."""
+    """Return the number of chargers of each zone of bays."""
     layout = model.floor
     by_zone: dict[str, int] = {}
     for node, chargers in chargers_at(model, layout).items():
@@ -197,7 +197,7 @@ def _chargers(model: Model) -> dict[str, int]:
 
 
 def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
-    """Why a changed model could not be simulated; None where it could."""
+    """Return why a changed model cannot be simulated; None if it can."""
     try:
         changed = model.replace(overrides)
     except WarehouseError as error:
@@ -206,7 +206,7 @@ def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
 
 
 def more_demand(model: Model, growth: float) -> dict[str, Any]:
-    """The changes that multiply demand by a factor."""
+    """Return the changes that multiply demand by a factor."""
     if growth == 1:
         return {}
     if not model.tasks.grow:

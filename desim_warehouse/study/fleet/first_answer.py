@@ -1,4 +1,4 @@
-"""The first answer of a plan, after its scouts, for people who wait: the fleet, and about how many are to be judged."""
+"""The first answer of a plan, after its scouts (pilot runs): a fleet, and about how many fleets are to be judged."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from desim_warehouse.study.statistics.cheapest import Cost, Counts, within_count
 
 
 def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int], name: Callable[[int], str]) -> str:
-    """The first answer, by the scouts of a plan, in a line.
+    """Return the first answer of a plan, by its scouts (pilot runs), in one line.
 
-    The plan goes on to judge the cheapest fleet that scouts do not doubt, and the cheaper fleets that rule out all
-    others, unless their verdicts turn out otherwise.
+    Next, the plan judges the cheapest fleet that scouts do not doubt, and the cheaper fleets that rule out all others,
+    unless verdicts contradict the scouts.
 
     Args:
-        designs: all counts that could be built.
-        cost: what one costs.
-        doubted: numbers of designs that failed.
-        name: what a design is called.
+        designs: counts of all designs that could be built.
+        cost: sort key of a design by cost.
+        doubted: numbers of designs that failed in pilot runs.
+        name: function that names a design.
     """
     failed = _largest([designs[number] for number in doubted])
     order = sorted(range(len(designs)), key=lambda number: cost(designs[number]))
@@ -32,7 +32,7 @@ def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int]
 
 
 def _largest(designs: Sequence[Counts]) -> list[Counts]:
-    """The designs that no other design exceeds in every count."""
+    """Return the designs that no other design exceeds in every count."""
     largest: list[Counts] = []
     for design in sorted(designs, reverse=True):
         if not any(within_counts(design, other) for other in largest):

@@ -1,4 +1,4 @@
-"""Inputs of a plan, as people write them: `30%` more demand, `6..20` robots, a zone of `1 %`."""
+"""Reading of the inputs of a plan as users write them: `30%` more demand, `6..20` robots, a zone of `1 %`."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from desim_warehouse.study.target import indifference, read_targets
 from desim_warehouse.values.units import UnitNames, quantity
 
 MOST_TIMES = 10.0
-"""Times today's demand; a larger number without % was probably meant in per cent."""
+"""Largest factor of today's demand; a larger number without % was probably meant in per cent."""
 A_YEAR = "/year"
 
 
 def growth_of(growth: float | str | None, named: str) -> float | None:
-    """Read a growth such as `30%`, or a factor from 1 to 10 such as `1.3`, as a factor of demand; None: not given.
+    """Read growth such as `30%`, or a factor from 1 to 10 such as `1.3`, as a factor of demand; None without growth.
 
     Raises StudyError, which calls it `named`.
     """
@@ -44,7 +44,7 @@ def growth_of(growth: float | str | None, named: str) -> float | None:
 
 
 def demands_of(growth: float | str | None, years: int | None, named: str) -> list[float]:
-    """The factors of demand after today's: for one growth, or for each of so many years that grow by `20%/year`.
+    """Return the factors of later demands: of one growth, or of each of some years with growth such as `20%/year`.
 
     Raises as `growth_of`.
     """
@@ -64,7 +64,7 @@ def demands_of(growth: float | str | None, years: int | None, named: str) -> lis
 
 
 def counts_of(counts: Sequence[int] | str | None, named: str) -> list[int] | None:
-    """Read whole numbers from 1 upwards, such as `1..8` or `4,6,8`, or a sequence of them; None: not given.
+    """Read positive whole numbers such as `1..8` or `4,6,8`, or a sequence of them; return None for None.
 
     Raises as `growth_of`.
     """

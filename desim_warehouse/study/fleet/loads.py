@@ -1,9 +1,9 @@
-"""How busy each group is at a design, by its runs: the loads of `model.facts.workers`, as means over runs.
+"""Utilisation of each group at a design (the loads of `model.facts.workers`), as means over its runs.
 
-Runs of a study keep indicators alone. These have the whole load of robots and chargers, but the time of servers and of
-people only for all stations together, which is shared among stations as the quick estimate shares the work. The
-estimate is used for a group with more work than it can do, which no run shows, and where runs that begin empty show
-less of a station.
+Runs of a study keep only indicators. These give the whole load of robots and chargers, but the time of servers and
+people only as a total over stations, which is divided in the proportions of the quick estimate. The estimate itself is
+used for a group with more work than it can do, since no run shows a load above one, and for a station of which runs
+that begin empty show less.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.table import Row
 
 TRIP = "cycle_time_mean"
-"""What a task takes: little more than the trip of its robot where nothing is scarce."""
+"""The indicator of the time of a task, which is little more than its robot's trip where nothing is scarce."""
 _PICKERS_IDLE = "station_idle"
 _BEYOND = 1.05
-"""The load from which on the estimate, good to five per cent, says that robots and chargers are asked for too much."""
+"""The load above which robots and chargers have too much work by the estimate, which is accurate to five per cent."""
 
 
 def loads_at(study: StudyEngine, point: Point) -> dict[Load, Estimate]:
@@ -41,7 +41,7 @@ def loads_at(study: StudyEngine, point: Point) -> dict[Load, Estimate]:
 def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Estimate]:
     """Measure the load of each group in the runs of a design, the largest first, with the interval of its mean.
 
-    Where robots wait in traffic longer than they work, that is a load of its own, of the lanes.
+    If robots wait in traffic longer than they work, the lanes have a load as well.
     """
     rows = [row for row in runs if row.outcome.error is None]
     exact = bool(rows) and all(row.outcome.deterministic for row in rows)
@@ -91,13 +91,13 @@ def _values(
 
 
 def _part_of_lift(quick: QuickEstimate | None, group: Group) -> float:
-    """How many times the mean load of the lifts is that of one, by how long a task takes it."""
+    """Return the load of one lift as a multiple of the mean over lifts, by the time that a task takes of each."""
     taken = {} if quick is None else {item.name: item.share * item.time for item in quick.lifts}
     return taken.get(group.zone, 0.0) / fmean(taken.values()) if taken else math.nan
 
 
 def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
-    """The load of a whole kind as a multiple of one group's load at a station, by the time a task takes there.
+    """Return each group's load at its station as a multiple of the load of its kind, by the time of a task there.
 
     The time of a kind is the hours of all its groups, including groups without work.
     """
@@ -122,7 +122,7 @@ def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
 
 @lru_cache(maxsize=64)
 def _quick_estimate(model: Model) -> QuickEstimate | None:
-    """The quick estimate; None where a robot by itself does no task, so that there is no estimate."""
+    """Return the quick estimate; None if a robot by itself completes no task, so that there is no estimate."""
     try:
         return quick_estimate(model)
     except SimulationError:

@@ -1,7 +1,7 @@
-"""The fleet that does most: with pods more robots may do worse, as each visit of a pod serves fewer lines.
+"""Search for the fleet that does most: with pods, more robots may do worse, as each pod visit serves fewer lines.
 
-Fleets are compared by a few runs of some of them, then of the neighbours of the best. Up to the best, more robots do
-not do worse, and a plan searches there. These runs are not the ones that judge the plan.
+A few runs compare some fleets, then the neighbours of the best. A plan searches up to the best fleet, where more robots
+do no worse. The runs that judge the plan are others.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from desim_warehouse.study.statistics.procedure import Procedure, request
 
 RUNS = 3
 APART = 12
-"""Fleets compared at first, spread over all, and then between the neighbours of the best."""
+"""Number of fleets compared at first, spread over all, and again between the neighbours of the best."""
 
 
 @dataclass(frozen=True)
 class Most:
-    """The fleet with the best mean, the largest fleet, and both means. `up_to`: the largest that does not do worse.
+    """The fleet with the best mean, the largest fleet, and both means.
 
-    A fleet does worse if its mean is worse by more than the indifference zone.
+    `up_to`: the largest fleet that does not do worse, that is, whose mean is not worse by more than the indifference
+    zone.
     """
 
     robots: int
@@ -35,9 +36,9 @@ class Most:
 
 
 def most_steps(robots: Sequence[int], target: Target, zone: float, budget: Budget) -> Procedure[Most | None]:
-    """Find the fleet that does most, among numbers of `robots` in order; None where the largest does not do worse.
+    """Find the fleet that does most, among ascending numbers of `robots`.
 
-    None, too, where the runs allowed end before.
+    Return None if the largest fleet does not do worse, or if the budget is exhausted before the search ends.
     """
     last = len(robots) - 1
     means: dict[int, float] = {}

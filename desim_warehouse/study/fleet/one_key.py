@@ -1,4 +1,4 @@
-"""The smallest value of one key that meets a target: a plan whose designs have one count."""
+"""Search for the smallest value of one key that meets a target: a plan whose designs have one count."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def size_key(
     scan: bool = False,
     search: Search = USUAL,
 ) -> FleetSizes:
-    """Find the smallest value of a study's one factor that meets a target: a plan with one count, for today's demand.
+    """Find the smallest value of a study's only factor that meets a target, at today's demand.
 
     The arguments are those of `questions.size.size`.
 
     Raises:
-        StudyError: not one factor, a bad target or zone, a run that failed but for a robot that ran flat.
+        StudyError: not exactly one factor, a bad target or zone, or a run that failed other than by a flat battery.
 
     Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """

@@ -1,7 +1,7 @@
-"""Named options, such as the robots of two vendors: each is planned, and sufficient ones meet on the same days.
+"""Comparison of named options, such as the robots of two vendors: a plan of each, compared on the same days.
 
-Where no price depends on chance, the cost of a year follows from the counts. Then the only uncertainty is whether fewer
-would do: how far the cost could fall to the cost of a fleet that is not shown to miss the target.
+If no price depends on chance, the yearly cost follows from the counts. The only uncertainty is then whether a smaller
+fleet would do: the cost could fall to that of a fleet that is not shown to miss the target.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ COST = "annual_cost"
 
 @dataclass(frozen=True)
 class Against:
-    """The difference of an option to the first in an indicator, with the ends of its interval."""
+    """The mean difference of an option to the first option in an indicator, with the ends of its interval."""
 
     name: str
     mean: float
@@ -44,10 +44,10 @@ class Against:
 
 @dataclass(frozen=True)
 class ComparedOptions:
-    """The plans of named options, and the cheapest option that is enough, `first`, against each of the others.
+    """The plans of named options, and the comparison of the cheapest sufficient option, `first`, with the others.
 
-    `indicator`: the one compared: the cost of a year or, without prices, the target's indicator; then `first` has the
-    fewest robots.
+    `indicator`: the compared indicator, which is the yearly cost or, without prices, the target's indicator; in the
+    latter case `first` has the fewest robots.
     """
 
     plans: Mapping[str, FleetSizes]
@@ -59,30 +59,30 @@ class ComparedOptions:
 
     @property
     def feasible(self) -> bool:
-        """Whether each option has a design that is enough."""
+        """Whether each option has a design that meets the target."""
         return all(plan.feasible for plan in self.plans.values())
 
     @property
     def undecided(self) -> bool:
-        """Whether for some option it is open if any design is enough."""
+        """Whether it is open for some option if any design meets the target."""
         return any(plan.undecided for plan in self.plans.values())
 
     @property
     def ended(self) -> bool:
-        """Whether the runs allowed ended before an answer."""
+        """Whether the budget of runs was exhausted before an answer."""
         return any(plan.ended for plan in self.plans.values())
 
 
 def compare_options(models: Mapping[str, Model], target: str, *, search: Search = USUAL, **how: Any) -> ComparedOptions:
-    """Size the fleet of each of some options, and compare the cheapest designs that are enough on shared days.
+    """Size the fleet of each option, and compare the cheapest designs that meet the target on shared days.
 
     The arguments are those of `questions.plan_options.plan_options`.
 
     Raises:
         StudyError: fewer than two options, some with prices and some without, or as `size_fleet`.
 
-    Source: `statistics.paired`. The ends of a difference in cost are as far apart as the costs of fleets that were not
-    shown to miss the target leave open.
+    Source: `statistics.paired`. The interval of a difference in cost covers the costs of all fleets that were not shown
+    to miss the target.
     """
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
@@ -92,7 +92,7 @@ def compare_options(models: Mapping[str, Model], target: str, *, search: Search 
 
 
 def _compared(models: Mapping[str, Model], target: str, search: Search, **how: Any) -> ComparedOptions:
-    """Plans of several models, and the days on which their fleets are compared."""
+    """Plan the fleets of several models, and compare them on shared days."""
     each = replace(search, confidence=1 - (1 - search.confidence) / (len(models) + 1))
     plans: dict[str, FleetSizes] = {}
     left = search.runs or PLAN_RUNS
@@ -112,7 +112,7 @@ def _compared(models: Mapping[str, Model], target: str, search: Search, **how: A
 
 
 def _are_priced(enough: Mapping[str, Shown]) -> bool:
-    """Whether options have prices; raises StudyError where only some have."""
+    """Whether options have prices; raise StudyError if only some have."""
     unpriced = [name for name, best in enough.items() if best.cost is None]
     if unpriced and len(unpriced) < len(enough):
         raise StudyError(f"options {', '.join(unpriced)}: no prices of robots or chargers, which the others have")
@@ -132,7 +132,7 @@ def _on_days(plan: FleetSizes, best: Shown, indicator: str, search: Search) -> S
 def _against(
     name: str, first: str, values: Mapping[str, Sequence[float]], plans: Mapping[str, FleetSizes], confidence: float
 ) -> Against:
-    """Compare an option with the first on shared days; the interval allows for cheaper designs that may do."""
+    """Compare an option with the first on shared days; the interval allows for cheaper designs that may suffice."""
     fixed = all(is_fixed(plans[option].model.prices) for option in (name, first))
     difference = paired(values[name], values[first], confidence, deterministic=fixed)
     low, high = difference.interval or (difference.mean, difference.mean)
@@ -140,7 +140,7 @@ def _against(
 
 
 def _could_save(plan: FleetSizes) -> float:
-    """The most by which the cost of the design named may exceed the cost of a design not shown to miss the target."""
+    """Return the largest excess of the chosen design's cost over the cost of a design not shown to miss the target."""
     sized, best = plan.today, plan.today.best
     if best is None or best.cost is None:
         return 0.0

@@ -1,6 +1,6 @@
-"""People whose number is part of a design: their kinds, the key of the model with their number, and how many could be.
+"""People whose number is part of a design: their kinds, the model key of their number, and the numbers to search.
 
-A kind of people is a row of `model.facts.people` and a class here.
+Each kind of people has a row in `model.facts.people` and a class here.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from desim_warehouse.model.facts.people import PACKERS, PEOPLE, PICKERS
 from desim_warehouse.study.fleet.given import counts_of
 
 ROOM = 1.5
-"""How far packers are searched by default, as a multiple of what the quick estimate needs in a peak."""
+"""Largest number of packers to search by default, as a multiple of the quick estimate's need in a peak."""
 AUTO = "auto"
-"""As many as the quick estimate finds to be possible."""
+"""The input that stands for all numbers that the quick estimate finds possible."""
 
 
 @dataclass(frozen=True)
 class People(ABC):
-    """People of one kind whose number is sized: `key` of the model has it, the number at each of some `nodes`.
+    """People of one kind whose number is sized: the value of the model's `key` at each of `nodes` nodes.
 
-    `place`: their station, empty where they have none. `values`: the numbers that could be (None: by the quick
+    `place`: their station, empty if they have none. `values`: the numbers to search (None: chosen by the quick
     estimate, from `least` to `most`).
     """
 
@@ -41,16 +41,16 @@ class People(ABC):
 
     @property
     def noun(self) -> str:
-        """The noun for one of them."""
+        """The singular noun for people of this kind."""
         return PEOPLE[self.name].noun
 
     @property
     def wage(self) -> str:
-        """The key of `prices` with the wage of an hour."""
+        """The key of `prices` with the hourly wage."""
         return PEOPLE[self.name].wage
 
     def searched(self, quick: QuickEstimate, model: Model) -> list[int]:
-        """Return the numbers to search: by default from the least without a growing backlog to more than a peak needs.
+        """Return the numbers to search, by default from the least without backlog growth to more than a peak needs.
 
         Args:
             quick: the quick estimate of the model.
@@ -64,7 +64,7 @@ class People(ABC):
 
     @abstractmethod
     def span(self, quick: QuickEstimate, model: Model) -> tuple[float, float]:
-        """Return how many work all the time at the least, and how many are surely enough, in fractions."""
+        """Return the least number, busy all the time, and a number that surely suffices, both as fractions."""
 
 
 class SizedPackers(People):
@@ -99,7 +99,7 @@ class SizedPackers(People):
         )
 
     def span(self, quick: QuickEstimate, model: Model) -> tuple[float, float]:
-        """Return what loads take of them on average, and half as much again as in a peak."""
+        """Return the packers that loads occupy on average, and half as many again as they occupy in a peak."""
         loads = [load for load in quick.stations if model.floor.stations[load.node].zone == self.place]
         of_work = self.key.endswith("workers")
         busy = [
@@ -130,9 +130,10 @@ class SizedPickers(People):
         return cls("pickers.count", least=zones, values=None if values is None else tuple(values))
 
     def span(self, quick: QuickEstimate, model: Model) -> tuple[float, float]:
-        """Return how many pick all the time and never walk, and how many walk from anywhere to each robot in a peak.
+        """Return the pickers needed if they never walked, and those needed in a peak if each robot is a long walk away.
 
-        Where they stay with a robot, they also walk beside it. Without a rate of orders: up to twice those there are.
+        Pickers who stay with a robot also walk beside it. Without a rate of orders, the upper number is twice the
+        model's own.
         """
         load, spec = quick.pickers, model.pickers
         assert load is not None and spec is not None  # noqa: PT018 - by `of`
@@ -150,14 +151,14 @@ SIZED: Mapping[str, type[SizedPackers | SizedPickers]] = {kind.name: kind for ki
 
 
 def people_of(model: Model, wanted: Mapping[str, Sequence[int] | str | None]) -> tuple[People, ...]:
-    """Read who is counted beside robots and chargers, by name, and how many could be; None: as many as in the model.
+    """Read the people to size beside robots and chargers, by name, with their possible numbers; None: not sized.
 
     Raises:
-        StudyError: what cannot be, see `SizedPackers.of` and `SizedPickers.of`.
+        StudyError: impossible numbers; see `SizedPackers.of` and `SizedPickers.of`.
     """
     return tuple(SIZED[name].of(model, values) for name, values in wanted.items() if values is not None)
 
 
 def _peak(quick: QuickEstimate) -> float:
-    """Return how many times the tasks of a mean hour come in the busiest."""
+    """Return the number of tasks in the busiest hour, as a multiple of the hourly mean."""
     return 1.0 if not quick.rate or quick.peak is None else quick.peak / quick.rate

@@ -1,8 +1,7 @@
-"""How many robots, chargers and people a warehouse needs, today and later, with which strategy, and what limits it.
+"""Fleet planning: how many robots, chargers and people a warehouse needs, today and later, and with which strategy.
 
-Sizes are found by `scout_steps` and shown by `cheapest_meeting_steps`; nothing else is judged
-here. Designs that cannot keep up, or run down their batteries (see `outcome.verdicts`), do not count as meeting
-a target, however well the run looks.
+`scout_steps` finds candidate sizes, and `cheapest_meeting_steps` proves them. Designs that cannot keep up, or run down
+their batteries (see `outcome.verdicts`), never count as meeting a target, however well their runs look.
 """
 
 from __future__ import annotations
@@ -66,20 +65,21 @@ from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import days_of, first_look
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
-"""Allocation policies that are tried by default."""
+"""Allocation policies to try by default."""
 ENDS = 2
-"""The first and the last year, which are planned before the years between."""
+"""Number of demands (the first and the last year) that are planned before the years between."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
 SAME = 0.2
-"""Share of the zone within which days with another strategy count as equal to days with the model's own."""
+"""Share of the zone within which days with another strategy count as equal to days with the model's strategy."""
 
 
 @dataclass(frozen=True)
 class _Demand:
-    """A demand as a factor of today's: designs that failed, designs in doubt after a scout, the answer.
+    """The results for a demand, which is `growth` times today's.
 
-    Designs that fail by their batteries are `drained`, others `failing`.
+    `failing`: designs that failed, except `drained` ones, whose batteries ran down. `doubted`: designs that failed in a
+    scout (pilot run). `best`: the answer.
     """
 
     growth: float
@@ -91,7 +91,7 @@ class _Demand:
 
 @dataclass
 class Planner:
-    """The settings that all parts of a plan share, and the search through its designs."""
+    """The settings shared by all parts of a plan, and the search through its designs."""
 
     model: Model
     target: Target
@@ -107,9 +107,9 @@ class Planner:
     beside: tuple[tuple[Target, float], ...] = ()
     """Further targets that a fleet has to meet, with their indifference zones."""
     answers: str = ""
-    """The answers for the demands before, as people who wait see them."""
+    """The answers for earlier demands, as shown with the progress."""
     believed: str = ""
-    """The first answer of the demand under way, by its scouts, until it is decided."""
+    """The scouts' first answer for the demand under way, until it is decided."""
 
     @property
     def more_helps(self) -> bool:
@@ -118,7 +118,7 @@ class Planner:
 
     @property
     def of_key(self) -> OneKey | None:
-        """The values of one key as designs, None where robots are counted."""
+        """The values of one key as designs; None if robots are counted."""
         return self.designs if isinstance(self.designs, OneKey) else None
 
     @property
@@ -127,7 +127,7 @@ class Planner:
         return self.target, *(goal for goal, _ in self.beside)
 
     def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
-        """The judge of the designs of a study."""
+        """Make the judge of the designs of a study."""
         return judge_of(
             study,
             runner,
@@ -146,7 +146,7 @@ class Planner:
         return searched(self.model, factors, self.search, changes=changes, target=self.target.text, name=name, **more)
 
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
-        """Carry out a procedure that is made with the judge of the designs of a study, and with its runner."""
+        """Make a procedure with the judge and the runner of a study, and carry it out."""
         where = self.search.under(study.plan.name) if self.of_key is None else self.search  # has a folder
         with study.session(where) as runner:
             if self.believed:
@@ -160,7 +160,7 @@ class Planner:
             )
 
     def plan(self, times: Sequence[float], strategies: Mapping[str, Any] | None, *, yearly: bool) -> FleetSizes:
-        """Plan for today's demand and those after it; where a better strategy turns up, plan once more with that."""
+        """Plan for today's and later demands; if a better strategy turns up, plan once more with that strategy."""
         own = self.model.policies.allocation.content()
         factors = {"policies.allocation": list(dict.fromkeys((own, *STRATEGIES)))} if strategies is None else strategies
         demands = self._sizes(times, {}, "", yearly=yearly)
@@ -192,7 +192,7 @@ class Planner:
     def _sizes(
         self, times: Sequence[float], changes: Mapping[str, Any], suffix: str, *, yearly: bool
     ) -> tuple[Sized, ...]:
-        """The answers for today's demand and the later ones; the last year is planned before the years between."""
+        """Return the answers for today's and later demands; the last year is planned before the years between."""
         if not yearly:
             today = self.size(1.0, changes, f"today{suffix}")
             return today, *(self.size(growth, changes, f"growth{suffix}") for growth in times)
@@ -201,7 +201,7 @@ class Planner:
         return tuple(sized[n] for n in sorted(sized))
 
     def size(self, growth: float, changes: Mapping[str, Any], name: str, year: int | None = None) -> Sized:
-        """Find the cheapest design for a demand; for a year's demand, with what other years have shown."""
+        """Find the cheapest design for a demand, using the results of other years if years are planned."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
         most = (
@@ -272,7 +272,7 @@ class Planner:
     def _used(
         self, study: StudyEngine, cheapest: Cheapest, counts: list[Counts]
     ) -> tuple[dict[Load, Estimate], Estimate | None]:
-        """The loads at the chosen design, or the largest, and the trip time where nobody is busy."""
+        """Return the loads at the chosen or else the largest design, and the trip time if nothing is scarce."""
         busiest = cheapest.design if cheapest.design is not None else max(cheapest.below, key=lambda n: counts[n])
         used = loads_at(study, study.points[busiest])
         if cheapest.design is not None or scarce(used):
@@ -280,7 +280,7 @@ class Planner:
         return used, study.results.estimate(study.results.by_point[busiest], TRIP)
 
     def _with_its_days(self, search: Procedure[Cheapest], judge: Judge) -> Procedure[Cheapest]:
-        """Search, and where orders come by the clock, run the design found on more days, to show orders by hour."""
+        """Search; if orders arrive by the clock, run the chosen design on more days to show orders by hour."""
         cheapest = yield from search
         if cheapest.design is not None and due_within(self.model) is not None and parts_of_the_day(self.model):
             days = range(judge.runs(cheapest.design), DAYS)
@@ -290,7 +290,7 @@ class Planner:
         return cheapest
 
     def _share(self, growth: float, cheapest: Cheapest, doubts: set[int], counts: list[Counts]) -> None:
-        """Keep the results of a year for the others."""
+        """Keep the results of a year for other years."""
         fails = {n for n, verdict in cheapest.verdicts.items() if verdict.verdict == "fails"} - cheapest.drained
         answer = None if cheapest.design is None or cheapest.open else counts[cheapest.design]
         failing, drained, doubted = (
@@ -299,9 +299,10 @@ class Planner:
         self.shared.append(_Demand(growth, failing, drained, doubted, answer))
 
     def _known(self, growth: float, counts: list[Counts]) -> Earlier:
-        """Verdicts known from other years: a design that fails with less demand fails, one enough for more is enough.
+        """Return results that follow from other years, assuming that more demand is never easier to meet.
 
-        Larger designs are compared in the first and the last year alone, which are planned first.
+        A design that fails with less demand fails, and one that suffices for more demand suffices. Larger designs are
+        compared only in the first and the last year, which are planned first.
         """
         less = [demand for demand in self.shared if demand.growth <= growth]
         number = {design: n for n, design in enumerate(counts)}
@@ -324,7 +325,7 @@ class Planner:
         )
 
     def _most(self, ranges: Sequence[Sequence[int]], changes: Mapping[str, Any], name: str) -> Most | None:
-        """Find the fleet that does most, where a larger one does worse."""
+        """Find the fleet that does most; None if no larger fleet does worse."""
         robots, *others = ranges
         largest = self.designs.overrides((robots[-1], *(side[-1] for side in others)))
         seed = self.search.seed + 1
@@ -339,7 +340,7 @@ class Planner:
             )
 
     def _capped(self, study: StudyEngine, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
-        """Try caps on the robots under way for the largest fleet, where none is enough and robots wait much."""
+        """Try caps on the robots under way for the largest fleet, if no fleet suffices and robots wait much."""
         rows = study.results.by_point[largest.verdict.value]
         if not waits_much(row.indicators for row in rows) or not self.budget.allows(CAPPED * (len(PARTS) + 1)):
             return None
@@ -353,7 +354,7 @@ class Planner:
         return capped
 
     def _cheapest(self, study: StudyEngine, counts: list[Counts], earlier: Earlier) -> tuple[Cheapest, set[int]]:
-        """Find the cheapest design of a study that meets the target, and the designs that a scout doubts."""
+        """Find the cheapest design of a study that meets the target, and the designs that failed in a scout."""
         where = self.search.under(f"{study.plan.name} scout")
         doubts: set[int] | None = set()
         scan = self.designs.scan
@@ -384,10 +385,10 @@ class Planner:
         return cheapest, doubts
 
     def _as_cheap(self, study: StudyEngine, result: Cheapest, counts: list[Counts], earlier: Earlier) -> Cheapest:
-        """Name the cheapest of the designs whose runs equal, day by day, the runs of the design that was chosen.
+        """Replace the chosen design by the cheapest design whose runs equal its runs day by day.
 
-        Fleets with a charger for each robot and with more run alike; the first may be undecided when the other is not.
-        It stays so where it alone stood for a cheaper design that nobody judged: that one may be enough as well.
+        Fleets with one charger per robot and with more have equal runs, but the former may be undecided when the latter
+        is not. The choice stands if the cheaper design alone rules out an unjudged design, which might suffice as well.
         """
         best, runs = result.design, study.results.by_point
         if best is None:
@@ -431,7 +432,7 @@ class Planner:
         return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
 
     def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
-        """The cost of a design a year: the mean of these runs where prices depend on them and they have it."""
+        """Return the yearly cost of a design: the mean over its runs if prices depend on them."""
         cost = self.designs.cost(counts)
         if cost is None or is_fixed(self.model.prices):
             return cost
@@ -439,7 +440,7 @@ class Planner:
         return fmean(years) if years else cost
 
     def _to_tell(self, rows: Sequence[Row], verdict: DesignVerdict[int]) -> int | None:
-        """How many runs of a design would decide on all targets that it leaves open; None: too many."""
+        """Return how many runs of a design would decide all open targets; None if too many."""
         each = zip(self.targets, verdict.each or (verdict,), strict=True)
         left = [goal for goal, judged in each if not judged.closed]
         needed = [
@@ -450,7 +451,7 @@ class Planner:
         return max(numbers) if numbers and len(numbers) == len(needed) else None
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
-        """Try other strategies at the designs that are too small with the model's own."""
+        """Try other strategies at the designs that are too small with the model's strategy."""
         counts = [shown.counts for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
@@ -492,14 +493,14 @@ class Planner:
         )
 
     def _alike(self, row: Row, other: Row) -> bool:
-        """Whether two runs of a day differ by far less than matters in each target, or failed with the same error."""
+        """Whether two runs of a day differ negligibly in each target, or failed with the same error."""
         if row.outcome.error or other.outcome.error:
             return row.outcome.error == other.outcome.error
         zones = ((self.target, self.zone), *self.beside)
         return all(abs(row.value(goal.indicator) - other.value(goal.indicator)) <= SAME * zone for goal, zone in zones)
 
     def _others(self, study: StudyEngine, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
-        """The points of a study that have another strategy than the model, by the strategy's label."""
+        """Return the points of a study whose strategy differs from the model's, by the strategy's label."""
         own = {key: level_of(self.model, key) for key in factors}
         points_by_label: dict[str, list[Point]] = {}
         for point in study.points:
@@ -510,35 +511,35 @@ class Planner:
 
 
 def _values(runner: StudyRunner, goal: Target, number: int, runs: int) -> list[float]:
-    """The indicator of a target in the first runs of a design."""
+    """Return the indicator of a target in the first runs of a design."""
     return [measured(runner.row(number, replication), goal) for replication in range(runs)]
 
 
 def _first_flat(rows: Iterable[Row]) -> str:
-    """The error of the first run in which a robot ran flat; empty: none did."""
+    """Return the error of the first run in which a robot ran flat; empty if none did."""
     return next((row.outcome.error or "" for row in rows if ran_flat(row)), "")
 
 
 def _equal(ours: Sequence[Row], others: Sequence[Row]) -> bool:
-    """Whether two designs had the same outcome on each day that both were run."""
+    """Whether two designs had equal outcomes on each day on which both were run."""
     theirs = {row.replication: row for row in others}
     both = [(row, theirs[row.replication]) for row in ours if row.replication in theirs]
     return bool(both) and all(outcome_of(row) == outcome_of(other) for row, other in both)
 
 
 def _hourly(model: Model) -> float | None:
-    """Tasks an hour, None where the demand has no rate."""
+    """Return the tasks per hour; None if the demand has no rate."""
     rate = arrival_rate(model)
     return None if rate is None else rate * model.units.hour
 
 
 def _said(totals: Mapping[str, int]) -> str:
-    """A design in words: `6 robots, 2 chargers, 3 packers`."""
+    """Return a design in words: `6 robots, 2 chargers, 3 packers`."""
     return ", ".join(number_of(number, COUNTED[name]) for name, number in totals.items())
 
 
 def _named(point: Point) -> str:
-    """A design in words for people who wait: `10 robots + 1 charger`."""
+    """Return a design in words for the progress bar: `10 robots + 1 charger`."""
     labels = dict(point.labels)
     fleet = [number_of(int(str(labels.pop(key))), what) for key, what in COUNTED.items() if key in labels]
     return " + ".join([*fleet, *map(str, labels.values())])

@@ -25,12 +25,12 @@ from desim_warehouse.study.target import Days
 class Shown:
     """A design that was judged: its counts (`Designs`), its changes to the model, and the result of its runs.
 
-    `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these
-    affect it; None where nothing that is sized has a price. `wrong`: the verdicts on its runs. `delivered`: tasks an
-    hour, the figure for a design that cannot keep up. `days`: the worst of its days, and how many missed the
-    target. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of the first run
-    in which a robot ran flat.
+    `estimate`: the target's indicator, with the bounds of the verdict, which allow for repeated looks (interim
+    analyses); None if all runs failed. `vetoed`: why the design fails regardless of the target. `cost`: yearly cost,
+    from its runs if they affect it; None if nothing that is sized has a price. `wrong`: problems that its runs show.
+    `delivered`: tasks per hour, for a design that cannot keep up. `days`: its worst day, and how many days missed the
+    target. `to_tell`: the total number of runs that would probably decide an undecided design. `flat`: the error of
+    the first run in which a robot ran flat.
     """
 
     counts: Counts
@@ -52,7 +52,7 @@ class Shown:
 
     @property
     def wrong_for_good(self) -> bool:
-        """Whether a verdict says that longer runs would be worse: work piles up, or batteries fall."""
+        """Whether longer runs would be worse because work piles up or batteries run down."""
         return any(verdict.is_lasting for verdict in self.wrong)
 
     @property
@@ -70,21 +70,22 @@ class Shown:
 class Sized:
     """The answer for one demand: the cheapest design shown to meet the target, and designs that rule out cheaper ones.
 
-    `name`: of its study. `best` is None if no design was shown to meet the target, and `below` are then the largest
-    that failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at
-    the largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts.
-    There are none where no design was judged.
-    `open`: designs without a result, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs that do worse than a smaller one: both, the difference (None: robots ran flat), and the target.
-    `capped`: the gain of a cap on robots under way at the largest design, where none is enough as robots wait.
-    `counts`: of all designs searched. `hours`: how the target is met by the hour at `best`.
-    `year`: from today, where years are planned. `failed_before`: designs that failed in an earlier year, each with
-    whether it failed by its batteries.
-    `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
-    `fewer`: the target's indicator made fewer robots the guess to do no worse. `against`: the smallest and the
-    largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were, as asked.
-    `trip`: where no design is enough though nothing is scarce: the mean time from release of a task until it is done.
-    `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
+    `name`: name of its study. `best` is None if no design was shown to meet the target; `below` then holds the largest
+    designs that failed. `rate`: tasks per hour, None if the demand has no rate. `loads`: utilisation of each group at
+    `best`, or else at the largest design, largest first (`fleet.loads`); empty if no design was judged. With opening
+    hours (`in_hours`) only the time within them counts.
+    `open`: designs without a result because the budget was exhausted; `best` may then not be the cheapest.
+    `worse`: designs that do worse than a smaller design: both, the difference (None: robots ran flat), and the target.
+    `capped`: the gain of a cap on robots under way at the largest design, if none suffices because robots wait.
+    `counts`: counts of all designs searched. `hours`: how the target is met by the hour at `best`.
+    `year`: years from today, if years are planned. `failed_before`: designs that failed in an earlier year, each with
+    whether its batteries ran down.
+    `most`: with pods, the fleet that does most, if the largest does worse; fleets larger than its `up_to` were not
+    judged. `fewer`: whether fewer robots were assumed to do no worse, by the target's indicator. `against`: whether the
+    smallest and the largest design contradict this, so that designs were judged one by one. `scanned`: whether designs
+    were judged one by one on request.
+    `trip`: if no design suffices although nothing is scarce, the mean time from release of a task until it is done.
+    `lead`: how long before a departure orders must arrive at `best`; None if nothing departs.
     """
 
     name: str
@@ -111,18 +112,18 @@ class Sized:
 
     @property
     def ordered(self) -> bool:
-        """Whether a larger design is taken to do no worse than a smaller one."""
+        """Whether a larger design is assumed to do no worse than a smaller one."""
         return not (self.worse or self.against or self.fewer or self.scanned)
 
     @property
     def undecided(self) -> bool:
-        """Whether the runs leave open if all designs are too small; where larger does no worse, the largest decides."""
+        """Whether it is open if all designs are too small; if larger is no worse, the largest design decides."""
         telling = self.below[-1:] if self.ordered else self.below
         return self.best is None and any(design.is_open for design in telling)
 
 
 def strategy_label(values: Mapping[str, Any]) -> str:
-    """Name a strategy by its values, those that are no names with their keys: `nearest, cabins of main 2`."""
+    """Name a strategy by its values, with the key if a value is not a name: `nearest, cabins of main 2`."""
     labels = []
     for key, value in values.items():
         factor = None if isinstance(value, str) else about(key)
@@ -132,10 +133,10 @@ def strategy_label(values: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class Strategy:
-    """Another strategy at designs that are too small with the model's own: whether they meet the target with it.
+    """Another strategy, judged at designs that are too small with the model's strategy.
 
-    `same`: the counts of designs whose first runs it leaves unchanged in every indicator; only the others were judged
-    with it.
+    `same`: counts of designs whose first runs are equal in every indicator with this strategy; only the other designs
+    were judged with it.
     """
 
     label: str
@@ -145,16 +146,16 @@ class Strategy:
 
     @property
     def saves(self) -> bool:
-        """Whether a cheaper design meets the target with it."""
+        """Whether a cheaper design meets the target with this strategy."""
         return any(design.verdict.verdict == "meets" for design in self.shown)
 
 
 @dataclass(frozen=True)
 class FleetSizes:
-    """The sizes for each demand; `strategy` is the better strategy that they are for, None: the model's own.
+    """The fleet sizes for each demand; `strategy` is the better strategy that they assume, or None for the model's.
 
-    `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice. `beside`: further
-    targets that a fleet has to meet, with their indifference zones.
+    `demands`: today's demand first. `untried`: strategies for which the budget of runs did not suffice. `beside`:
+    further targets that a fleet has to meet, with their indifference zones.
     """
 
     model: Model
@@ -183,20 +184,20 @@ class FleetSizes:
 
     @property
     def grown(self) -> Sized | None:
-        """The answer for the last of the demands that grew; None: none did."""
+        """The answer for the last grown demand; None if demand does not grow."""
         return self.demands[-1] if len(self.demands) > 1 else None
 
     @property
     def feasible(self) -> bool:
-        """Whether a design was found for every demand."""
+        """Whether every demand has a design that meets the target."""
         return all(sized.best is not None for sized in self.demands) and not self.ended
 
     @property
     def undecided(self) -> bool:
-        """Whether for some demand it is open if any fleet is enough."""
+        """Whether it is open for some demand if any fleet meets the target."""
         return any(sized.undecided for sized in self.demands)
 
     @property
     def ended(self) -> bool:
-        """Whether the runs allowed ended before an answer."""
+        """Whether the budget of runs was exhausted before an answer."""
         return any(sized.open for sized in self.demands)

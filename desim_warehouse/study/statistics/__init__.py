@@ -1,8 +1,8 @@
-"""Statistics of the runs of a study: pure functions of numbers, no simulation and no files.
+"""Statistics of the runs of a study: pure functions of numbers, without simulation or files.
 
 | question                                        | function                                                     |
 |-------------------------------------------------|--------------------------------------------------------------|
-| what is the mean, how sure?                     | `intervals.estimate`                                         |
+| what is the mean, and its interval?             | `intervals.estimate`                                         |
 | how many replications?                          | `precision.replications_to_run`, `.replications_needed`      |
 | does a design differ from today's?              | `comparison.paired`, `comparison.compare`                    |
 | which design is best?                           | `selection.kn_steps`                                         |
@@ -17,6 +17,6 @@
 | which of several changes gains most?            | `effects.gains_steps`                                        |
 | which factor matters?                           | `screening.main_effects`                                     |
 
-Searches choose the next run from the runs before. They come as steps: a generator that asks for a batch of runs and is
-sent their values, so that the batch can be spread over workers; `follow` carries one out.
+Searches choose the next runs by the results of the runs before. Each is a generator that yields a batch of runs and is
+sent their values, so that the batch can be spread over workers; `follow` carries out such a procedure.
 """

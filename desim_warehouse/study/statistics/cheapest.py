@@ -2,21 +2,20 @@
 
 For `desim plan`, and for `desim size`, whose designs have one count.
 
-A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
-and the designs that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
+A scout (pilot runs) looks for the design with a single run of each probe. A proof then judges, with fresh runs, the
+design that the scout names and the designs that rule out all cheaper ones. So runs are spent near the answer.
 
-A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is close. So a
-candidate whose looks lean to failing waits for the design with the same first count and the most of all others. If that
-design fails, all with this first count fail at once. If it meets the target, the cheapest of them and the one that
-halves them are tried by turns, as a design a little larger than a candidate that failed mostly meets. Trying the
-largest after any undecided look costs more, as a candidate that leans to meeting the target mostly does meet it.
+A design close to the target takes tens of runs, and with too few robots the design is close for each number of
+chargers. So when a look leans towards failure, the candidate is set aside for the largest design with its first count.
+If that design fails, all designs with this first count fail at once. If it meets the target, the search alternates
+between the cheapest open design and the one that halves them, since a design slightly larger than a candidate that
+failed usually meets the target. Judging the largest design after every undecided look would cost more, since a
+candidate that leans towards the target usually meets it.
 
-A design is vetoed after three runs if half of its backlog growth, or of the fall of its batteries, is still too much.
+A design is vetoed after three runs if even half of its backlog growth, or half of its battery decline, is too much.
 Where the backlog grows by exactly the allowance for chance (3 √n for n arrivals), and departures vary as arrivals do,
 the mean of three runs has a standard deviation of √(2n/3). Twice the threshold is then 3.7 standard deviations away: an
 error of 1 in 8,000, where a plan's first verdict may be wrong once in 240, its fourth once in 2,400.
-
-With one count it finds the smallest value of a key, as `desim size` does.
 """
 
 from __future__ import annotations
@@ -35,17 +34,18 @@ from desim_warehouse.study.statistics.judge import Budget, DesignVerdict, Judge,
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request, together
 
 Counts: TypeAlias = tuple[int, ...]
-"""The counts of a design, as many for each."""
+"""The counts of a design, such as robots and chargers; all designs of a search have equally many."""
 Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
-"""What a design costs: a key to sort by, which no count may lower."""
+"""Function that returns the cost of a design as a sort key, which must not fall as a count grows."""
 
 
 @dataclass(frozen=True)
 class Earlier:
-    """Results of an earlier search, by number of design: `failing` fail, `doubted` may fail, `enough` may suffice.
+    """Results of an earlier search, as numbers of designs.
 
-    `compare`: whether the answer is held against larger designs. `drained`: those of the failing designs that fail by
-    their batteries.
+    `failing`: designs that fail. `drained`: the failing designs whose batteries run down. `doubted`: designs that
+    probably fail. `enough`: a design that probably suffices. `compare`: whether to compare the answer with larger
+    designs.
     """
 
     failing: frozenset[int] = frozenset()
@@ -60,9 +60,9 @@ NOTHING = Earlier()
 
 @dataclass(frozen=True)
 class Larger:
-    """The comparison of a design with a smaller one, `base`: difference of the indicator, and whether it is worse.
+    """The comparison of a larger design (`number`) with a smaller one (`base`) in the indicator of a target.
 
-    It is worse if the difference is shown, and its mean is at least the indifference zone of the target.
+    The larger design is `worse` if the difference is significant and its mean is at least the indifference zone.
     """
 
     base: int
@@ -76,15 +76,15 @@ class Larger:
 class Cheapest:
     """The cheapest design shown to meet the target, and the verdicts that show it.
 
-    `design` is None if none was shown to meet it. `verdicts` are on the designs judged, by number, in their order;
-    `below` are the designs that rule out all cheaper ones, each of them judged; `close` are the undecided ones among
-    these. `vetoed`: why designs fail whatever the target says. `drained`: designs that fail by their batteries, here or
-    in an earlier search. `open`: designs without a result, as the runs allowed ended before an answer; then `design` is
-    the cheapest known to meet the target so far. `larger`: comparisons with larger designs:
-    with one more of a count than the answer; with more of the other counts than the first, where such a design rules
-    out a smaller fleet; or of the largest, where it fails and does worse than one with half of the first
-    count. If any larger design does worse, no design was ruled out by another. `against`: the largest and the smallest
-    design contradict the guess of which is better, so cheaper ones were judged one after the other.
+    `design` is None if no design was shown to meet the target. `verdicts`: the verdict on each judged design, by
+    number, in the order of judging. `below`: judged designs that rule out all cheaper ones; `close`: the undecided
+    among these. `vetoed`: reasons why designs fail regardless of the target. `drained`: designs whose batteries run
+    down, here or in an earlier search. `open`: designs without a result because the budget of runs was exhausted;
+    `design` is then the cheapest shown so far to meet the target. `larger`: comparisons with larger designs: of the
+    answer with a design that has one more of a count; of a smaller fleet with the design that rules it out, where that
+    has more of the counts after the first; or, where the largest design fails, of the largest with the design of half
+    its first count. If any larger design does worse, no design was ruled out by another. `against`: the largest and the
+    smallest design contradict the assumed direction, so that cheaper designs were judged one by one.
     """
 
     design: int | None
@@ -99,7 +99,7 @@ class Cheapest:
 
     @property
     def close(self) -> tuple[int, ...]:
-        """Designs that rule out cheaper ones by default only: too close to tell within the runs allowed."""
+        """Undecided designs that rule out cheaper ones by default: too close to the target for the runs allowed."""
         return tuple(number for number in self.below if self.verdicts[number].verdict == "undecided")
 
 
@@ -111,13 +111,13 @@ def scout_steps(
     earlier: Earlier = NOTHING,
     hopeless: Callable[[int], bool] = lambda _: False,
 ) -> Procedure[set[int]]:
-    """Look for the cheapest design with a single run of each probe; returns the numbers of the designs that failed.
+    """Search for the cheapest design with a single run of each probe; return the numbers of the designs that failed.
 
-    Each probe leaves fewest designs, whichever way it turns out. A single run is no proof. One that is `hopeless` by it
-    fails whatever it says of the target.
+    Probes bisect the designs: each leaves the fewest, whichever way it turns out. A single run proves nothing. A design
+    that is `hopeless` by its run fails even if the run meets the target.
 
     Raises:
-        RunsEndedError: a budget that ends before the search does.
+        RunsEndedError: if the budget is exhausted before the search ends.
     """
     order = sorted(range(len(designs)), key=lambda number: cost(designs[number]))
     if earlier.enough is not None:
@@ -138,21 +138,21 @@ def scout_steps(
 
 
 def within_counts(design: Counts, other: Counts) -> bool:
-    """Whether a design has no more of any count than another."""
+    """Whether no count of a design exceeds the same count of another."""
     return all(map(int.__le__, design, other))
 
 
 def rules_out(failing: Counts, design: Counts, *, drained: bool) -> bool:
-    """Whether a failing design rules out another, as it has no less of any count.
+    """Whether a failing design rules out another because it is at least as large in every count.
 
-    If it is `drained`, it fails by its batteries, and rules out designs with as many robots only: with fewer robots as
-    many chargers may do.
+    A `drained` design, whose batteries run down, rules out only designs with equally many robots, because its chargers
+    may suffice for fewer robots.
     """
     return within_counts(design, failing) and (not drained or failing[0] == design[0])
 
 
 def covered(designs: Sequence[Counts], number: int, by: Collection[int], drained: Collection[int] = ()) -> bool:
-    """Whether one of some failing designs rules out a design; those that are `drained` fail by their batteries."""
+    """Whether any failing design in `by` rules out a design; the batteries of `drained` designs run down."""
     return any(rules_out(designs[other], designs[number], drained=other in drained) for other in by)
 
 
@@ -161,13 +161,13 @@ def ruling_out(
 ) -> set[int]:
     """Return the failing designs that no other failing design rules out.
 
-    A design that was shown to fail is ruled out only by another that was shown to fail. `drained`: see `rules_out`.
+    A design that was `shown` to fail is ruled out only by another shown to fail. `drained`: see `rules_out`.
     """
     return {n for n in failing if not covered(designs, n, (shown if n in shown else failing) - {n}, drained)}
 
 
 def _halving(designs: Sequence[Counts]) -> int:
-    """Return the design to judge next (bisection) so that fewest are left, whether it meets the target or not.
+    """Return the design to judge next by bisection: the one that leaves the fewest designs, whatever its verdict.
 
     `designs`: in order of cost.
     """
@@ -189,21 +189,21 @@ def cheapest_meeting_steps(
     fewer: bool = False,
     earlier: Earlier = NOTHING,
 ) -> Procedure[Cheapest]:
-    """Find the cheapest design whose mean meets the target, such that no cheaper design does by more than the zone.
+    """Find the cheapest design whose mean meets the target; no cheaper design meets it by more than the zone.
 
     Args:
-        designs: all counts that could be built.
-        cost: what one costs.
-        judge: knows the target, and has judged nothing yet.
-        doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
-        scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
-        fewer: more of a count is guessed to do worse, not better, for one of the targets at least.
-        earlier: what other demands have shown; designs that fail by it are not judged, nor are larger ones compared.
+        designs: counts of all designs that could be built.
+        cost: sort key of a design by cost.
+        judge: judge with the target, which has not judged any design yet.
+        doubted: numbers of designs that failed in a search with other runs: judged only to rule out cheaper designs.
+        scan: judge designs one by one, the cheapest first, until one meets the target; none rules out another.
+        fewer: whether more of a count is assumed to do worse, not better, for at least one target.
+        earlier: results for other demands; designs that fail by them are not judged.
 
     Source: see `Judge`.
-    Assumes: as `Judge`; that no design does worse than one with less of all counts, or better where `fewer`. Where one
-    that was compared does (`Cheapest.larger`), or the smallest and the largest are against it (`Cheapest.against`), the
-    cheaper ones are judged one after the other, the cheapest first.
+    Assumes: as `Judge`; that a design does no worse than one that is smaller in all counts (no better where `fewer`).
+    If a comparison (`Cheapest.larger`) or the smallest and the largest design (`Cheapest.against`) contradict this,
+    cheaper designs are judged one by one, the cheapest first.
     """
     if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
         raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
@@ -247,11 +247,11 @@ class _Proof:
 
     @property
     def drained(self) -> frozenset[int]:
-        """The failing designs that fail by their batteries."""
+        """The failing designs whose batteries run down."""
         return self.earlier.drained.union(self.judge.drained)
 
     def steps(self) -> Procedure[None]:
-        """Judge candidates until a design meets the target and no cheaper one is left that might."""
+        """Judge candidates until a design meets the target and every cheaper design is ruled out."""
         top = self.top
         while self.best is None and top not in self.failing:
             yield from self._try(next((n for n in self.order if not self._ruled_out(n, self.doubts)), top))
@@ -269,11 +269,11 @@ class _Proof:
             self.monotone, self.against = False, True
 
     def fewest(self) -> Procedure[None]:
-        """Judge designs from the cheapest on, where more is taken to be worse, until one meets the target.
+        """Judge designs, the cheapest first, until one meets the target, where more is assumed to do worse.
 
-        Designs at least as large in all counts as one that misses it are left out, and designs no larger than one that
-        cannot last. If none meets it, the largest is judged; if that meets it, all cheaper ones are judged by
-        themselves.
+        Skip designs that are at least as large in all counts as one that misses the target, or no larger than one that
+        was vetoed. If no design meets the target, judge the largest; if that one does, judge all cheaper designs one by
+        one.
         """
         self.monotone, self.fewer = False, True
         for number in self.order:
@@ -284,13 +284,13 @@ class _Proof:
             yield from self.scan(self._before_best())
 
     def _worse_than_failing(self, number: int) -> bool:
-        """Whether another design rules it out: a smaller design that misses the target, or a larger vetoed design."""
+        """Whether a smaller design that misses the target, or a larger vetoed design, rules a design out."""
         vetoed, counts = set(self.judge.vetoed), self.designs[number]
         missed = (n for n in self.failing - vetoed if any(not goal.more_helps for goal in self.judge.missed(n)))
         return self._covers(number, vetoed) or any(within_counts(self.designs[n], counts) for n in missed)
 
     def _rule_out(self) -> Procedure[None]:
-        """Judge designs cheaper than the best until all are ruled out, and compare it with its larger neighbours."""
+        """Judge designs until all that are cheaper than the best are ruled out; compare the best with larger ones."""
         self.open = self._cheaper()
         compared = None  # the design whose larger neighbours are known
         while (best := self.best) is not None and (self.open or compared != best):
@@ -303,9 +303,9 @@ class _Proof:
             self.open = self._cheaper()
 
     def _under_open(self) -> int | None:
-        """Return the largest design with less of the first count than an undecided one, unless it fails already.
+        """Return the largest design with less of the first count than an undecided one, unless that design fails.
 
-        An undecided design says nothing of smaller ones, which are ruled out by default only.
+        An undecided design shows nothing about smaller designs, which are ruled out only by default.
         """
         for number in self.needed():
             less = [n for n in self.order if self.designs[n][0] < self.designs[number][0]]
@@ -322,24 +322,25 @@ class _Proof:
         return number in self.earlier.failing or self.judge.verdicts[number].verdict == "fails"
 
     def scan(self, numbers: Sequence[int]) -> Procedure[None]:
-        """Judge designs one after the other, until one meets the target; none rules out another."""
+        """Judge designs one by one until one meets the target; none rules out another."""
         self.monotone = False
         for number in numbers:
             if (yield from self._meets(number)):
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate and, if it is not shown to meet the target, the largest design with its first count.
+        """Judge a candidate and, unless it is shown to meet the target, the largest design with its first count.
 
-        The first count is the number of robots, as a rule. If the largest design with it fails, all designs with that
-        first count fail, so that none of them needs runs of its own.
+        The first count is usually the number of robots. If the largest design with this count fails, all designs with
+        the count fail without runs of their own.
 
-        - While a look (interim analysis) at the candidate leans to failure, without showing it, the largest design is
+        - If a look (interim analysis) at the candidate leans towards failure but is undecided, the largest design is
           judged instead of the candidate.
-        - If the candidate stays undecided when its runs are used up, the largest design is judged after it: designs
+        - If the candidate is still undecided at its last look, the largest design is judged next, since designs
           between the two would stay undecided as well.
         - With more than two counts, a candidate that failed is followed by the design with its first two counts and
-          most people, because one person more changes little. An undecided one that leans to success is left at that.
+          most people, because one person more changes little. An undecided candidate that leans towards success ends
+          the step.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -353,7 +354,7 @@ class _Proof:
         is_told = self._told(number)
         if not is_told and not (people and judge.leans(number)):
             yield from self._meets(most)
-        elif is_told and people:  # with all of them, as one more changes so little
+        elif is_told and people:  # the design with most people, as one more changes so little
             as_many = [n for n in self.order if self.designs[n][:2] == fleet]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
@@ -367,14 +368,14 @@ class _Proof:
         return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Return the pairs of the best design and a design with one more of a count."""
+        """Return pairs of the best design and each design with one more of a count."""
         counts = self.designs[best]
         return [(counts, (*counts[:i], counts[i] + 1, *counts[i + 1 :])) for i in range(len(counts))]
 
     def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
         """Return the best design with less of its first count, paired with the design that rules it out.
 
-        That design has more of the other counts.
+        The second design has more of the other counts.
         """
         first, *others = self.designs[best]
         below = [self.designs[number] for number in self.needed()]
@@ -401,9 +402,9 @@ class _Proof:
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
         """Compare a design (`number`) with a smaller one (`base`) on the same days, at half of alpha.
 
-        It returns None where no runs are left. While the mean of the larger design is worse, both are replicated
-        further, until both have as many runs as the one that has more. With several targets the comparison returned is
-        of the first target for which the larger design is shown to be worse, else of the first target of all.
+        Return None if no runs are left. While the mean of the larger design is worse, replicate both further, until
+        both have as many runs as the one with more. With several targets, return the comparison for the first target
+        on which the larger design is shown to be worse, or else for the first target.
         """
         judge = self.judge
         most = max(judge.runs(base), judge.runs(number))
@@ -431,7 +432,7 @@ class _Proof:
     def _held(
         self, pair: tuple[int, int], goal: Target, zone: float, values: Sequence[tuple[float, float]], part: float
     ) -> Larger:
-        """Compare a design with a smaller one for one target, by the values of both on some days."""
+        """Compare a design with a smaller one for one target, from the values of both on some days."""
         judge = self.judge
         less, more = zip(*values, strict=True)
         level = 1 - (1 - judge.confidence) / 2 * part / len(judge.targets)
@@ -441,12 +442,12 @@ class _Proof:
         return Larger(*pair, difference, shown and abs(difference.mean) >= zone, goal)
 
     def end_early(self) -> None:
-        """Keep what is certain, as the runs allowed have ended."""
+        """Keep only results that are certain once the budget of runs is exhausted."""
         self.failing = set(filter(self._told, self.failing))
         self.open = [number for number in self._before_best() if not self._ruled_out(number)]
 
     def needed(self) -> tuple[int, ...]:
-        """Return the failing designs that rule out designs cheaper than the best and are not ruled out by another."""
+        """Return the largest failing designs that together rule out all designs cheaper than the best."""
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
@@ -454,7 +455,7 @@ class _Proof:
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
-        """Judge a design: it becomes the best if it meets the target and is cheaper; it is `failing` if it does not."""
+        """Judge a design: make it the best if it meets the target and is cheaper; add it to `failing` if it fails."""
         meets = (yield from self.judge.verdict(number)) == "meets"
         if meets and number in self._before_best():
             self.best = number
@@ -463,7 +464,7 @@ class _Proof:
         return meets
 
     def _before_best(self) -> list[int]:
-        """Return the designs cheaper than the best, or all where there is none."""
+        """Return the designs cheaper than the best, or all designs if there is no best."""
         return self.order if self.best is None else self.order[: self.order.index(self.best)]
 
     def _cheaper(self) -> list[int]:
@@ -471,7 +472,7 @@ class _Proof:
         return [] if self.best is None else [n for n in self._before_best() if not self._ruled_out(n)]
 
     def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:
-        """Whether a design with as much of all counts fails, or is doubted."""
+        """Whether a design at least as large in all counts fails, or is doubted."""
         return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:

@@ -13,10 +13,10 @@ ROUNDING = 1e-12  # a spread below this share of the values is rounding, not ran
 
 
 def finite(values: Sequence[float] | Floats, what: str = "values") -> Floats:
-    """Return the values of an indicator as a one-dimensional float array, none missing.
+    """Return the values of an indicator as a one-dimensional float array without missing values.
 
     Raises:
-        StudyError: if there are none, or one is not a finite number (a failed run): which ones.
+        StudyError: if there are no values; or naming those that are not finite, such as of failed runs.
     """
     array = np.asarray(values, dtype=float)
     if array.ndim != 1:
@@ -31,10 +31,10 @@ def finite(values: Sequence[float] | Floats, what: str = "values") -> Floats:
 
 
 def check_confidence(confidence: float) -> None:
-    """Refuse a confidence that is no probability strictly between 0 and 1.
+    """Check that a confidence lies strictly between 0 and 1.
 
     Raises:
-        StudyError: with a hint if it looks like a percentage.
+        StudyError: if it does not, with a hint if it looks like a percentage.
     """
     if not 0.0 < confidence < 1.0:
         hint = f", did you mean {confidence / 100:g}?" if 1.0 < confidence < 100.0 else ""  # noqa: PLR2004
@@ -42,13 +42,13 @@ def check_confidence(confidence: float) -> None:
 
 
 def check_share(share: float) -> None:
-    """Refuse a quantile that is no share strictly between 0 and 1. Raises StudyError."""
+    """Raise StudyError unless the share that defines a quantile lies strictly between 0 and 1."""
     if not 0.0 < share < 1.0:
         raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
 
 
 def check_same(values: Floats) -> None:
-    """Refuse values of a deterministic model that differ. Raises StudyError."""
+    """Raise StudyError if values of a deterministic model differ."""
     if not is_constant(values):
         raise StudyError(f"a deterministic model gave values from {values.min():g} to {values.max():g}")
 

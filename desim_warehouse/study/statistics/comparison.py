@@ -1,4 +1,4 @@
-"""Designs against a baseline under common random numbers: paired differences, all intervals valid at once.
+"""Comparison of designs with a baseline under common random numbers: paired differences, simultaneous intervals.
 
 For `desim compare` and `what-if`, and for the last comparison of `best` and `orient`.
 """
@@ -30,11 +30,11 @@ STATEMENTS = {
 
 @dataclass(frozen=True)
 class Difference:
-    """One design minus its baseline, in the indicator's unit.
+    """The difference of a design to its baseline, in the indicator's unit.
 
-    `estimate.interval` is simultaneous with those of the other designs. `missing` counts replications left
-    out because either run failed. `differs` is None where it cannot be told (one pair). Between deterministic
-    models there is no p-value and `differs` says whether the difference is not zero.
+    `estimate.interval` is simultaneous with the intervals of the other designs. `missing` counts replications left
+    out because either run failed. `differs` is None if there is only one pair. Between deterministic models there is
+    no p-value, and `differs` tells whether the difference is nonzero.
     """
 
     design: Hashable
@@ -48,10 +48,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class Differences:
-    """Each design against its baseline; `statement` says in words what the intervals and p-values promise.
+    """The differences of all designs to their baselines; `statement` puts into words what intervals and p-values mean.
 
-    `against`: the baseline of each design, also of designs that have no difference of their own as their runs are
-    equal.
+    `against`: the baseline of each design, including designs without a `Difference` because their runs are equal.
     """
 
     against: Mapping[Any, Any]
@@ -67,10 +66,10 @@ def paired(
     *,
     deterministic: bool = False,
 ) -> Estimate:
-    """Return the difference of a design to the baseline, in pairs of replications, with its interval.
+    """Estimate the mean difference of a design to the baseline from pairs of replications.
 
-    Replication r of both must have used the same random numbers, which makes the difference far less noisy
-    than the two means, as far as both designs do the same at the same time. Shapes (n,), in the indicator's unit.
+    Replication r of both must use the same random numbers (common random numbers). The difference then varies far less
+    than the two means, as long as both designs do the same at the same time. Shapes (n,), in the indicator's unit.
     `deterministic`: the runs used no random numbers, so that one pair gives the exact difference.
 
     Raises:
@@ -130,20 +129,20 @@ def compare_pairs(
     Args:
         table: design -> values by replication number, in the indicator's unit, nan for a failed run. Designs
             may have different numbers of replications: a difference uses those that both have.
-        against: design -> the one to compare it with.
+        against: design -> its baseline.
         method: "bonferroni", or "holm", whose p-values are never larger; the intervals are Bonferroni's in
             both, as Holm's step-down has no two-sided ones of its own.
-        confidence: that all statements are right.
-        deterministic: the designs whose runs used no random numbers (True: all): between two such designs one
-            replication gives the exact difference.
+        confidence: probability that all statements are right at once.
+        deterministic: designs whose runs used no random numbers (True: all); for two such designs one replication
+            gives the exact difference.
 
     Raises:
         StudyError: unknown method, no replication in common.
 
     Source: Law (2015), section 10.3.1 (all against a standard, Bonferroni); Holm (1979), Scandinavian J. of
     Statistics 6(2), 65-70.
-    Assumes: as `paired`; nothing about how the differences depend on one another. Runs fail independently of
-    the indicator's value: a design that fails under load looks better than it is.
+    Assumes: as `paired`; the differences may depend on one another in any way. Runs fail independently of the
+    indicator's value; otherwise a design that fails under load looks better than it is.
     """
     check_confidence(confidence)
     if method not in STATEMENTS:
@@ -174,9 +173,9 @@ def compare_pairs(
 
 
 def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
-    """Return Holm's adjusted p-values, in the order given: rejecting where <= α errs in no more than α of families.
+    """Return Holm's adjusted p-values in the given order; rejecting those <= α keeps the familywise error within α.
 
-    `family` is the number of hypotheses if some have no p-value; default: as many as given.
+    `family` is the number of hypotheses if some have no p-value; default: the number of p-values.
 
     Source: Holm (1979): sorted upwards, the i-th (from 0) times family - i, never below the one before, at
     most 1.
@@ -192,7 +191,7 @@ def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
 
 
 def _adjusted(p_values: Mapping[D, float], method: Method, m: int) -> dict[D, float]:
-    """Return the p-values of a family of `m` differences by the method chosen."""
+    """Return the p-values of a family of `m` differences, adjusted by the given method."""
     if method == "holm":
         return dict(zip(p_values, holm(list(p_values.values()), m), strict=True))
     return {design: min(1.0, m * p) for design, p in p_values.items()}
@@ -201,7 +200,7 @@ def _adjusted(p_values: Mapping[D, float], method: Method, m: int) -> dict[D, fl
 def _common(
     design: Hashable, ours: Sequence[float] | Floats, base: Sequence[float] | Floats
 ) -> tuple[Floats, Floats, int]:
-    """Return the values of the replications that both designs have, and the number that either lacks."""
+    """Return the values of both designs in their common replications, and how many replications either lacks."""
     a, b = np.asarray(ours, dtype=float), np.asarray(base, dtype=float)
     n = min(a.size, b.size)
     both = np.isfinite(a[:n]) & np.isfinite(b[:n])

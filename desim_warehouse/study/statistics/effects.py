@@ -1,4 +1,4 @@
-"""The gains of several changes over a base: replicated until the change that gains most is clear.
+"""Sequential comparison of several changes with a base, until the change that gains most is clear.
 
 For `desim why`, and for caps on the robots under way in `desim plan` and `size`.
 """
@@ -22,13 +22,13 @@ from desim_warehouse.values.arrays import Floats
 
 @dataclass(frozen=True)
 class Gain:
-    """The gain of a change, in the indicator's unit, more is better: mean, bounds and replications.
+    """The gain of a change in the indicator's unit, positive where it helps: mean, bounds and replications.
 
-    The bounds are equal to the mean where the values are exact. `same`: no replication differed from the base, so that
-    there are no bounds (nan): how much a rare difference would be is unknown. `failed`: replications without a value;
-    where there are some, the mean is over the others and has no bounds. `scale`: the factor that scales a gain to an
-    equal dose, by which changes are ranked; None: the change stands beside the contest. `beaten`: another change is
-    shown to gain more for an equal dose.
+    The bounds equal the mean if the values are exact. `same`: no replication differed from the base; there are no
+    bounds (nan), because the size of a rare difference is unknown. `failed`: number of replications without a value; if
+    any failed, the mean is over the others and has no bounds. `scale`: the factor that scales the gain to an equal
+    dose, by which changes are ranked; None if the change is not ranked. `beaten`: another change is shown to gain more
+    for an equal dose.
     """
 
     change: int
@@ -49,18 +49,18 @@ class Gain:
 
     @property
     def competes(self) -> bool:
-        """Whether the change may gain most: it is in the contest, always has a value, and some effect."""
+        """Whether the change may gain most: it is ranked, has a value in every replication, and has some effect."""
         return self.scale is not None and not self.same and not self.failed
 
 
 @dataclass(frozen=True)
 class Gains:
-    """All gains: competing changes first, the largest gain of an equal dose before others.
+    """The gains of all changes: competing changes first, ordered by their gain for an equal dose, largest first.
 
-    All intervals hold at once with `confidence`, at every look of the procedure. `clear`: whether the first is shown to
-    gain more for an equal dose than every other. `none`: whether every change that competes is shown to gain less than
-    `delta`, as a whole. Neither: the runs allowed did not tell. `failed`: replications of the base without a value,
-    which end the procedure; `base` is the mean of the others.
+    All intervals hold simultaneously with `confidence`, at every look (interim analysis). `clear`: whether the first
+    change is shown to gain more for an equal dose than every other. `none`: whether every competing change is shown to
+    gain less than `delta`, unscaled. If neither holds, the runs did not suffice. `failed`: number of replications of
+    the base without a value, which end the procedure; `base` is the mean of the others.
     """
 
     gains: tuple[Gain, ...]
@@ -83,12 +83,12 @@ class Gains:
 
     @property
     def exact(self) -> bool:
-        """Whether chance plays no part: every gain equals its bounds."""
+        """Whether every gain is exact, so that it equals its bounds."""
         return all(gain.low == gain.high for gain in self.gains if not gain.failed)
 
     @property
     def none(self) -> bool:
-        """Whether nothing is shown to matter."""
+        """Whether every competing change is shown to gain less than `delta`."""
         return all(gain.high < self.delta for gain in self.competing)
 
 
@@ -104,24 +104,24 @@ def gains_steps(
 ) -> Procedure[Gains]:
     """Replicate a base (design 0) and changed designs (1, 2, ...) until one is shown to gain most.
 
-    All are looked at together (`judge.looks`). A change drops out if it is shown to gain less than another for an equal
-    dose, made no difference in any replication, or has no value in a replication (nan). The procedure ends when one
-    change is left that is shown to gain, or no change can gain `delta`, the least gain that matters.
+    All changes share the same looks (`judge.looks`). A change drops out if it is shown to gain less than another for an
+    equal dose, made no difference in any replication, or has no value in a replication (nan). The procedure ends when
+    the one change left is shown to gain, or no change can gain `delta`.
 
     Args:
-        scales: of each change, the factor that scales its gain to an equal dose; None: it is looked at once, beside
-            the contest.
+        scales: factor for each change that scales its gain to an equal dose; None: the change is looked at once and
+            not ranked.
         delta: least gain of a change that matters, in the indicator's unit.
-        confidence: that all intervals hold, and that the change that gains most does not drop out.
+        confidence: probability that all intervals hold and the change that gains most does not drop out.
         maximise: more is better.
         first: replications at the first look.
         cap: most replications.
         deterministic: the values are exact.
 
     Source: paired differences with common random numbers (Law 2015, section 10.2.1) and one-sided bounds
-    (`intervals.bounds`): for gains over the base each at alpha / 2 / (2 · changes), for one change over another at
-    alpha / 2 / (changes - 1), as only comparisons with the change that gains most can be wrong in what matters; at each
-    look its part of that (Bonferroni), so that stopping early costs nothing.
+    (`intervals.bounds`): each gain over the base at alpha / 2 / (2 · changes), and each comparison of two changes at
+    alpha / 2 / (changes - 1), because only errors in comparisons with the change that gains most matter. Each look
+    spends its share of this alpha (Bonferroni), so that stopping early does not inflate the error rate.
     Assumes: as `bounds`.
     """
     check_confidence(confidence)

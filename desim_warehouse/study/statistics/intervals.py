@@ -1,6 +1,6 @@
-"""A mean, a quantile or a share with its interval, of the kind that the values allow: one rule for all methods.
+"""Confidence intervals of means, quantiles and shares: one rule, for all methods, chooses the interval by the values.
 
-For shares, such as tasks delivered on time, tasks are counted, and tasks of one day depend on each other.
+For shares of tasks, such as tasks on time, the interval allows for the dependence between tasks of one day.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from desim_warehouse.values.arrays import Floats
 Interval = tuple[float, float]
 QUANTILES = (0.05, 0.25, 0.75, 0.95)
 ANYTHING: Interval = (-math.inf, math.inf)
-SKEWED_FROM = 10  # values: the skewness of fewer is mostly chance
+SKEWED_FROM = 10  # fewest values to correct for skewness; that of fewer values is mostly chance
 AGREEING = 5
 """The fewest runs that must agree in an indicator for it to count as equal in all runs."""
 ALIKE = 0.04
-"""The least correlation assumed between tasks of one day (intra-class), however little few days differ.
+"""The least intra-class correlation assumed between tasks of one day, however alike a few days are.
 
 Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
 FEW = 18
-"""Days from which on the variation between days is seen, and the least correlation falls in proportion."""
+"""The number of days from which the least correlation falls in proportion, as they show how days vary."""
 RARE = 5
-"""The fewest missed tasks assumed in the upper limit of the effective sample size, however many days there are."""
+"""The fewest missed tasks assumed at the upper limit of the effective sample size, however many days there are."""
 
 
 def t_quantile(df: float, probability: float) -> float:
@@ -49,10 +49,10 @@ def t_quantile(df: float, probability: float) -> float:
 class Estimate:
     """The summary of an indicator over the replications of one design, in the indicator's unit.
 
-    `interval` is None where none can be given: one replication of a random model, or a `deterministic` one, whose
-    mean is exact. `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without
-    `deterministic` means that the replications agree so far. In the `mean` of shares of tasks each replication counts
-    alike, however many tasks it has.
+    `interval` is None for one replication of a random model, and for a `deterministic` model, whose mean is exact.
+    `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without `deterministic` means that
+    the replications agree so far. The `mean` of shares of tasks weighs all replications equally, however many tasks
+    they have.
     """
 
     n: int
@@ -89,8 +89,8 @@ def estimate(
     Args:
         values: one number per replication, any unit, shape (n,); shares of tasks as `TaskShare`.
         confidence: of the two-sided interval, between 0 and 1.
-        deterministic: the runs used no random numbers, so one replication is enough. Values that agree are not
-            taken for that: the next run may differ.
+        deterministic: the runs used no random numbers, so one replication is enough. Agreement of values is not
+            taken as evidence of this, since the next run may differ.
         within: the range of the indicator, such as (0, 1) for a share. The interval stays within it.
 
     Raises:
@@ -99,7 +99,7 @@ def estimate(
 
     Source: `bounds`; means of replications: Law (2015), Simulation Modeling and Analysis, 5th ed., section
     9.4.1. Quantiles: linear interpolation, type 7 of Hyndman & Fan (1996).
-    Assumes: as `bounds`; n chosen in advance.
+    Assumes: as `bounds`; n is chosen in advance.
     """
     array = finite(values)
     check_confidence(confidence)
@@ -112,7 +112,7 @@ def estimate(
 
 
 def bounds_of(values: Sequence[float] | Floats, level: float, within: Interval = ANYTHING) -> Interval:
-    """Return the bounds of the mean of an indicator over runs; by tasks where several runs have shares of tasks."""
+    """Return the bounds of the mean of an indicator over runs; for shares of tasks in several runs, `share_bounds`."""
     array, tasks = finite(values), tasks_of(values)
     return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
 
@@ -136,19 +136,19 @@ def described(array: Floats, interval: Interval | None, deterministic: bool, con
 def bounds(array: Floats, level: float, within: Interval = ANYTHING, *, reach: float | None = None) -> Interval:
     """Return a lower and an upper bound of the mean, each right with probability `level`, from at least two values.
 
-    Values that are all 0 or 1, as of a rare event: Clopper & Pearson's bounds of a proportion, exact. Values that
-    agree: a share 1 - (1 - level)^(1/n) of all runs (the rule of three: 3/n) may still give another value, `reach`
-    away from it; by default that is as far as zero, and at least 1. Any others: Student's t, from ten values on
-    corrected for skewness.
+    If all values are 0 or 1, as for a rare event, the bounds are Clopper & Pearson's exact bounds of a proportion. If
+    all values are equal, a share 1 - (1 - level)^(1/n) of all runs (the rule of three: 3/n) may still give another
+    value, `reach` away; by default this distance is that to zero, and at least 1. In all other cases the bounds are
+    Student's t, corrected for skewness from ten values on.
 
-    `reach` also says that the values are differences, for which 0 and 1 are nothing special.
+    A `reach` also marks the values as differences, for which 0 and 1 have no special meaning.
 
     Source: Clopper & Pearson (1934), Biometrika 26(4), 404-413; Hanley & Lippman-Hand (1983), If nothing goes
     wrong, is everything all right?, JAMA 249(13), 1743-1745; Law (2015), section 4.5 (t); Hall (1992), On the
     removal of skewness by transformation, J. Royal Statistical Society B 54(1), 221-228.
-    Assumes: values independent and identically distributed. With ten values of an exponential or small count,
-    95 % intervals cover in 94 to 96 % of studies (t: 90 %); of a lognormal with sigma 1 in 91 % (t: 84 %). Of mean
-    cycle times where one day in ten has a breakdown, ten values cover in 64 % of studies, 40 in 94 %.
+    Assumes: values independent and identically distributed. Coverage of 95 % intervals from ten values is 94 to 96 %
+    for an exponential or small count (t: 90 %), and 91 % for a lognormal with sigma 1 (t: 84 %). For mean cycle times
+    where one day in ten has a breakdown, it is 64 % from ten values and 94 % from 40.
     """
     n, mean = array.size, float(array.mean())
     if is_constant(array):
@@ -157,7 +157,7 @@ def bounds(array: Floats, level: float, within: Interval = ANYTHING, *, reach: f
     elif reach is None and np.isin(array, (0.0, 1.0)).all():
         from scipy.special import betaincinv
 
-        ones = int(array.sum())  # neither none nor all: these agree
+        ones = int(array.sum())  # neither 0 nor n: such values are all equal
         low, high = float(betaincinv(ones, n - ones + 1, 1.0 - level)), float(betaincinv(ones + 1, n - ones, level))
     else:
         (se, skew), t = _error(array), t_quantile(n - 1, level)
@@ -166,9 +166,9 @@ def bounds(array: Floats, level: float, within: Interval = ANYTHING, *, reach: f
 
 
 def p_value(array: Floats, reach: float) -> float:
-    """Return the two-sided p-value that the mean of differences is zero: the level at which an end of `bounds` is zero.
+    """Return the two-sided p-value of the hypothesis that differences have mean zero, by inverting `bounds`.
 
-    The array has at least two values. Where all are equal, `reach` is how far a value not yet seen may lie from them.
+    The array has at least two values. If all are equal, `reach` is how far an unseen value may lie from them.
     """
     mean = float(array.mean())
     if is_constant(array):
@@ -180,10 +180,10 @@ def p_value(array: Floats, reach: float) -> float:
 
 
 def gaps(ours: Floats, base: Floats) -> tuple[Floats, float]:
-    """Return the differences replication by replication, and how far from them an unseen difference may lie.
+    """Return the differences by replication, and how far an unseen difference may lie from them if they all agree.
 
-    The latter counts if all of them agree. It is as far as either design varied, at least 1, and as far as the opposite
-    difference. Differences that are equal but for the rounding of the values are made equal.
+    This distance is at least 1, the range of either design, and the distance to the opposite difference. Differences
+    that are equal up to rounding of the values are made equal.
     """
     differences = ours - base
     scale = float(max(np.abs(ours).max(), np.abs(base).max()))
@@ -195,22 +195,22 @@ def gaps(ours: Floats, base: Floats) -> tuple[Floats, float]:
 
 
 def does_not_vary(values: Sequence[float] | Floats, within: Interval) -> bool:
-    """Whether an indicator counts as equal in all runs: it agrees to 12 digits in five runs or more.
+    """Whether an indicator counts as equal in all runs: its values agree to 12 digits in five or more runs.
 
-    Counts, and shares and rates made of counts, may agree by chance: do not ask of them. Nor is it said of a value at
-    an end of the range `within`, as of waiting times that are all 0.
+    Do not call this for counts, nor for shares and rates of counts, which may agree by chance. Values at an end of
+    the range `within`, such as waiting times that are all 0, never count as equal in all runs.
     """
     array = finite(values)
     return array.size >= AGREEING and is_constant(array) and within[0] < float(array[0]) < within[1]
 
 
 def differing_share(n: int, level: float) -> float:
-    """Return the largest share of all runs that may differ from n runs that agree, with probability `level`."""
+    """Return the upper bound, at probability `level`, of the share of all runs that differ from n runs that agree."""
     return float(1.0 - (1.0 - level) ** (1.0 / n))
 
 
 def _error(array: Floats) -> tuple[float, float]:
-    """Return the standard error of the mean, and skewness over sqrt(n): 0 for few values, where it is mostly chance."""
+    """Return the standard error of the mean and the skewness over sqrt(n); the latter is 0 for few values."""
     n = array.size
     se = float(array.std(ddof=1)) / math.sqrt(n)
     if n < SKEWED_FROM:
@@ -220,7 +220,7 @@ def _error(array: Floats) -> tuple[float, float]:
 
 
 def _to_symmetric(t: float, a: float) -> float:
-    """Hall's cubic: makes a t statistic with skewness over sqrt(n) of `a` nearly symmetric; not below half of it."""
+    """Make a t statistic with skewness over sqrt(n) of `a` nearly symmetric by Hall's cubic; at least half of `t`."""
     made = t + a * t**2 / 3 + a**2 * t**3 / 27 + a / 6
     return max(made, t / 2) if t > 0 else min(made, t / 2)
 
@@ -235,7 +235,7 @@ def _from_symmetric(x: float, a: float) -> float:
 class QuantileEstimate:
     """A quantile over replications, in the indicator's unit.
 
-    An end of the interval is None where there are too few replications for it, or none is needed: `deterministic`.
+    An end of the interval is None if there are too few replications for it, or the model is `deterministic`.
     """
 
     share: float
@@ -255,11 +255,11 @@ def quantile(
     Args:
         values: one number per replication, any unit, shape (n,).
         share: which quantile, between 0 and 1.
-        confidence: of the two-sided interval; it holds at least as often, whatever the values follow.
+        confidence: of the two-sided interval, a lower bound of its coverage for any distribution.
         deterministic: the runs used no random numbers, so one replication is enough.
 
     Raises:
-        StudyError: no values, one that is not finite, a share or confidence that is none, or a model said to be
+        StudyError: no values, one that is not finite, a share or confidence not between 0 and 1, or a model said to be
             deterministic whose values differ.
 
     Source: `scipy.stats.quantile_test` (Conover 1999, Practical Nonparametric Statistics, section 3.2): how many
@@ -284,26 +284,26 @@ def quantile(
 def replications_for_quantile(share: float, confidence: float = 0.95) -> int:
     """Return the fewest replications with which `quantile` gives both ends of an interval.
 
-    With n values all lie below the quantile with probability share^n, and all above it with (1 - share)^n.
+    All of n values lie below the quantile with probability share^n, and all lie above it with (1 - share)^n.
     """
     tail = (1.0 - confidence) / 2
     return math.ceil(math.log(tail) / math.log(max(share, 1.0 - share)))
 
 
 class TaskShare(float):
-    """A share of the tasks of one run that also holds their number: a float for code that only reads its value."""
+    """A share of the tasks of one run, as a float that also holds the number of tasks, `of`."""
 
     of: float
 
     def __new__(cls, share: float, tasks: float = 0.0) -> Self:
-        """A share of a number of tasks; 0: that is not known, as of the mean that `statistics` makes of several."""
+        """Create a share of a number of tasks; 0 if unknown, as for a mean that `statistics` makes of several."""
         made = super().__new__(cls, share)
         made.of = tasks
         return made
 
 
 def tasks_of(values: Sequence[float] | Floats) -> Floats | None:
-    """Return the number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
+    """Return the number of tasks behind each share, shape (n,); None unless all values are shares of tasks."""
     counts = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
     return np.array(counts) if counts and len(counts) == len(values) else None
 
@@ -311,30 +311,30 @@ def tasks_of(values: Sequence[float] | Floats) -> Floats | None:
 def share_bounds(shares: Floats, tasks: Floats, level: float) -> tuple[float, float]:
     """Return a lower and an upper bound of the mean share over all days, each right with probability `level`.
 
-    The lower bound is Clopper and Pearson's with the effective sample size of Korn and Graubard: as many independent
-    tasks as would make the mean vary as it does from day to day. It is never more than the effective sample size of
-    tasks that correlate by 0.04 within a day (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 18 days
-    counts for at most 25 tasks; where all days are alike that is all that is known. Of n days from 18 on it is 0.04
-    times 18 / n: bad days that are rarer matter less. From then on as many tasks may count as the variation of days
-    shows, but no bound is above the bound for 5 tasks missed of that upper limit: where nearly all are on time, days
-    show little of how they vary.
+    The lower bound is Clopper and Pearson's with the effective sample size of Korn and Graubard: the number of
+    independent tasks whose mean would vary as much as the means of days do. This size is limited to that of tasks with
+    a correlation of 0.04 within a day (Kish's design effect, 1 + (tasks - 1) 0.04), so that each of up to 18 days
+    counts for at most 25 tasks; if all days are alike, nothing more is known. For n >= 18 days the correlation is 0.04
+    times 18 / n, since rarer bad days matter less. Then as many tasks count as the variation between days shows,
+    but the bound is at most the one for 5 missed tasks at the limit of the size: where nearly all tasks are on time,
+    days show little of how they vary.
 
-    The upper bound is the larger of Student's t over days, and Clopper and Pearson's for independent tasks. It needs no
-    least correlation: few days miss the rare bad ones, which lower the mean, and for shares with a tail of bad days
-    Student's t is too high rather than too low.
+    The upper bound is the larger of Student's t over days and Clopper and Pearson's for independent tasks. It needs no
+    least correlation: a few days tend to lack the rare bad ones, which lower the mean, and for shares with a tail of
+    bad days Student's t is too high rather than too low.
 
-    Neither bound falls where a day gets better: the lower one is the least that it would be if the best days had been
-    perfect, the upper one the least if the worst days had been less bad.
+    Neither bound falls when a day gets better: the lower bound is the minimum over all cases in which the best days
+    had been perfect, and the upper bound the minimum over all cases in which the worst days had been less bad.
 
     Args:
-        shares: one for each day, shape (n,), n at least 2.
-        tasks: of how many, shape (n,).
+        shares: share of tasks on each day, shape (n,), n at least 2.
+        tasks: number of tasks on each day, shape (n,).
         level: of each bound, above 0.5.
 
     Source: Korn & Graubard (1998), Confidence intervals for proportions with small expected number of positive counts
     estimated from survey data, Survey Methodology 24(2), 193-201; Kish (1965), Survey Sampling, section 5.4; Clopper &
     Pearson (1934), Biometrika 26(4), 404-413.
-    Assumes: days independent. docs/dev/validation.md has the error rates by how much tasks of a day correlate.
+    Assumes: days independent. docs/dev/validation.md lists error rates by the correlation of the tasks of a day.
     """
     n = shares.size
     most, alone = (_worth(tasks, alike) for alike in (ALIKE * min(1.0, FEW / n), 0.0))
@@ -348,12 +348,12 @@ def share_bounds(shares: Floats, tasks: Floats, level: float) -> tuple[float, fl
 
 
 def _worth(tasks: Floats, alike: float) -> float:
-    """Effective sample size of the tasks of all days (design effect of the correlation within a day)."""
+    """Return the effective sample size of the tasks of all days, with correlation `alike` within a day."""
     return tasks.size**2 / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
 
 
 def _low(missed: Floats, most: float, level: float) -> float:
-    """Return the lower bound from the share of tasks missed each day, worst day first, of `most` tasks at most."""
+    """Return the lower bound from each day's share of missed tasks, worst day first; at most `most` tasks count."""
     from scipy.special import ndtri
 
     n = missed.size
@@ -367,7 +367,7 @@ def _low(missed: Floats, most: float, level: float) -> float:
 
 
 def _by_tasks_low(missed: Any, tasks: Any, level: float) -> Floats:
-    """Clopper and Pearson's lower bound for numbers of tasks with a share missed; shapes as given."""
+    """Return Clopper and Pearson's lower bound for numbers of tasks with a share missed, elementwise."""
     from scipy.special import betaincinv
 
     met = np.maximum((1.0 - missed) * tasks, 1e-12)
@@ -375,14 +375,14 @@ def _by_tasks_low(missed: Any, tasks: Any, level: float) -> Floats:
 
 
 def _by_tasks_high(mean: float, most: float, level: float) -> float:
-    """Clopper and Pearson's upper bound for a number of tasks."""
+    """Return Clopper and Pearson's upper bound for a mean share of a number of tasks."""
     from scipy.special import betaincinv
 
     return float(betaincinv(mean * most + 1.0, (1.0 - mean) * most, level)) if mean < 1.0 else 1.0
 
 
 def _by_days_high(days: Floats, level: float) -> float:
-    """Return the least upper bound of Student's t over k and c, if the k worst days had all been c.
+    """Return the minimum, over k and c, of Student's t upper bound if the k worst days had all been c.
 
     For k days at c it is a + k c / n + b sqrt(u² + d), convex in c = u + away: its least value has a closed form.
     """

@@ -1,9 +1,9 @@
-"""The judge of designs: whether each meets a target, from runs that are looked at again and again.
+"""Sequential test of whether designs meet a target, with repeated looks (interim analyses) as runs come in.
 
 For every verdict on a target: of `desim plan`, `size`, `best`, `what-if`, `study` and `serve`.
 
-One schedule of looks (interim analyses, `looks`), one error budget (alpha spending), one cap. Searches say which
-designs and which target: the cheapest that meets it (`cheapest`), the smallest, the best, and the live page.
+All verdicts share one schedule of looks (`looks`), one error budget (alpha spending) and one cap on replications.
+Searches, such as for the cheapest design (`cheapest`), choose the designs and the target.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, req
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 GLANCE = 3
-"""Runs of a design that may show that it is hopeless, or that it equals another."""
+"""Runs of a design before its first look, which may show that it is hopeless or that it equals another."""
 MOST_TO_TELL = 1000
-"""The most runs of a design that are named as probably enough to decide."""
+"""The largest number of runs that is named as probably enough to decide on a design."""
 _SPARE = 1.5
-"""Distance of the mean from the target over the reach of its bounds: if the mean is true, five of six are decided."""
+"""Distance from mean to target over the half-width at which five of six designs are decided, if the mean is true."""
 FEWEST_BESIDE = 5  # fewest runs of which one may be called an outlier
 _APART = 1.25  # least ratio of the runs of a look to those of the look before
 
 
 def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
-    """Return the replications at each look (interim analysis), with its share of alpha (alpha spending).
+    """Return the replications at each look (interim analysis) and the look's share of alpha (alpha spending).
 
-    Each look has half as many again as the one before, up to a cap.
+    Each look has half as many replications again as the one before, up to a cap.
 
-    Source: error split evenly over looks that are fixed beforehand (Bonferroni).
+    Source: alpha is split evenly over looks that are fixed in advance (Bonferroni).
     """
     return _shared([*_growing_to(first, cap - 1), cap])
 
 
 def looks_of_days(first: int = FIRST, days: DaysNeeded = COMMON_DAYS) -> list[tuple[int, float]]:
-    """Return the `looks` of a judge, with one at the fewest days after which a design may be said to meet a target."""
+    """Return the looks of a judge, including one at `days.least`, the fewest days for a verdict of "meets"."""
     if first >= days.least:
         return looks(first, days.cap)
     counts = [first]
@@ -58,7 +58,7 @@ def looks_of_days(first: int = FIRST, days: DaysNeeded = COMMON_DAYS) -> list[tu
 
 
 def _growing_to(first: int, last: float) -> list[int]:
-    """Replications that grow by half from a first look on, up to a last number."""
+    """Return numbers of replications that grow by half each, from a first look up to a last number."""
     return [*takewhile(lambda n: n <= last, _growing(first))]
 
 
@@ -67,7 +67,7 @@ def _shared(counts: Sequence[int]) -> list[tuple[int, float]]:
 
 
 def schedule(first: int, cap: int, *, exact: bool) -> list[tuple[int, float]]:
-    """Return the `looks` of a procedure; where its runs are `exact`, a single look at one run of each design.
+    """Return the looks of a procedure; a single look at one run of each design if runs are `exact`.
 
     Raises:
         StudyError: not 2 <= first <= cap.
@@ -84,12 +84,12 @@ def _check(first: int, cap: int) -> None:
 
 
 def looks_by(replications: int) -> list[tuple[int, float]]:
-    """Return the looks (interim analyses) that so many replications allow: the i-th may spend 1 / (i (i + 1)) of alpha.
+    """Return the looks (interim analyses) up to a number of replications; the i-th spends 1 / (i (i + 1)) of alpha.
 
-    The first is at ten, as waiting costs nothing where runs go on by themselves.
+    The first look is at ten replications, as waiting costs nothing where runs go on by themselves.
 
-    Source: parts that add up to 1 however long it goes on, most of it used at first, as of Lan & DeMets (1983),
-    Discrete sequential boundaries for clinical trials, Biometrika 70(3), 659-663.
+    Source: alpha spending with shares that add up to 1 over any number of looks, mostly spent early: Lan & DeMets
+    (1983), Discrete sequential boundaries for clinical trials, Biometrika 70(3), 659-663.
     """
     return [(n, 1 / (i * (i + 1))) for i, n in enumerate(_growing_to(FIRST_OF_MEANS, replications), 1)]
 
@@ -104,12 +104,12 @@ def _growing(n: int) -> Iterator[int]:
 class DesignVerdict(Generic[V]):
     """The verdict on one design.
 
-    `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
+    `low` and `high` are the bounds behind the verdict, each right with probability `level`; both are None if the values
     are `deterministic` and the mean is exact. `outlier`: the replication without which an undecided design would be
-    clear; None: there is no such one. `within_zone`: it is known to be about at the target, so that more runs would
-    tell nothing that matters. `least`: runs without which it would not have been said to meet the target. `each`: with
-    several targets the verdict on each; the design meets if all are met, and fails if one is missed, and its numbers
-    are those of the first.
+    decided, or None. `within_zone`: the mean is known to be within the indifference zone of the target, so that more
+    runs would not change anything that matters. `least`: the fewest runs for a verdict of "meets". `each`: the verdict
+    on each of several targets; the design meets if it meets all, and fails if it misses one. Its other attributes are
+    those of the first target.
     """
 
     value: V
@@ -127,7 +127,7 @@ class DesignVerdict(Generic[V]):
 
     @property
     def closed(self) -> bool:
-        """Whether more runs would decide nothing."""
+        """Whether further runs would not change the verdict in any way that matters."""
         return self.verdict != "undecided" or self.within_zone
 
 
@@ -141,11 +141,12 @@ def judged(
     zone: float = 0.0,
     least: int = 0,
 ) -> DesignVerdict[V]:
-    """Judge a design: it meets the target if even its worse bound does, after at least so many runs.
+    """Judge whether a design meets the target, from its values (`data`).
 
-    It fails if its mean does not, and its better bound does not meet a target that is harder by `zone`, in the
-    indicator's unit. So no run that turns out better makes a design fail that met the target before. One whose mean
-    is known to within the zone, and lies within it of the target, is about at the target.
+    The design meets the target if its worse bound does, after at least `least` runs. It fails if its mean misses the
+    target and its better bound misses a target that is harder by `zone` (indifference zone, in the indicator's unit).
+    So a better run never makes a design fail that met the target before. The design counts as about at the target if
+    both the distance from mean to target and that from mean to either bound are at most the zone.
     """
     mean = float(np.mean(data))
     if deterministic:
@@ -163,7 +164,7 @@ def judged(
 
 
 def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
-    """Return the verdict on several targets from the verdicts on each, at one look; all of them hold at once."""
+    """Combine the verdicts on each of several targets, at one look, into one; all of them hold simultaneously."""
     left = [verdict for verdict in each if verdict.verdict == "undecided"]
     fails = any(verdict.verdict == "fails" for verdict in each)
     return replace(
@@ -178,7 +179,7 @@ def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
 def _verdict(
     data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float, least: int
 ) -> tuple[Verdict, Interval, bool]:
-    """Return the verdict, its bounds, and whether the design is known to be close to the target."""
+    """Return the verdict, its bounds, and whether the design is known to be about at the target."""
     low, high = bounds_of(data, level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
     if target.met_by(worse):
@@ -200,24 +201,24 @@ def looked_at(
     least: int = COMMON_DAYS.least,
     agree: bool = False,
 ) -> DesignVerdict[None] | None:
-    """Return the verdict of the first look that decided, else of the last look; None before the first look.
+    """Return the verdict of the first decisive look, or else of the last look; None before the first look.
 
-    A verdict that has fallen stands, so it does not change as further runs come in.
+    A verdict of "meets" or "fails" is final: it does not change as further runs come in.
 
     Args:
-        values: of the indicator, replication by replication.
-        target: that the mean should meet.
-        confidence: that no verdict of `meets` is ever wrong, however many runs there will be; the same of `fails`.
-            It holds for all targets on the indicator at once.
-        deterministic: the runs use no random numbers, so one is exact.
-        within: the range of the indicator, such as (0, 1) for a share.
-        least: replications without which no design meets the target.
-        agree: runs that agree show that it does not vary: see `does_not_vary`.
+        values: values of the indicator by replication.
+        target: target for the mean.
+        confidence: probability that a verdict of "meets" is never wrong, however many runs follow; likewise for
+            "fails". It holds for all targets on the indicator at once.
+        deterministic: the runs use no random numbers, so that a single run is exact.
+        within: range of the indicator, such as (0, 1) for a share.
+        least: fewest replications for a verdict of "meets".
+        agree: whether runs that agree show that the indicator does not vary (`does_not_vary`).
 
     Source: `looks_by`.
-    Assumes: what the bounds of one look assume (`intervals.bounds`), whose coverage for skewed output is near the level
-    and no more. Of 12,000 streams of a gamma with skewness 1.4, at the target and with a confidence of 95 %, 5.8 % are
-    ever called not met, four in five of these at the look of ten values, and 0.2 % met.
+    Assumes: as the bounds of one look (`intervals.bounds`), whose coverage is only approximate for skewed output. Of
+    12,000 streams of a gamma with skewness 1.4 whose mean is the target, at a confidence of 95 %, 5.8 % are ever called
+    not met, four in five of these at the look of ten values, and 0.2 % met.
     """
     if deterministic and values:
         return judged(None, list(values[:1]), target, confidence, True, within)
@@ -232,11 +233,11 @@ def looked_at(
 
 
 def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval, least: int = 0) -> int | None:
-    """Return how many runs in all would probably decide a design; None if more than `MOST_TO_TELL`.
+    """Return the total number of runs that would probably decide on a design; None if more than `MOST_TO_TELL`.
 
-    Further runs are taken to be like the runs so far, whose mean lies 1.5 times as far from the target as the bounds
-    reach: if it were the true mean, five of six such designs would be decided. At least two runs; `level`: see
-    `judged`.
+    Further runs are assumed to repeat those so far (at least two). The number suffices when the distance from mean to
+    target is 1.5 times the half-width: if the mean is the true one, five of six such designs are then decided.
+    `level`: see `judged`.
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
@@ -252,22 +253,22 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
 
 
 class RunsEndedError(StudyError):
-    """Raised when the runs allowed end before there is an answer."""
+    """Raised when the budget of runs is exhausted before there is an answer."""
 
 
 @dataclass
 class Budget:
-    """The number of runs that may still be done."""
+    """The number of runs that may still be done (`left`), and the number done (`spent`)."""
 
     left: int
     spent: int = 0
 
     def allows(self, runs: int) -> bool:
-        """Whether so many more runs may be done."""
+        """Whether a number of further runs may be done."""
         return runs <= self.left
 
     def take(self, runs: int) -> None:
-        """Spend so many runs; raises RunsEndedError where they exceed the budget."""
+        """Spend a number of runs; raise RunsEndedError if they exceed the budget."""
         if not self.allows(runs):
             raise RunsEndedError("the runs allowed ended before there was an answer")
         self.left -= runs
@@ -276,10 +277,9 @@ class Budget:
 
 @dataclass
 class _Case:
-    """A design that is being judged: looks to come, fewest runs to meet the target, values, share of alpha.
+    """A design under judgement: remaining looks, fewest runs for "meets", values, and share of alpha (`error`).
 
-    The share of alpha is its own from its first look on; designs ruled out by their first few runs leave theirs to
-    others.
+    A design takes its share of alpha at its first look; designs ruled out before then leave theirs to others.
     """
 
     looks: list[tuple[int, float]]
@@ -293,7 +293,8 @@ class _Case:
 class Beside:
     """A further target that designs have to meet, and its indifference zone.
 
-    `values`: of its indicator in the first runs of a design, by the design's number and how many.
+    `values`: function that returns the target's indicator in the first runs of a design, from the design's number and
+    the number of runs.
     """
 
     target: Target
@@ -303,31 +304,31 @@ class Beside:
 
 @dataclass
 class Judge:
-    """Judges designs, one look after the other, at levels such that all verdicts hold at once.
+    """A judge of designs, look by look (interim analyses), at levels such that all verdicts hold simultaneously.
 
-    `verdicts` are by number; `vetoed`: why designs fail whatever the target says, `drained`: those
-    that fail by their batteries.
+    `verdicts`: the verdict on each design, by number. `vetoed`: reasons why designs fail regardless of the target.
+    `drained`: the vetoed designs whose batteries run down.
 
     Args:
-        target: as "on_time >= 0.95".
-        confidence: that no design that misses the target is said to meet it; the same of "fails".
+        target: target for the mean, such as "on_time >= 0.95".
+        confidence: probability that no design that misses the target is judged to meet it; likewise for "fails".
         zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
-            taken for one that fails.
+            judged to fail.
         first: replications at the first look at a design.
-        days: replications without which a design, by its number, is not said to meet the target, and the most of it;
-            one not clear by then is "undecided" and taken as not meeting.
-        agree: runs that agree show that it does not vary: see `does_not_vary`.
-        deterministic: the models use no random numbers: one run of a design is exact.
-        within: what the indicator can be at all.
-        budget: runs that may be done (default: as many as it takes).
-        veto: why a design fails besides the target, asked after its runs; None: nothing.
-        drains: whether a vetoed design fails by its batteries, so that fewer robots on as many chargers may last.
-        hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
-        tell: called after each look, when `known` may have changed.
-        beside: further targets; a design meets them all, or fails.
+        days: function of a design's number that returns the fewest replications for a verdict of "meets", and the
+            most; a design still "undecided" then is treated as not meeting the target.
+        agree: whether runs that agree show that the indicator does not vary (`does_not_vary`).
+        deterministic: the models use no random numbers, so that one run of a design is exact.
+        within: range of the indicator.
+        budget: runs that may be done (default: practically unlimited).
+        veto: function called after each look that returns why a design fails regardless of the target, or None.
+        drains: whether the batteries of a vetoed design run down, so that its chargers may suffice for fewer robots.
+        hopeless: like `veto`, but called after the first `GLANCE` runs, for failures beyond doubt.
+        tell: function called after each look, when `known` may have changed.
+        beside: further targets; a design has to meet all of them.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design that is looked at is judged at
-    1 - α / (j (j + 1) · looks · targets), which adds up to α (Bonferroni), however many are.
+    1 - α / (j (j + 1) · looks · targets), which adds up to at most α (Bonferroni) for any number of designs.
     Assumes: as `bounds`.
     """
 
@@ -356,7 +357,7 @@ class Judge:
             raise StudyError(f"zone {self.zone:g}: expected one from 0")
 
     def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
-        """Judge a design by as many runs as it takes, or as there may be, and return its verdict."""
+        """Look at a design until it is decided or its last look is over; return its verdict."""
         while not self.closed(number):
             yield from self.look(number)
         return self.verdicts[number].verdict
@@ -382,18 +383,18 @@ class Judge:
         return len(self._cases[number].data) if number in self._cases else 0
 
     def closed(self, number: int) -> bool:
-        """Whether no further look at a design is wanted, or possible."""
+        """Whether a design has no further look to come."""
         return number in self.verdicts and not self._cases[number].looks
 
     def glance(self, number: int) -> Procedure[None]:
-        """Do the first few runs of a design, which decide nothing, but may show that it is hopeless."""
+        """Do the first few runs of a design, which can only show that it is hopeless."""
         if number in self._cases or self.deterministic:
             return
         yield from self._run(number, min(GLANCE, self.first))
         self._veto(number, self.hopeless(number))
 
     def look(self, number: int) -> Procedure[None]:
-        """Look at a design once more (interim analysis), after as many further runs as that takes."""
+        """Do the runs up to the next look (interim analysis) at a design, and judge it."""
         yield from self.glance(number)
         if self.closed(number):
             return
@@ -427,12 +428,12 @@ class Judge:
         return self._cases[number]
 
     def _next_error(self) -> float:
-        """Return the share of alpha of the next design that is looked at."""
+        """Return the share of alpha for the next design that is looked at."""
         j = 1 + sum(case.error is not None for case in self._cases.values())
         return (1.0 - self.confidence) / (j * (j + 1))
 
     def _run(self, number: int, runs: int) -> Procedure[None]:
-        """Run a design up to so many runs in all."""
+        """Do the runs of a design up to a total number."""
         done = self.runs(number)
         self.budget.take(runs - done)
         self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
@@ -448,13 +449,13 @@ class Judge:
         return on_all((first, *others)) if others else first
 
     def _judged_beside(self, number: int, first: DesignVerdict[int], further: Beside) -> DesignVerdict[int]:
-        """Judge a design by a further target, on the runs of its verdict on the first target."""
+        """Judge a design on a further target, by the runs behind its verdict on the first target."""
         values, within = further.values(number, first.n), further.target.measure.within
         exact = self.deterministic or (self.agree and does_not_vary(values, within))
         return judged(number, values, further.target, first.level, exact, within, further.zone, first.least)
 
     def _veto(self, number: int, why: str | None) -> None:
-        """Make a design fail whatever its runs say of the target, if there is a reason `why`."""
+        """Make a design fail regardless of the target, unless the reason `why` is None."""
         if why is not None:
             self.vetoed[number] = why
             self.drained |= {number} if self.drains(number) else set()
@@ -465,9 +466,9 @@ class Judge:
 def verdict_steps(
     numbers: Sequence[int], judge: Judge, skip: Callable[[int], bool] = lambda _: False
 ) -> Procedure[Judge]:
-    """Judge each of these designs as far as the runs go, all verdicts right at once; returns the judge with them.
+    """Judge designs as far as the budget allows, with simultaneous verdicts; return the judge that holds them.
 
-    A design that `skip` accepts after its first few runs is not judged.
+    A design for which `skip` is true after its first few runs is not judged.
     """
     try:
         for number in numbers:

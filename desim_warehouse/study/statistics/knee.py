@@ -1,4 +1,4 @@
-"""The knee of a throughput curve, where more robots stop paying off, and the smallest fleet near its maximum.
+"""Knee of a throughput curve, where further robots stop paying off, and the smallest fleet near its maximum.
 
 For the throughput curve of a study, in words and in `plot.throughput`.
 """
@@ -19,7 +19,7 @@ from desim_warehouse.values.arrays import Floats
 class Knee:
     """The shape of a curve that rises and levels off; sizes and outputs in their own units.
 
-    `at` is the size at the knee, None where the curve has none (a straight line: every robot pays the same).
+    `at` is the size at the knee; None if the curve has none, as a straight line, on which every robot adds equally.
     `maximum_at` is the smallest size with the largest output. `prominence`, 0..1, is how far the knee stands
     above the chord from the first size to the maximum at the last, both axes scaled to 0..1.
     """
@@ -46,7 +46,7 @@ def knee(sizes: Sequence[float] | Floats, outputs: Sequence[float] | Floats, sen
     the highest point of normalised output over normalised size, if the curve then falls
     below a threshold. Here without their smoothing: the
     points are means. A fall beyond the maximum (congestion) does not move the knee.
-    Assumes: noise small against the bend. The knee moves with the range of sizes shown, and few sizes show
+    Assumes: noise is small compared with the bend. The knee depends on the range of sizes, and too few sizes show
     none.
     """
     x, y = _curve(sizes, outputs)

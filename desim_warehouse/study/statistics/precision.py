@@ -1,4 +1,4 @@
-"""How many replications: go on until the half-width is a small share of the mean, or a cap is reached.
+"""Number of replications for a relative precision: until the half-width is a small share of the mean, or a cap.
 
 For `until` of a study file, and `--until` of `desim what-if`.
 """
@@ -20,7 +20,7 @@ from desim_warehouse.values.arrays import Floats
 class PrecisionRule:
     """The rule to replicate until the half-width is at most a share (`relative`) of |mean|.
 
-    There are from `minimum` to `cap` replications.
+    The number of replications is at least `minimum` and at most `cap`.
     """
 
     relative: float
@@ -39,10 +39,10 @@ class PrecisionRule:
 def replications_needed(
     values: Sequence[float] | Floats, relative: float, confidence: float = 0.95, cap: int = 100_000
 ) -> int | None:
-    """Predict from a pilot the replications, in all, for a half-width of at most `relative` of |mean|.
+    """Predict from a pilot the total replications for a half-width of at most `relative` times |mean|.
 
-    At least the pilot's own number; None if more than `cap`, or if the pilot does not tell: its mean is zero, it is
-    one random replication, or its values agree.
+    The prediction is at least the pilot's own number. It is None if more than `cap`, or if the pilot has mean zero, a
+    single random replication, or values that agree.
 
     Source: Law (2015), section 9.4.1: the smallest i >= n with t(i-1, 1-α/2) · sqrt(S²(n) / i) <=
     relative · |mean|, the half-width wider by as much as the pilot's is for its skewness.
@@ -60,7 +60,7 @@ def replications_needed(
 
 
 def replications_to_run(values: Sequence[float] | Floats, rule: PrecisionRule, *, deterministic: bool = False) -> int:
-    """Return how many replications to run next; 0 where those so far are precise enough, or as many as the cap.
+    """Return how many replications to run next; 0 if those so far are precise enough or reach the cap.
 
     The next batch is the predicted shortfall, but never more than doubles the replications, so a lucky or
     unlucky start costs little. It depends on `values` only: any number of workers runs the same replications.
@@ -69,9 +69,9 @@ def replications_to_run(values: Sequence[float] | Floats, rule: PrecisionRule, *
     differ (`intervals.bounds`), 5 % of the mean after 72 of them.
 
     Source: Law (2015), section 9.4.1, sequential procedure (there one replication at a time).
-    Assumes: as `estimate`. The stop depends on the values: a start that happens to be calm ends too early. With
-    at least 30 replications mean ± half-width holds the true mean in 95 to 97 % of studies for normal, exponential
-    and lognormal (sigma 0.5) output and 5 to 20 % precision; with a minimum of 10 in 92 % at worst.
+    Assumes: as `estimate`. The stopping time depends on the values, so a calm start by chance ends too early. With at
+    least 30 replications, mean ± half-width covers the true mean in 95 to 97 % of studies for normal, exponential and
+    lognormal (sigma 0.5) output and 5 to 20 % precision; with a minimum of 10, in 92 % at worst.
     """
     n = len(values)
     if n < rule.minimum:

@@ -13,7 +13,7 @@ RunNumber: TypeAlias = tuple[int, int]
 """Design number and replication number, both from 0."""
 
 Procedure: TypeAlias = Generator[list[RunNumber], Sequence[float], T]
-"""Yields the runs it wants, is sent their values in the same order, returns the result."""
+"""A generator that yields batches of runs, is sent their values in the same order, and returns its result."""
 
 
 def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:

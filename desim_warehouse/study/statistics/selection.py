@@ -1,6 +1,6 @@
-"""The best of several designs, for `desim best`: the KN procedure of Kim and Nelson (ranking and selection).
+"""Selection of the best of several designs by the KN procedure of Kim and Nelson, for `desim best`.
 
-It drops clearly worse designs as replications come in.
+The procedure (ranking and selection) drops clearly worse designs as replications come in.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from desim_warehouse.values.arrays import Floats
 class Selection:
     """The design chosen by KN, and when others were eliminated; designs have numbers from 0, in the indicator's unit.
 
-    `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
-    was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
-    `best` is then only the best mean of `survivors`. `within`: the other designs that are less than delta worse
-    than the best, all of them with `confidence` (one-sided bounds of the differences, Bonferroni): any will do.
-    `equal`: the designs among them with the value of the best in each run.
+    `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it was never
+    eliminated (None). `samples[i]` counts the runs requested. `guaranteed` is False if the cap ended the race; `best`
+    then merely has the best mean of the `survivors`. `within`: the other designs that are less than delta worse than
+    the best, with simultaneous `confidence` (one-sided bounds of the differences, Bonferroni), so that any will do.
+    `equal`: the designs among them that equal the best in every run.
     """
 
     best: int
@@ -71,7 +71,7 @@ def kn_steps(
     ahead: int = 1,
     deterministic: bool = False,
 ) -> Procedure[Selection]:
-    """Choose the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
+    """Select the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
 
     Args:
         k: number of designs, at least 2.
@@ -80,21 +80,21 @@ def kn_steps(
         n0: replications of every design in the first stage, at least 2; 10 or more are recommended.
         maximise: the largest mean is best, or else the smallest.
         cap: most replications of one design; `guaranteed` is False when it ends the race.
-        ahead: replications of each survivor to request at a time. More keep many workers busy at the price
-            of some superfluous runs; the choice is the same.
-        deterministic: the models use no random numbers: differences are exact.
+        ahead: replications of each survivor to request at a time. More of them keep many workers busy at the price
+            of some superfluous runs; the selection does not change.
+        deterministic: the models use no random numbers, so that differences are exact.
 
     Raises:
         StudyError: arguments outside these ranges, or a run whose value is not finite.
 
     Source: Kim & Nelson (2001), A fully sequential procedure for indifference-zone selection in simulation,
     ACM TOMACS 11(3), 251-273, with c = 1.
-    Assumes: replications independent, jointly normal over the designs, unknown and unequal variances. Runs of
-    the same replication may depend on one another: common random numbers make the variance of the
-    differences, and with it the number of runs, smaller. Promise: the best is chosen with `confidence` if it
-    leads by at least delta; with closer rivals, practice (not the theorem) says that a design within delta is
-    chosen. Differences that agree in all n0 replications get the variance of a share of runs that may differ; two
-    designs with varying values that are equal run by run are told from 33 runs on, as is a day in ten.
+    Assumes: independent replications, jointly normal over the designs, with unknown and unequal variances. Runs of
+    the same replication may be dependent: common random numbers reduce the variance of the differences, and with it
+    the number of runs. Guarantee: the best design is selected with `confidence` if it leads by at least delta; with
+    closer rivals, experience (not the theorem) shows that a design within delta is selected. Differences that agree in
+    all n0 replications get the variance of the share of runs that may still differ. Two designs whose varying values
+    are equal run by run count as equal from 33 runs on, which would show a difference on one day in ten.
     """
     _, h2 = kn_constants(k, confidence, n0)
     if not delta > 0.0:
@@ -151,9 +151,10 @@ class _Race:
         self.r = want
 
     def difference_variances(self, level: float) -> Floats:
-        """S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k).
+        """Return S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k).
 
-        Differences that agree so far: as if the share that may still differ (`level`) did, by as much as it may.
+        Differences that agree so far get the variance that they would have if the share of runs that may still differ
+        (at `level`) did so, as far as they may.
         """
         first = np.array(self.data)
         result = np.zeros((len(first), len(first)))
@@ -164,7 +165,7 @@ class _Race:
         return result
 
     def shortened(self, slack: Floats) -> Floats:
-        """Return the N_il, shorter for designs equal in every run so far: a difference on one day in ten would show."""
+        """Return N_il, shortened for designs equal in every run so far: a difference on one day in ten would show."""
         made = slack.copy()
         for i, j in combinations(range(len(self.data)), 2):
             if self.equal(i, j):
@@ -172,7 +173,7 @@ class _Race:
         return made
 
     def equal(self, i: int, j: int) -> bool:
-        """Whether two designs have equal values in each run that both were judged on, and these values vary."""
+        """Whether two designs have equal, varying values in all runs on which both were judged."""
         n = min(self.judged_on[i], self.judged_on[j])
         ours, theirs = self.data[i][:n], self.data[j][:n]
         return ours == theirs and len(set(ours)) > 1
@@ -201,13 +202,13 @@ class _Race:
         self.alive = kept
 
     def over(self, slack: Floats) -> bool:
-        """Whether one design is left, or r is the largest N_il + 1: then only equal means are left."""
+        """Whether one design is left, or r has reached the largest N_il + 1, when only equal means are left."""
         return all(self.r >= int(slack[i, j]) + 1 for i, j in combinations(self.alive, 2))
 
     def means(self) -> Floats:
         return self.totals / self.judged_on
 
     def leader(self) -> int:
-        """Return the survivor with the best mean, of equals the one with the lowest number."""
+        """Return the survivor with the best mean, and of equals the one with the lowest number."""
         means = self.sign * self.means()
         return max(self.alive, key=lambda i: (means[i], -i))

@@ -1,11 +1,11 @@
-"""Thresholds: the point of an input where a mean crosses a bound.
+"""Thresholds: the value of an input at which a mean crosses a bound.
 
 For `desim plan --uncertain`.
 
-Three probes of an input on the same days are interpolated by a parabola; the interval holds
-the points at which the mean is not told from the target (Fieller), or where it is beside it by no more than the
-smallest step between two values. In short runs of work that always waits all six days may have the same count:
-without that step two of seven plants had intervals without width.
+A parabola interpolates three probes of an input on the same days. The interval holds the points at which the mean does
+not differ significantly from the bound (Fieller), or differs by no more than the smallest step between two values.
+Without that step, two of seven plants had intervals of zero width: in short runs where work always waits, all six days
+may have the same count.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _STEPS = 2000
 
 @dataclass(frozen=True)
 class Crossing:
-    """The point where a mean crosses a bound, with an interval; -inf and inf for ends beyond the probes."""
+    """The point at which a mean crosses a bound, with an interval; -inf and inf for ends beyond the probes."""
 
     at: float
     low: float
@@ -33,18 +33,18 @@ class Crossing:
 
 
 def crossing(probes: Sequence[float], values: Floats, bound: float, level: float = 0.975) -> Crossing | None:
-    """Find the input at which the mean of values crosses a bound, from three probes; None where means lie on one side.
+    """Find the input at which a mean crosses a bound, from three probes; None if all means lie on one side.
 
     Args:
-        probes: where the runs were done, ascending, shape (3,).
-        values: of the same days at each probe, shape (days, 3).
-        bound: what is to be crossed.
-        level: of each end of the interval.
+        probes: values of the input, ascending, shape (3,).
+        values: values of the indicator, each day at every probe, shape (days, 3).
+        bound: bound to be crossed.
+        level: confidence of each end of the interval.
 
-    Each day is interpolated by the parabola through its values. The interval has the points at which the mean of the
-    days is not told from the bound (Fieller 1954, Some problems in interval estimation, by a test at each point).
-    Means are told from it by more than the smallest step between two values only, as days may agree on a count by
-    chance, or always.
+    The values of each day are interpolated by a parabola. The interval holds the points at which the mean of the days
+    does not differ significantly from the bound (Fieller 1954, Some problems in interval estimation, by a test at each
+    point). Only means that differ by more than the smallest step between two values count as different, as days may
+    agree on a count by chance, or always.
     """
     first, middle, last = probes
     points = np.unique(np.concatenate([np.linspace(first, middle, _STEPS), np.linspace(middle, last, _STEPS)]))

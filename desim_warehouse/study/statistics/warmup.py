@@ -1,4 +1,4 @@
-"""The end of the warm-up: by MSER-5, and as Welch's plot shows it.
+"""End of the warm-up: by MSER-5, and for Welch's plot.
 
 For `desim warm-up`, and for `plot.warm_up` and `plot.welch`.
 """
@@ -16,17 +16,17 @@ from desim_warehouse.study.statistics.checks import finite
 from desim_warehouse.values.arrays import Floats, Ints
 
 Series: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | Floats"
-"""Observations in order of time, shape (n,), or of several replications, shape (replications, n)."""
-TAIL = 5  # batches that a cut must leave: the spread of fewer is meaningless
+"""Observations in order of time: shape (n,), or (replications, n)."""
+TAIL = 5  # batches that a truncation must leave: the spread of fewer is meaningless
 
 
 @dataclass(frozen=True, eq=False)
 class WarmUp:
-    """The end of the warm-up: how many of the first observations to discard, and the curve behind it.
+    """The end of the warm-up: how many initial observations to discard, and the curve behind it.
 
-    `truncate` counts observations, `statistic[d]` is MSER after discarding d batches of `batch` observations
-    (unit: the indicator's, squared; the last ones are for the plot only), `means` the batch means. `valid` is
-    False where the cut falls into the second half: the run is too short to tell, and `truncate` is not to be
+    `truncate`: number of observations to discard. `statistic[d]`: MSER after discarding d batches of `batch`
+    observations (in the indicator's unit squared; the last values are for the plot only). `means`: the batch means.
+    `valid` is False if the truncation point lies in the second half: the run is too short, and `truncate` must not be
     used.
     """
 
@@ -47,9 +47,9 @@ def mser(values: Series, batch: int = 5) -> WarmUp:
     """Find the truncation point of an indicator observed over time, by MSER-5.
 
     Args:
-        values: observations in order of time and equally spaced (the n-th task time, the throughput of the
-            n-th hour), shape (n,), or (replications, n): then the replications are averaged first.
-            Observations behind the last full batch are not used.
+        values: equally spaced observations in order of time (the n-th task time, the throughput of the n-th hour),
+            shape (n,), or (replications, n), which are averaged first. Observations after the last full batch are
+            not used.
         batch: observations per batch, 5 in MSER-5.
 
     Raises:
@@ -81,8 +81,8 @@ def welch(values: Series, window: int) -> Floats:
 
     Args:
         values: see `mser`; shape (n,), or (replications, n), which are averaged first.
-        window: w; each point is the mean of itself and w observations on either side, near the start of as many as
-            there are on both sides.
+        window: w; each point is the mean of itself and w observations on either side, or of fewer near the start, as
+            many as there are on both sides.
 
     Returns:
         Shape (n - w,): the i-th (from 0) belongs to the i-th observation.
@@ -106,7 +106,7 @@ def welch(values: Series, window: int) -> Floats:
 
 
 def averaged(values: Series) -> Floats:
-    """Return the observations over time, shape (n,): the mean of the replications where there are several."""
+    """Return observations over time, shape (n,), averaged over replications if there are several."""
     array = np.asarray(values, dtype=float)
     return finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
 
