@@ -7,7 +7,7 @@ repairs have it in between, as the log says: one after the other, and never whil
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from desim_warehouse.states import BROKEN, STATES
 from tests.audit_nodes import Stay
@@ -15,16 +15,22 @@ from tests.audit_nodes import Stay
 
 @dataclass
 class Passage:
-    """A robot has the cabin called to `node` at `called`, sets out for it at `there`, and rides along `edge`."""
+    """A robot has the cabin called to `node` at `called`, sets out for it at `there`, makes its `rides`, gets out.
+
+    Without time for doors two rides, one after the other, take as long as one, and a route may have either.
+    """
 
     robot: int
     node: str
     called: float
     there: float
-    edge: tuple[str, str]
-    begin: float
-    until: float
+    rides: list
     out: object
+
+
+def ride_times(ride):
+    """When a ride begins and ends; inf: it had not begun when the run ended."""
+    return ride.times[1:3] if len(ride.times) > 1 else (math.inf, math.inf)
 
 
 class Lifts:
@@ -35,7 +41,9 @@ class Lifts:
             name = lift.name
             passages = sorted(self.passages_of(name, lift), key=lambda one: (one.there, one.called))
             for one in passages:
-                self.check_ride(name, lift, one)
+                for ride in one.rides:
+                    self.check_ride(name, lift, ride)
+                self.check_way_out(name, one)
             self.check_cabin(name, lift, passages)
 
     def passages_of(self, name, lift):
@@ -47,9 +55,10 @@ class Lifts:
             for rank, visit in enumerate(visits[:-1]):
                 if visit.edge[1] not in lift.nodes or visit.edge[0] in lift.nodes or visit.cleared:
                     continue
-                there, ride = self.sets_out(visit), visits[rank + 1]
-                if ride.edge[1] not in lift.nodes:
-                    self.fault(ride.enter, f"robot {robot} drove through lift {name} on one floor")
+                there, then = self.sets_out(visit), visits[rank + 1 :]
+                rides = list(takewhile(lambda ride: {*ride.edge} <= {*lift.nodes}, then))
+                if not rides:
+                    self.fault(then[0].enter, f"robot {robot} drove through lift {name} on one floor")
                     continue
                 early, late = visit.enter - self.delay, there + self.delay
                 began = [row[0] - row[6] for row in calls if row[2] == robot and row[5] == visit.edge]
@@ -59,24 +68,26 @@ class Lifts:
                 repaired = [time for time in self.repairs(robot) if early <= time <= late]
                 at_line = max([there_since, *held_up, *repaired])
                 called = next((time for time in began if early <= time <= late), min(at_line, there))
-                begin, until = ride.times[1:3] if len(ride.times) > 1 else (math.inf, math.inf)
-                out = visits[rank + 2] if rank + 2 < len(visits) else None
-                yield Passage(robot, visit.edge[1], called, there, ride.edge, begin, until, out)
+                out = then[len(rides)] if len(rides) < len(then) else None
+                yield Passage(robot, visit.edge[1], called, there, rides, out)
 
     def repairs(self, robot):
         """When a robot went on after each of its breakdowns: its states by the log, one after the other."""
         states = [(row[0], row[1]) for row in self.run.record.rows if row[2] == robot and row[1] in STATES]
         return [then for (_, state), (then, _) in pairwise(states) if state in BROKEN]
 
-    def check_ride(self, name, lift, one):
-        """It takes as long as doors and cabin do, and ends on the floor that it leads to."""
-        takes = 2 * lift.doors + lift.ride * abs(lift.nodes.index(one.edge[0]) - lift.nodes.index(one.edge[1]))
-        if math.isfinite(one.until) and abs(one.until - one.begin - takes) > self.delay:
-            self.fault(
-                one.begin, f"robot {one.robot} rides in lift {name} for {one.until - one.begin:g}, not {takes:g}"
-            )
-        if one.out is not None and (one.out.edge[0] != one.edge[1] or one.out.enter < one.until - self.delay):
-            self.fault(one.out.enter, f"robot {one.robot} left lift {name} before it was there")
+    def check_ride(self, name, lift, ride):
+        """Check that a ride takes as long as doors and cabin do."""
+        begin, until = ride_times(ride)
+        takes = 2 * lift.doors + lift.ride * abs(lift.nodes.index(ride.edge[0]) - lift.nodes.index(ride.edge[1]))
+        if math.isfinite(until) and abs(until - begin - takes) > self.delay:
+            self.fault(begin, f"robot {ride.robot} rides in lift {name} for {until - begin:g}, not {takes:g}")
+
+    def check_way_out(self, name, one):
+        """Each ride begins where and when the one before it ended, and the robot gets out where the last did."""
+        for ride, then in pairwise([*one.rides, *([one.out] if one.out else [])]):
+            if then.edge[0] != ride.edge[1] or then.enter < ride_times(ride)[1] - self.delay:
+                self.fault(then.enter, f"robot {one.robot} left lift {name} before it was there")
 
     def users_of(self, lift):
         """Rides of people and repairs, in order of time: from when, up to when, and on which floor they end."""
@@ -118,7 +129,7 @@ class Lifts:
                 there = min(there, max(free, 0.0) + min(abs(to - floor), abs(to - rests)) * lift.ride + lift.doors)
             if one.there < there - self.delay:
                 self.fault(one.there, f"lift {name} is at {one.node} for robot {one.robot}, not before {there:g}")
-            floor, free = float(lift.nodes.index(one.edge[1])), math.inf
+            floor, free = float(lift.nodes.index(one.rides[-1].edge[1])), math.inf
             if one.out is not None:
                 free = self.clear(Stay(left=one.out.enter, away=one.out)) + lift.doors
         self.check_users(name, lift, free, math.inf, users, floor)

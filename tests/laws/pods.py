@@ -2,6 +2,8 @@
 
 import random
 
+import networkx as nx
+
 from tests.laws.random_models import lasting
 from tests.laws.tours import names_of
 
@@ -27,8 +29,7 @@ def with_pods(mapping, number):
         "orders": draw.choice((0, 1, 3, 12)),
         "change_time": draw.choice((0, 5)),
     }
-    lanes = {node for bay in layout["bays"].values() if bay.get("in_lane") for node in bay["at"]}
-    nodes = [node for node in names_of(layout) if node not in lanes]
+    nodes = _open_nodes(layout)
     stations = {
         f"picking{rank}": {"at": [node], "places": draw.choice((1, 2, 4)), "servers": 1}
         for rank, node in enumerate(draw.sample(nodes, min(len(nodes), draw.randint(1, 3))))
@@ -60,6 +61,18 @@ def with_pods(mapping, number):
     stale = {"goods", "unload_at", "station_choice", "flows"}
     mapping["tasks"] = {**{key: it for key, it in tasks.items() if key not in stale}, "flows": flows}
     return mapping
+
+
+def _open_nodes(layout):
+    """Nodes at which a station may stand: none that a robot parked in a lane stands on, or cuts off from the rest."""
+    names = names_of(layout)
+    lanes = {node for bay in layout["bays"].values() if bay.get("in_lane") for node in bay["at"]}
+    if not lanes:
+        return names
+    ends = [edge[:2] if isinstance(edge, list) else (edge["from"], edge["to"]) for edge in layout["edges"]]
+    rest = nx.DiGraph(pair for pair in ends if not lanes & {*pair})
+    main = max(nx.strongly_connected_components(rest), key=len)
+    return [node for node in names if node in main]
 
 
 def _held(draw, pods, places):

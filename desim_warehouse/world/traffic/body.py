@@ -303,6 +303,7 @@ class Body:
         self.lane = self.held = self.ahead = None
         self.at = node
         self.pos = self.target = 0.0
+        self.train_pace = inf  # it leaves its ring, if it came in with one
 
     def _join(self, lane: Lane, ahead: Body | None) -> None:
         self.lane = lane
