@@ -47,7 +47,7 @@ class StationView(NamedTuple):
 
 
 class PodCall(NamedTuple):
-    """A station has lines to pick and room for a robot: the policy chooses which of `pods` is brought.
+    """A station has lines to pick and room for a robot: the policy chooses which of `pods` to bring.
 
     Each of them has some of these lines.
 
@@ -63,7 +63,7 @@ class PodCall(NamedTuple):
 
 
 class StorageCall(NamedTuple):
-    """A pod is about to leave a station: the policy chooses on which of some free `places` it is put down."""
+    """A pod is about to leave a station: the policy chooses one of the free `places` to put it down on."""
 
     time: float
     station: str
@@ -74,7 +74,7 @@ class StorageCall(NamedTuple):
 
 
 class OrderCall(NamedTuple):
-    """The oldest order may go to one of some stations with room for it: the policy chooses which."""
+    """Several stations have room for the oldest order: the policy chooses one of them."""
 
     time: float
     lines: Sequence[Task]
@@ -83,7 +83,7 @@ class OrderCall(NamedTuple):
 
 
 class PutCall(NamedTuple):
-    """Some units of an item have come to a station: the policy chooses onto which of the `pods` they are put.
+    """Units of an item have arrived at a station: the policy chooses which of the `pods` to put them onto.
 
     Pods that stand, or are bound for that station already.
     """
@@ -96,14 +96,14 @@ class PutCall(NamedTuple):
 
 
 class PodChoice(Protocol):
-    """Which pod is brought to a station."""
+    """Decides which pod is brought to a station."""
 
     def choose(self, call: PodCall) -> int:
         """Return the number of one of the given pods. Asked when a robot is free, for one station at a time."""
 
 
 class PodStorage(Protocol):
-    """Where a pod is put down.
+    """Decides where a pod is put down.
 
     With the attribute `keeps = True` every pod keeps the place where it stood at the start, which is then the only one.
     """
@@ -113,14 +113,14 @@ class PodStorage(Protocol):
 
 
 class OrderAssignment(Protocol):
-    """Which station an order goes to."""
+    """Decides which station an order goes to."""
 
     def choose(self, call: OrderCall) -> str:
         """Return the node of one of the given stations."""
 
 
 class PutChoice(Protocol):
-    """Onto which pod goods are put that come in."""
+    """Decides onto which pod incoming goods are put."""
 
     def choose(self, call: PutCall) -> int:
         """Return the number of one of the given pods."""
