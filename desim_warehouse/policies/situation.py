@@ -113,7 +113,7 @@ class OpenTasks(Sequence["Task"]):
 
 @dataclass(frozen=True)
 class Situation:
-    """What an allocation policy decides on, read-only: free robots, open tasks, and the state of both.
+    """Decision situation of an allocation policy, read-only: free robots, open tasks, and the state of both.
 
     Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with
     a row for each robot or origin, and a column for each task or goal.
