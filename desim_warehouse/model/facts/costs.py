@@ -45,7 +45,7 @@ def year_of(
 
 
 def _chargers(model: Model) -> int:
-    """Count the chargers that are paid; chargers of slots, which the model does not count, only with batteries."""
+    """Count the chargers that are paid: without a battery, only chargers that the model states for their bay."""
     bays = model.floor.bays
     at_nodes = chargers_at(model, model.floor).items()
     return sum(count for node, count in at_nodes if model.battery is not None or bays[node].chargers is not None)
