@@ -26,7 +26,7 @@ from typing import Any
 
 
 class WarehouseError(Exception):
-    """Anything this package refuses or cannot do."""
+    """Base class of all errors that this package raises."""
 
     def _render_traceback_(self) -> list[str]:
         """Show in Jupyter the message alone, which says where and what to do, and not the way through the code."""
@@ -34,7 +34,7 @@ class WarehouseError(Exception):
 
 
 class ModelError(WarehouseError):
-    """A model or study file with problems: `problems` lists them all, one line each, with their position."""
+    """Raised for an invalid model or study file: `problems` lists all problems, one line each, with their positions."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__("\n".join(problems))
@@ -45,7 +45,7 @@ class ModelError(WarehouseError):
 
 
 class CheckError(WarehouseError):
-    """A model that cannot work, as a check before the run shows: `problems` lists all of them, with their codes."""
+    """Raised for a model that a check shows cannot work: `problems` lists all errors with their codes."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__("\n".join(problems))
@@ -56,35 +56,35 @@ class CheckError(WarehouseError):
 
 
 class LayoutError(CheckError):
-    """A layout on which work could stop for good: `problems` lists them all, one line each."""
+    """Raised for a layout on which work could stop for good: `problems` lists all problems, one line each."""
 
 
 class PolicyError(WarehouseError):
-    """A policy returned something that cannot be done, or could not be loaded."""
+    """Raised for a policy that cannot be loaded, or that returns something impossible."""
 
 
 class SimulationError(WarehouseError):
-    """A run that cannot go on."""
+    """Raised when a run cannot continue."""
 
 
 class GridlockError(SimulationError):
-    """A full ring of robots that may not turn (`traffic.gridlock: stop`)."""
+    """Raised for a full ring of robots that is not allowed to turn (`traffic.gridlock: stop`)."""
 
 
 class StallError(SimulationError):
-    """Work is open, and nothing that could end it is scheduled, or ever decided."""
+    """Raised when work is open, but no event is scheduled that could complete it, or it is never given out."""
 
 
 class BatteryError(SimulationError):
-    """A robot ran flat outside its charging zone."""
+    """Raised when a robot runs flat outside its charging zone."""
 
 
 class StudyError(WarehouseError):
-    """A study that cannot be run, stored or read."""
+    """Raised for a study that cannot be run, stored or read."""
 
 
 class ReportError(WarehouseError):
-    """A report, replay, figure or export that cannot be made."""
+    """Raised when a report, replay, figure or export cannot be made."""
 
 
 class NoIndicatorError(ReportError, KeyError):

@@ -35,26 +35,36 @@ if TYPE_CHECKING:
 @click.argument("model", type=AtPath())
 @with_vary
 @click.option(
-    "--indicator", required=True, shell_complete=indicators, metavar="NAME", help="The indicator to compare, such as T."
+    "--indicator",
+    required=True,
+    shell_complete=indicators,
+    metavar="NAME",
+    help="Indicator to compare designs by, such as T.",
 )
-@click.option("--target", help="What must be met besides, such as 'on_time >= 95 %'.")
-@click.option("--place-chargers", type=click.IntRange(1), metavar="K", help="Search K nodes for a charger at each.")
-@click.option("--directions", is_flag=True, help="Search which way aisles lead.")
+@click.option("--target", help="Target that the best design must also meet, such as 'on_time >= 95 %'.")
+@click.option(
+    "--place-chargers",
+    type=click.IntRange(1),
+    metavar="K",
+    help="Search for the best K nodes to place chargers at, one each.",
+)
+@click.option("--directions", is_flag=True, help="Search for the best directions of aisles.")
 @click.option(
     "--runs",
     type=click.IntRange(1, MOST_RUNS),
     default=SEARCH_RUNS,
     show_default=True,
-    help="The most runs of a search.",
+    help="Maximum number of runs of a search.",
 )
 @click.option(
     "--delta",
     metavar="AMOUNT",
-    help="Indifference zone: a difference that does not matter, such as 5, 5s or 1%.  [default: 1 % of the first mean]",
+    help="Indifference zone: the largest difference that does not matter, such as 5, 5s or 1%.  "
+    "[default: 1 % of the first mean]",
 )
-@click.option("--minimise", "sense", flag_value="minimise", help="The smallest mean is best (default for T, S, ...).")
-@click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
-@click.option("--page", metavar="FILE", help="Write the page of a search: the answer, and all designs tried.")
+@click.option("--minimise", "sense", flag_value="minimise", help="Prefer small values (default for T, S, ...).")
+@click.option("--maximise", "sense", flag_value="maximise", help="Prefer large values.")
+@click.option("--page", metavar="FILE", help="Write a page about the search: the answer, and all designs tried.")
 @with_json()
 @with_overrides
 @with_search("confidence", "seed", first=RACED[0], cap=RACED[1])
@@ -73,14 +83,14 @@ def command(
     directions: bool,
     as_json: bool,
 ) -> None:
-    """Find the best design: of MODEL with what `--vary` says, or of a study file or folder.
+    """Find the best of the designs of MODEL that --vary describes, or of those in a study file or folder.
 
-    Where each design can have ten of the --runs, all of them race, and those that are clearly worse drop out early (KN:
-    Kim & Nelson 2001). Of more designs, or with --target, --place-chargers or --directions, four fifths of the runs
-    search; the last fifth judges the best on fresh days. Exit status 3: no design was shown to meet the target. A study
-    keeps its own confidence and seed by default. Examples: desim best models/multibots.yaml --vary fleet.size=1..6
-    --set 'tasks.goods={random: 20}' --indicator cost --delta 50; desim best w.yaml --indicator annual_cost
-    --target "on_time >= 95 %" --vary fleet.size=4..14 --place-chargers 3 --directions
+    If --runs allows ten runs for each design, all designs race, and those that are clearly worse drop out early (KN:
+    Kim & Nelson 2001). With more designs, or with --target, --place-chargers or --directions, four fifths of the runs
+    search, and the last fifth judges the best designs on new days. Exit status 3: no design was shown to meet the
+    target. For a study, confidence and seed default to those of the study. Examples: desim best models/multibots.yaml
+    --vary fleet.size=1..6 --set 'tasks.goods={random: 20}' --indicator cost --delta 50; desim best w.yaml --indicator
+    annual_cost --target "on_time >= 95 %" --vary fleet.size=4..14 --place-chargers 3 --directions
     """
     more = None if sense is None else sense == "maximise"
     factors = read_vary(vary)

@@ -13,19 +13,22 @@ from desim_warehouse.values.dates import Slashes
 
 @click.command("calibrate")
 @click.argument("logs", type=AtPath(), nargs=-1, required=True, metavar="LOG...")
-@click.option("--model", required=True, metavar="PLANT", help="The model file of the plant.")
-@click.option("--orders", metavar="ORDERS", help="A file that desim orders wrote: demand is taken from it as it is.")
+@click.option("--model", required=True, metavar="PLANT", help="Model file of the plant.")
+@click.option("--orders", metavar="ORDERS", help="Orders written by desim orders, to be used as the demand unchanged.")
 @click.option(
-    "--out", required=True, metavar="FILE", help="The calibrated model file; FILE.ranges.yaml goes beside it."
+    "--out",
+    required=True,
+    metavar="FILE",
+    help="Calibrated model file to write; the ranges are written to FILE.ranges.yaml.",
 )
 @with_dates
 @with_force
 def command(
     logs: tuple[str, ...], model: str, orders: str | None, out: str, dates: Slashes | None, force: bool
 ) -> None:
-    """Estimate the figures of PLANT from the LOGs of its real fleet, a day each.
+    """Estimate the parameters of PLANT from one or more LOGs of its real fleet, each of one day.
 
-    A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
+    A LOG is a file of VDA 5050 state messages (JSON lines), a file of trips (CSV), or the folder of a run.
     """
     from desim_warehouse.answer import numbers, words
     from desim_warehouse.cli.tables import sheet, show

@@ -23,12 +23,14 @@ if TYPE_CHECKING:
 @click.command("check")
 @click.argument("model", type=AtPath())
 @with_overrides
-@click.option("--details", is_flag=True, help="Add the numbers behind it: floor, parts of a task, energy, rings.")
+@click.option(
+    "--details", is_flag=True, help="Add the figures behind the estimate: floor, parts of a task, energy, rings."
+)
 @with_json("verdict, findings, answer, quick estimate")
 def command(model: str, assignments: tuple[str, ...], details: bool, as_json: bool) -> None:
-    """Check MODEL: the file, its layout, and what a quick estimate shows before a run.
+    """Check MODEL, both the file and its layout, and make a quick estimate of what it can do.
 
-    Errors would be refused by `desim run`: exit status 2.
+    Exit status 2: there are errors, with which `desim run` would refuse the model.
     """
     from desim_warehouse.cli.waiting import Waiting
     from desim_warehouse.questions.check import check

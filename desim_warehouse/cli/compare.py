@@ -19,10 +19,16 @@ from desim_warehouse.cli.study_options import read_assignments
     "--baseline",
     multiple=True,
     metavar="KEY=VALUE",
-    help="Compare with designs with this value, such as fleet.size=3, all else equal; may be repeated. Default: the "
-    "study's baseline.",
+    help="Compare each design with the design that has this value, such as fleet.size=3, all else equal; may be "
+    "repeated.  [default: the baseline of the study]",
 )
-@click.option("--method", type=click.Choice(["bonferroni", "holm"]), default="bonferroni", show_default=True)
+@click.option(
+    "--method",
+    type=click.Choice(["bonferroni", "holm"]),
+    default="bonferroni",
+    show_default=True,
+    help="Correction for multiple comparisons.",
+)
 @with_json()
 def command(
     folder: str,
@@ -32,7 +38,7 @@ def command(
     *,
     as_json: bool,
 ) -> None:
-    """Compare the designs of a study FOLDER with its baseline, under common random numbers."""
+    """Compare the designs of the study in FOLDER with its baseline, under common random numbers."""
     from desim_warehouse.questions import compare_words
     from desim_warehouse.questions.study import Results
 

@@ -10,11 +10,21 @@ from desim_warehouse.cli.options import load_model, with_overrides
 
 @click.command("draw")
 @click.argument("model", type=AtPath())
-@click.option("-o", "--out", "output", default="floor.svg", show_default=True, metavar="FILE", help="PNG, SVG or PDF.")
-@click.option("--names", is_flag=True, help="Also the names of storage places (layout.storage_names), or numbers.")
+@click.option(
+    "-o",
+    "--out",
+    "output",
+    default="floor.svg",
+    show_default=True,
+    metavar="FILE",
+    help="The drawing to write: PNG, SVG or PDF, by the extension.",
+)
+@click.option(
+    "--names", is_flag=True, help="Label storage places, too, with their names (layout.storage_names) or numbers."
+)
 @with_overrides
 def command(model: str, output: str, names: bool, assignments: tuple[str, ...]) -> None:
-    """Draw the floor of MODEL: names, directions, chargers, stations, storage places. Nothing is simulated."""
+    """Draw the floor of MODEL with names, directions, chargers, stations and storage places, without simulating."""
     from desim_warehouse.plot.floor import save
 
     save(load_model(model, assignments), output, names=names)

@@ -19,7 +19,7 @@ _RUN = {
     "csv": ("csv", "a folder of tables"),
     "parquet": ("parquet", "a folder of tables"),
     "trace": ("trace.json", "one file for ui.perfetto.dev or chrome://tracing"),
-    "vda5050": ("states.jsonl", "state messages of VDA 5050, one a line"),
+    "vda5050": ("states.jsonl", "VDA 5050 state messages, one per line"),
 }
 """Formats of a run: the name of what is written, and what it is."""
 _MODEL = {
@@ -44,16 +44,26 @@ def _listed(formats: Mapping[str, tuple[str, str]]) -> str:
     "form",
     type=click.Choice(list(dict.fromkeys([*_RUN, *_MODEL]))),
     required=True,
-    help=f"Of a run: {_listed(_RUN)}. Of a model: {_listed(_MODEL)}.",
+    help=f"File format. For a run: {_listed(_RUN)}. For a model: {_listed(_MODEL)}.",
 )
-@click.option("-o", "--out", metavar="PATH", help="Default: by the format, in the run's folder or beside the model.")
-@click.option("--noise", type=click.FloatRange(0), default=0.0, help="vda5050: standard deviation of positions.")
-@click.option("--gaps", type=click.FloatRange(0), default=0.0, help="vda5050: gaps for each robot and hour.")
+@click.option(
+    "-o",
+    "--out",
+    metavar="PATH",
+    help="File or folder to write.  [default: named after the format, in the run folder or beside the model]",
+)
+@click.option(
+    "--noise",
+    type=click.FloatRange(0),
+    default=0.0,
+    help="vda5050: standard deviation of the noise added to positions.",
+)
+@click.option("--gaps", type=click.FloatRange(0), default=0.0, help="vda5050: number of gaps per robot and hour.")
 @with_force
 def command(path: str, form: str, out: str | None, noise: float, gaps: float, force: bool) -> None:
-    """Write what is at PATH in an open format: a run (a folder from `desim run --out`), or the layout of a model.
+    """Export PATH in an open format: a run (a folder written by `desim run --out`), or the layout of a model file.
 
-    Of a layout, a table below its name says what of the model the format cannot hold.
+    For a layout, a table lists what the model contains but the format cannot represent.
     """
     from desim_warehouse.questions.run import load_run
     from desim_warehouse.report.export import export

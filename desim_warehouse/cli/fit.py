@@ -14,11 +14,11 @@ from desim_warehouse.folders import ANSWER, refuse_theirs
 
 @click.command("fit")
 @click.argument("file", type=AtPath())
-@click.option("--column", required=True, help="The column with the times.")
-@click.option("--unit", default="s", show_default=True, help="What the times are in, for words and figure.")
-@click.option("--out", metavar="DIR", help="For the figure: fit.png and fit.svg.")
+@click.option("--column", required=True, help="Column with the times.")
+@click.option("--unit", default="s", show_default=True, help="Unit of the times, for the text and the figure.")
+@click.option("--out", metavar="DIR", help="Folder to write the figure to, as fit.png and fit.svg.")
 def command(file: str, column: str, unit: str, out: str | None) -> None:
-    """Propose a distribution for the measured times in a column of FILE (CSV).
+    """Fit distributions to the measured times in a column of FILE (CSV), and propose one.
 
     Example: desim fit picks.csv --column load_s --out out/fit
     """

@@ -12,10 +12,10 @@ from desim_warehouse.cli.options import with_force, write_files
 from desim_warehouse.cli.tables import show_remarks
 from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
 
-_HELP = f"""Make a model of FILE, a layout of another program.
+_HELP = f"""Convert FILE, a layout from another program, into a model.
 
-It may be {titles(FORMATS)}. A table says what could not be carried over, what is unreachable, and what is assumed, as
-the file does not say it.
+FILE may be {titles(FORMATS)}. A table lists what could not be converted, what is unreachable, and what is assumed
+because the file does not specify it.
 """
 
 
@@ -28,45 +28,49 @@ the file does not say it.
     "operations",
     multiple=True,
     metavar="NAME=WHAT",
-    help="What robots do at locations with an operation, such as 'Pack=unload': load, unload, charge, park or none; "
-    "may be repeated.  [default: as its name sounds]",
+    help="What robots do at locations with this operation: load, unload, charge, park or none, such as "
+    "'Pack=unload'; may be repeated.  [default: guessed from its name]",
 )
 @click.option(
-    "--fleet", "robots", type=click.IntRange(min=1), metavar="N", help="Number of robots.  [default: as many as drawn]"
+    "--fleet",
+    "robots",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Number of robots.  [default: as many as FILE shows]",
 )
 @click.option(
-    "--robot", metavar="FILE", help="YAML file with the sections robot and battery of a model.  [default: assumed]"
+    "--robot", metavar="FILE", help="YAML file with the model sections robot and battery.  [default: typical values]"
 )
-@click.option("--tasks", metavar="FILE", help=f"File with the tasks: {titles(TASK_FILES)}.")
+@click.option("--tasks", metavar="FILE", help=f"File with tasks: {titles(TASK_FILES)}.")
 @click.option(
-    "--layout", metavar="NAME", help=f"{names_with('layout')}: of several layouts or levels in FILE, the one to read."
+    "--layout", metavar="NAME", help=f"{names_with('layout')}: the layout or level to read, if FILE has several."
 )
 @click.option(
     "--vehicle-type",
     metavar="NAME",
-    help=f"{names_with('vehicle_type')}: whose nodes and edges.  [default: the type with most edges]",
+    help=f"{names_with('vehicle_type')}: the type whose nodes and edges are read.  [default: the one with most edges]",
 )
 @click.option(
     "--graph",
     type=click.IntRange(min=0),
     metavar="N",
-    help=f"{names_with('graph')}: graph_idx.  [default: of most lanes]",
+    help=f"{names_with('graph')}: the graph_idx to read.  [default: the graph with most lanes]",
 )
-@click.option("--two-way", is_flag=True, default=None, help=f"{names_with('two_way')}: every edge leads both ways.")
+@click.option("--two-way", is_flag=True, default=None, help=f"{names_with('two_way')}: make every edge two-way.")
 @click.option(
     "--cell",
     type=click.FloatRange(0.01, 1000),
     metavar="METRES",
-    help=f"{names_with('cell')}: side of a cell.  [default: 1]",
+    help=f"{names_with('cell')}: side length of a cell.  [default: 1]",
 )
 @click.option(
     "--lanes",
     multiple=True,
     metavar="LAYER",
-    help=f"{names_with('lanes')}: a layer whose lines are lanes; may be repeated.  [default: by its name]",
+    help=f"{names_with('lanes')}: a layer whose lines are lanes; may be repeated.  [default: guessed from its name]",
 )
 @click.option(
-    "--strict", is_flag=True, default=None, help=f"{names_with('strict')}: refuse what is not as the format says."
+    "--strict", is_flag=True, default=None, help=f"{names_with('strict')}: refuse files that violate the format."
 )
 def command(
     file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None, **others: Any

@@ -29,47 +29,60 @@ _OTHERS = ("file", "like", "schema", "force")
     default="60x40",
     show_default=True,
     metavar="WxH",
-    help="The floor, or each of them, width x height: metres, or as 200x130ft.",
+    help="Width x height of each floor, in metres or with a unit, such as 200x130ft.",
 )
 @click.option(
     "--orders",
     default="200/h",
     show_default=True,
     metavar="RATE",
-    help="Orders that come, as 200/h, or 1600/d: all of a day, in its hours.",
+    help="Order rate, such as 200/h, or 1600/d for a whole day's orders within its opening hours.",
 )
-@click.option("--floors", type=int, metavar="N", help="Floors of this size, one above the other.  [default: 1]")
-@click.option("--lifts", type=int, metavar="N", help=f"Lifts between floors.  [default: {_WORKED_OUT}]")
-@click.option("--aisles", type=int, metavar="N", help="Aisles side by side.  [default: as many as fit]")
-@click.option("--stations", type=int, metavar="N", help="Packing stations.  [default: as many as the orders need]")
-@click.option("--robots", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
-@click.option("--chargers", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
+@click.option("--floors", type=int, metavar="N", help="Number of floors, one above the other.  [default: 1]")
+@click.option("--lifts", type=int, metavar="N", help=f"Number of lifts between floors.  [default: {_WORKED_OUT}]")
+@click.option("--aisles", type=int, metavar="N", help="Number of parallel aisles.  [default: as many as fit]")
+@click.option(
+    "--stations", type=int, metavar="N", help="Number of packing stations.  [default: as many as the orders need]"
+)
+@click.option("--robots", type=int, metavar="N", help=f"Number of robots.  [default: {_WORKED_OUT}]")
+@click.option("--chargers", type=int, metavar="N", help=f"Number of chargers.  [default: {_WORKED_OUT}]")
 @click.option(
     "--due",
     type=TimeIn("min", most=120),
     default="15min",
     show_default=True,
     metavar="TIME",
-    help="Time from an order to its due time; a plain number is in minutes.",
+    help="Time from the arrival of an order until it is due; a plain number is in minutes.",
 )
 @click.option(
     "--shifts",
     metavar="FROM-TO",
-    help="When people work and orders come, such as 06-22, 6am-10pm or 22-06.  [default: always]",
+    help="Hours in which people work and orders arrive, such as 06-22, 6am-10pm or 22-06.  [default: always]",
 )
-@click.option("--peak", metavar="FROM-TOxTIMES", help="When most orders come, such as 11:30-13x1.6.")
-@click.option("--packers", metavar="N", help="People who pack, in all stations; auto: as many as are needed.")
-@click.option("--inbound", metavar="RATE", help="Loads put away, such as 60/h.  [default: none]")
-@click.option("--like", type=click.Choice(list(gallery())), help="A whole warehouse of the gallery, instead of words.")
-@click.option("--schema", is_flag=True, help="Write the schema beside it, by which editors complete and check keys.")
+@click.option(
+    "--peak",
+    metavar="FROM-TOxTIMES",
+    help="Hours with more orders, and how many times as many, such as 11:30-13x1.6.",
+)
+@click.option(
+    "--packers", metavar="N", help="Number of people who pack, over all stations; auto: as many as are needed."
+)
+@click.option("--inbound", metavar="RATE", help="Rate of loads to put away, such as 60/h.  [default: none]")
+@click.option(
+    "--like",
+    type=click.Choice(list(gallery())),
+    help="Copy a complete warehouse from the gallery instead of drafting one.",
+)
+@click.option("--schema", is_flag=True, help="Also write the JSON Schema, with which editors complete and check keys.")
 @with_force
 @click.pass_context
 def command(
     context: click.Context, /, file: str | None, *, like: str | None, schema: bool, force: bool, **wishes: Any
 ) -> None:
-    """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
+    """Write a commented model FILE from a few options, ready for `check`, `draw`, `run` and `plan`.
 
-    Without FILE it asks. Example: desim new w.yaml --size 70x45 --orders 420/h --shifts 06-22 --peak 11:30-13x1.6
+    Without FILE, the command asks for the options. Example: desim new w.yaml --size 70x45 --orders 420/h --shifts
+    06-22 --peak 11:30-13x1.6
     """
     from desim_warehouse.draft import draft
 

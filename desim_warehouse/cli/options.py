@@ -25,7 +25,7 @@ _set = click.option(
     shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=VALUE",
-    help="Change a key of the model, such as fleet.size=3 or tasks.goods=[11,8]; may be repeated.",
+    help="Set a key of the model, such as fleet.size=3 or tasks.goods=[11,8]; may be repeated.",
 )
 _unset = click.option(
     "--unset",
@@ -33,7 +33,7 @@ _unset = click.option(
     shell_complete=keys_then(""),
     multiple=True,
     metavar="KEY",
-    help="Remove a key of the model, such as tasks.goods, as if the file did not have it; may be repeated.",
+    help="Remove a key from the model, such as tasks.goods, as if it were not in the file; may be repeated.",
 )
 _accept = click.option(
     "--accept",
@@ -41,17 +41,17 @@ _accept = click.option(
     multiple=True,
     type=click.Choice(get_args(Acceptable)),
     metavar="CODE",
-    help="Simulate despite this error of `desim check`; may be repeated. The same as --set accept=[CODE, ...].",
+    help="Simulate despite this error found by `desim check`; may be repeated. Short for --set accept=[CODE, ...].",
 )
 with_seed = click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random number streams."
 )
 with_confidence = click.option(
     "--confidence",
     type=click.FloatRange(0, 1, min_open=True, max_open=True),
     default=0.95,
     show_default=True,
-    help="Confidence of intervals and verdicts.",
+    help="Confidence level of intervals and verdicts.",
 )
 with_indicator = click.option(
     "--indicator",
@@ -59,12 +59,14 @@ with_indicator = click.option(
     shell_complete=indicators,
     multiple=True,
     metavar="NAME",
-    help="What to look at, or all; may be repeated.  [default: what such runs are judged by]",
+    help="An indicator to show, or all; may be repeated.  [default: the usual ones for this kind of model]",
 )
 with_dates = click.option(
-    "--dates", type=click.Choice(["us", "uk"]), help="How 03/02/2026 is meant: March 2, or 3 February."
+    "--dates",
+    type=click.Choice(["us", "uk"]),
+    help="How to read a date such as 03/02/2026: us, March 2; uk, 3 February.",
 )
-with_force = click.option("--force", is_flag=True, help="Overwrite files that are there.")
+with_force = click.option("--force", is_flag=True, help="Overwrite existing files.")
 
 
 def with_overrides(command: F) -> F:

@@ -17,32 +17,39 @@ if TYPE_CHECKING:
 
 @click.command("orders")
 @click.argument("file", type=AtPath())
-@click.option("--model", required=True, metavar="MODEL", help="Whose places the orders name.")
-@click.option("--out", metavar="PATH", help="The orders for the model: Parquet, or CSV by its name.")
+@click.option("--model", required=True, metavar="MODEL", help="Model file with the places that the orders name.")
+@click.option(
+    "--out", metavar="PATH", help="File to write the orders to, for the model: Parquet, or CSV if it ends in .csv."
+)
 @with_force
 @click.option(
     "--map",
     "columns",
     multiple=True,
     metavar="OURS=THEIRS",
-    help="What FILE calls a column, such as 'release=Created'; may be repeated.  [default: by common headings]",
+    help="Heading that FILE uses for a column, such as 'release=Created'; may be repeated.  [default: common headings]",
 )
-@click.option("--sheet", metavar="NAME", help="Of an Excel file.  [default: the first]")
+@click.option("--sheet", metavar="NAME", help="Sheet of an Excel file to read.  [default: the first]")
 @with_dates
 @click.option(
-    "--quantity", type=click.Choice(["tasks", "pieces"]), help="What quantities count.  [default: pieces of a load]"
+    "--quantity",
+    type=click.Choice(["tasks", "pieces"]),
+    help="What the quantities in FILE count.  [default: pieces on one load]",
 )
 @click.option(
-    "--pieces-per-load", type=click.IntRange(min=1), metavar="N", help="Pieces that fit on a load.  [default: any]"
+    "--pieces-per-load",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Largest number of pieces on one load.  [default: no limit]",
 )
-@click.option("--skip-bad", is_flag=True, help="Leave out rows with problems; they are written beside --out.")
+@click.option("--skip-bad", is_flag=True, help="Skip rows with problems, and list them in a file beside --out.")
 def command(
     file: str, model: str, out: str | None, force: bool, columns: tuple[str, ...], skip_bad: bool, **settings: Any
 ) -> None:
-    """Read a day of orders from a WMS or ERP: FILE in CSV, Excel or Parquet, checked against the places of MODEL.
+    """Read one day of orders exported from a WMS or ERP, and check it against the places of MODEL.
 
-    Says what is in it, and what was assumed; what is wrong with it is summed up by kind. Example: desim orders day.csv
-    --model w.yaml --out orders.parquet
+    FILE is CSV, Excel or Parquet. The command summarises the orders, states its assumptions, and lists problems by
+    kind. Example: desim orders day.csv --model w.yaml --out orders.parquet
     """
     from desim_warehouse.orders.day import files, order_day, write
 

@@ -30,20 +30,22 @@ _RUNS = 5
 
 @click.command("orient")
 @click.argument("model", type=AtPath())
-@click.option("-o", "--out", "file", required=True, metavar="FILE", help="The model file to write.")
+@click.option("-o", "--out", "file", required=True, metavar="FILE", help="Model file to write.")
 @click.option(
     "--indicator",
     shell_complete=indicators,
     metavar="NAME",
-    help="Search by simulation: what should be best, such as on_time.",
+    help="Search by simulation for the directions that are best in this indicator, such as on_time.",
 )
 @click.option(
-    "--prefer", is_flag=True, help="Try two-way lanes that prefer these directions, too; write what does best."
+    "--prefer",
+    is_flag=True,
+    help="Also try two-way lanes that prefer a direction, and write the floor that performs best.",
 )
 @click.option(
     "--runs",
     type=click.IntRange(0),
-    help=f"The most runs in all.  [default: {_RUNS} for each floor compared; with --indicator {SEARCH_RUNS}]",
+    help=f"Maximum number of runs.  [default: {_RUNS} for each floor compared; with --indicator {SEARCH_RUNS}]",
 )
 @with_search("seed", out="--study")
 @with_force
@@ -56,17 +58,17 @@ def command(
     prefer: bool,
     force: bool,
 ) -> None:
-    """Make the two-way lanes of MODEL one-way where the floor stays connected, or search better directions.
+    """Make two-way lanes of MODEL one-way wherever the floor stays connected, or search for better directions.
 
-    Without --indicator: parallel aisles alternate at first; then aisles and lanes are turned as long as that shortens
-    the mean trip between goods and stations. Bridges stay two-way. Says how much longer trips are, and by paired runs
-    which of the two floors does better. With --prefer the floor that does best is written: two-way lanes as they are
-    (then nothing is), one-way ones, or two-way ones that count 1.5 or 2 times when they are driven the other way
-    (against), bridges as they are.
+    Without --indicator, parallel aisles alternate at first; then aisles and lanes are reversed as long as that shortens
+    the mean trip between goods and stations. Bridges stay two-way. The command reports how much longer trips become
+    and, from paired runs, which of the two floors performs better. With --prefer, the best of these floors is written:
+    lanes one-way; lanes two-way, but counting 1.5 or 2 times as long against the preferred direction (key against); or
+    lanes as they are, in which case nothing is written. Bridges stay as they are.
 
-    With --indicator, aisles that are drawn one-way may be turned, too, and two-way ones become one-way or prefer a
-    direction. A search simulates the floors, and the best is compared with the floor as drawn in runs that the search
-    did not use, also with other fleets and demands. Exit status 3: nothing better was found, and nothing is written.
+    With --indicator, one-way aisles may be reversed, too, and two-way aisles may become one-way or prefer a direction.
+    The search simulates the floors; the best is then compared with the original floor in runs that the search did not
+    use, also with other fleets and demands. Exit status 3: nothing better was found, and nothing is written.
     Example: desim orient w.yaml -o turned.yaml --indicator throughput_per_hour
     """
     if indicator is not None:

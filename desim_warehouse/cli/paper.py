@@ -11,10 +11,16 @@ if TYPE_CHECKING:
 
 
 @click.command("paper")
-@click.option("--study", default="studies/paper.yaml", show_default=True, help="The study with the 30 cells.")
-@click.option("--out", default="reports/out/paper", show_default=True, metavar="DIR", help="For table and figures.")
+@click.option("--study", default="studies/paper.yaml", show_default=True, help="Study file with the 30 cells.")
+@click.option(
+    "--out",
+    default="reports/out/paper",
+    show_default=True,
+    metavar="DIR",
+    help="Folder to write the table and the figures to.",
+)
 def command(study: str, out: str) -> None:
-    """Run the paper's experiment: T, S, C of 1 to 6 robots and 5 goods groups, beside the paper's figures.
+    """Repeat the paper's experiment: T, S and C of 1 to 6 robots and 5 goods groups, beside the published figures.
 
     Writes paper.csv, paper.parquet and figure_6, figure_7, figure_8 (PNG and SVG).
     """

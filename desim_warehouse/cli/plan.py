@@ -47,54 +47,63 @@ ALL_YEAR = 8760.0
     required=True,
     multiple=True,
     metavar="TARGET",
-    help="What is to be met, such as 'on_time >= 95 %'; may be repeated: a fleet has to meet all.",
+    help="Target, such as 'on_time >= 95 %'; may be repeated, and a fleet then has to meet all targets.",
 )
 @click.option(
     "--growth",
     metavar="AMOUNT",
-    help="Also with more demand: 30% more, or 1.3 times as much; 20%/year with --years.",
+    help="Plan for more demand, too: 30% for 30 % more, 1.3 for 1.3 times as much; with --years, such as 20%/year.",
 )
 @click.option(
     "--option",
     "options",
     multiple=True,
     metavar="NAME: WHAT",
-    help="An option, such as 'A: fleet.robot.speed=1.5; prices.robot=6000' or 'B: other.yaml', or a file of them: each "
-    "is planned, and the cheapest are compared. May be repeated.",
+    help="An option to consider, such as 'A: fleet.robot.speed=1.5; prices.robot=6000' or 'B: other.yaml', or a file "
+    "that lists options; may be repeated. Each option is planned, and the cheapest are compared.",
 )
-@click.option("--years", type=click.IntRange(1, MOST_YEARS), help="Years after today that are planned.")
+@click.option("--years", type=click.IntRange(1, MOST_YEARS), help="Number of years to plan for after today.")
 @with_vary
-@click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by estimate]")
 @click.option(
-    "--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by estimate]"
+    "--robots", metavar="VALUES", help="Numbers of robots to consider, such as 1..20.  [default: by a quick estimate]"
+)
+@click.option(
+    "--chargers",
+    metavar="VALUES",
+    help="Numbers of chargers to consider, such as 1..8.  [default: by a quick estimate]",
 )
 @click.option(
     "--packers",
     metavar="STATION[=VALUES]",
-    help="Who could work at each node of a station, such as packing=1..4.  [default: as in the model]",
+    help="Numbers of people to consider at each node of a station, such as packing=1..4.  [default: as in the model]",
 )
 @click.option(
     "--pickers",
     metavar="VALUES",
-    help="People who could walk to robots, such as 3..9; auto: by estimate.  [default: as in the model]",
+    help="Numbers of pickers on foot to consider, such as 3..9; auto: by a quick estimate.  [default: as in the model]",
 )
 @click.option(
     "--price-robot",
     type=click.FloatRange(0),
-    help="A robot per year, instead of the model's prices.robot: with prices the cheapest are sought, not the fewest.",
+    help="Annual cost of a robot, instead of prices.robot; with prices, the cheapest fleet is sought, not the "
+    "smallest.",
 )
-@click.option("--price-charger", type=click.FloatRange(0), help="A charger per year, instead of prices.charger.")
-@click.option("--zone", metavar="AMOUNT", help="Indifference zone.  [default: 1 % for shares, or of the target]")
+@click.option("--price-charger", type=click.FloatRange(0), help="Annual cost of a charger, instead of prices.charger.")
 @click.option(
-    "--runs", type=click.IntRange(1, MOST_RUNS), default=PLAN_RUNS, show_default=True, help="The most that may be done."
+    "--zone",
+    metavar="AMOUNT",
+    help="Indifference zone around the target.  [default: 1 % for shares, otherwise 1 % of the target]",
+)
+@click.option(
+    "--runs", type=click.IntRange(1, MOST_RUNS), default=PLAN_RUNS, show_default=True, help="Maximum number of runs."
 )
 @click.option(
     "--uncertain",
     shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=LOW..HIGH|FILE",
-    help="What is not known exactly, or the ranges that desim calibrate wrote: up to where is the fleet enough?  "
-    "[in at most 60 runs each]",
+    help="Range of an input that is not known exactly, or a file of ranges written by desim calibrate: find up to "
+    "which value the fleet is enough, in at most 60 runs for each input.",
 )
 @with_json()
 @with_overrides
@@ -118,11 +127,11 @@ def command(  # as long as its options are many
     assignments: tuple[str, ...],
     search: Search,
 ) -> None:
-    """Find how many robots, chargers and people MODEL needs, today and later, with which strategy, and what limits it.
+    """Find how many robots, chargers and people MODEL needs, today and later, with which strategy, and what is scarce.
 
-    `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. With `--uncertain` each
-    input is then varied within its range: up to where the fleet of the plan is enough, by runs on both sides. Exit
-    status 3: no fleet was shown to be enough, or --runs ended before an answer.
+    The strategies nearest, hungarian and earliest-due are tried, or those in --vary. With --uncertain, each input is
+    then varied within its range to find up to which value the planned fleet is enough, with runs on both sides of it.
+    Exit status 3: no fleet was shown to be enough, or --runs were used up before there was an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.model.guesses import guesses

@@ -13,9 +13,9 @@ from desim_warehouse.policies.catalogue import OURS, find, parameters_of, source
 
 
 @click.command("policies")
-@click.option("--doc", "name", metavar="NAME", help="Show one policy: its rule, its source and its code.")
+@click.option("--doc", "name", metavar="NAME", help="Show one policy in detail: its rule, its source and its code.")
 def command(name: str | None) -> None:
-    """List all policies with their parameters and one line each."""
+    """List all policies with a summary and their parameters, or show one in detail."""
     if name is None:
         for kind, policies in OURS.items():
             click.echo(f"policies.{kind}:")

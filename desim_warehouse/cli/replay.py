@@ -26,18 +26,23 @@ if TYPE_CHECKING:
 @click.option(
     "--beside",
     metavar="MODEL|RUN_DIR",
-    help="Another run, shown next to it on the same clock; --set and --accept change only MODEL.",
+    help="Another run to show side by side on the same clock; --set and --accept change only MODEL.",
 )
 @click.option(
-    "--from", "start", metavar="TIME", help="First moment shown, such as 20min; a plain number is in the model's unit."
+    "--from",
+    "start",
+    metavar="TIME",
+    help="Time at which the replay begins, such as 20min; a plain number is in the time unit of the model.",
 )
-@click.option("--to", "end", metavar="TIME", help="Last moment shown, and simulated of a MODEL.")
+@click.option(
+    "--to", "end", metavar="TIME", help="Time at which the replay ends; a MODEL is simulated only up to then."
+)
 @click.option(
     "--palette",
     type=click.Choice(["safe", "paper"]),
     default="safe",
     show_default=True,
-    help="Colours safe for colour-blind people, or the paper's.",
+    help="Colours: safe for colour-blind people, or those of the paper.",
 )
 def command(
     source: str,
@@ -49,7 +54,7 @@ def command(
     end: str | None,
     palette: str,
 ) -> None:
-    """Write a page that plays a run in any browser, without a network: simulated from MODEL, or read from RUN_DIR."""
+    """Write a page that plays a run in any browser, offline: a new run of MODEL, or the run stored in RUN_DIR."""
 
     def until(model: Model) -> float | None:
         first, last = (_time(text, option, model.units) for text, option in ((start, "--from"), (end, "--to")))

@@ -14,20 +14,25 @@ from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 @click.argument("source", type=AtPath(), metavar="MODEL|DIR")
 @with_overrides
 @with_seed
-@click.option("-o", "--out", metavar="FILE", help="Default: report.html in DIR, of a MODEL in the working folder.")
+@click.option(
+    "-o",
+    "--out",
+    metavar="FILE",
+    help="The page to write.  [default: report.html, in DIR or, for a MODEL, in the working folder]",
+)
 @click.option(
     "--notebook",
     metavar="FILE",
-    help="Write a notebook for Jupyter, too: the runs of DIR as a pandas table, not yet run.",
+    help="Also write a Jupyter notebook, not yet executed, with the runs of DIR as a pandas table.",
 )
-@click.option("--replay", is_flag=True, help="Write a replay of one run beside the page, and link to it.")
+@click.option("--replay", is_flag=True, help="Also write a replay of one run beside the page, and link to it.")
 def command(
     source: str, assignments: tuple[str, ...], seed: int, out: str | None, notebook: str | None, replay: bool
 ) -> None:
-    """Write the report of a run of MODEL, simulated now, or of what a command wrote to DIR with --out.
+    """Write a report on a new run of MODEL, or on the run, study or answer that a command wrote to DIR with --out.
 
-    That is one self-contained page. Its first page has the question, the answer, one figure, and what a year costs if
-    the model has prices. No file of DIR is run as code. Print the page from a browser.
+    The report is one self-contained HTML page, to be printed from a browser. Its first sheet has the question, the
+    answer, one figure and, if the model has prices, the annual cost. No file in DIR is executed as code.
     """
     from desim_warehouse.report.write import report
 

@@ -29,9 +29,14 @@ from desim_warehouse.cli.warned import warn
 @with_overrides
 @with_seed
 @with_json("answer, indicators, verdicts, warnings, seed, version")
-@click.option("--timeout", type=TimeIn("s"), metavar="TIME", help="Time that it may take, in seconds or such as 5min.")
+@click.option(
+    "--timeout",
+    type=TimeIn("s"),
+    metavar="TIME",
+    help="Time limit for the run, in seconds or with a unit, such as 5min.",
+)
 @with_indicator
-@click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
+@click.option("--out", metavar="DIR", help="Folder to write the model, indicators, log and tables to.")
 def command(
     model: str,
     assignments: tuple[str, ...],

@@ -8,10 +8,12 @@ import click
 
 
 @click.command("schema")
-@click.option("--study", is_flag=True, help="That of study files.")
-@click.option("--answer", is_flag=True, help="That of answer.json, which --out and --json write.")
+@click.option("--study", is_flag=True, help="Print the schema of study files instead.")
+@click.option(
+    "--answer", is_flag=True, help="Print the schema of answers, as in answer.json and the output of --json, instead."
+)
 def command(study: bool, answer: bool) -> None:
-    """Print the JSON Schema of model files, or of study files or answers, for editors."""
+    """Print the JSON Schema of model files, study files or answers, for editors and other programs."""
     from desim_warehouse.answer.answer import Answer
     from desim_warehouse.study.file import schema
 

@@ -24,16 +24,25 @@ if TYPE_CHECKING:
     shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY[=VALUES]",
-    help="What the page offers, with values as in desim what-if; may be repeated.  [default: robots, chargers, demand "
-    "and dispatching]",
+    help="A key that the page lets you change, with values as in desim what-if; may be repeated.  [default: robots, "
+    "chargers, demand and dispatching]",
 )
-@click.option("--target", help="What designs should meet.  [default: on_time >= 95 % where tasks have due times]")
+@click.option("--target", help="Target for designs to meet.  [default: on_time >= 95 % if tasks have due times]")
 @with_overrides
-@click.option("--workers", default="auto", show_default=True, metavar="N|auto", help="Processes that simulate.")
-@click.option("--out", metavar="DIR", help="Study folder for all runs.  [default: one in the cache]")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="On 127.0.0.1.  [default: a free one]")
 @click.option(
-    "--embed", multiple=True, metavar="ORIGIN", help="A site that may show the page in a frame; may be repeated."
+    "--workers",
+    default="auto",
+    show_default=True,
+    metavar="N|auto",
+    help="Number of processes that simulate; auto: one for each processor.",
+)
+@click.option("--out", metavar="DIR", help="Folder to store all runs in.  [default: a folder in the cache]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on 127.0.0.1.  [default: a free port]")
+@click.option(
+    "--embed",
+    multiple=True,
+    metavar="ORIGIN",
+    help="Origin of a site that may embed the page in a frame; may be repeated.",
 )
 @click.option("--open/--no-open", "opens", default=True, show_default=True, help="Open the page in the browser.")
 def command(
@@ -47,7 +56,7 @@ def command(
     embed: tuple[str, ...],
     opens: bool,
 ) -> None:
-    """Open a live page on this machine: move sliders of MODEL and watch the answer firm up as runs come in.
+    """Open a live page on this machine: change MODEL with sliders, and watch the answer become more precise.
 
     Example: desim serve w.yaml --vary fleet.size=4..16 --vary policies.allocation
     """

@@ -31,27 +31,26 @@ MORE_MAY_BE_WORSE = ("traffic.most_out",)
     shell_complete=keys_then(""),
     default="fleet.size",
     show_default=True,
-    help="The key whose smallest value is sought.",
+    help="Key whose smallest sufficient value is sought.",
 )
 @click.option(
     "--range",
     "values",
     metavar="VALUES",
-    help="Its values, ascending, such as 1..60.  [default: of fleets, by estimate]",
+    help="Values of the key to consider, ascending, such as 1..60.  [default for fleet.size: by a quick estimate]",
 )
 @click.option(
     "--target",
     "targets",
     multiple=True,
-    help="The target, such as 'throughput_per_hour >= 220'; may be repeated.  [default: the largest "
-    "throughput_per_hour]",
+    help="Target, such as 'throughput_per_hour >= 220'; may be repeated.  [default: the largest throughput_per_hour]",
 )
 @click.option(
     "--search",
     "order",
     type=click.Choice(["bisection", "scan"]),
-    help="scan: every value from the first on, where more need not be better.  "
-    "[default: bisection; for traffic.most_out scan]",
+    help="Order in which values are tried; scan: all from the first on, for keys where more may be worse.  "
+    "[default: bisection; scan for traffic.most_out]",
 )
 @with_json()
 @with_overrides
@@ -68,9 +67,9 @@ def command(
 ) -> None:
     """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to meet it.
 
-    Without a target: the smallest value with which most is done, within 1 %. Examples: desim size MODEL --key
-    fleet.size --range 1..60 --target "throughput_per_hour >= 220"; desim size MODEL --key traffic.most_out --range
-    100..800..100
+    Without a target, find the smallest value whose throughput is within 1 % of the largest. Examples: desim size
+    MODEL --key fleet.size --range 1..60 --target "throughput_per_hour >= 220"; desim size MODEL --key traffic.most_out
+    --range 100..800..100
     """
     values = values or _estimated(model, key, assignments)
     varied = f"--range {values} --key"

@@ -49,7 +49,7 @@ def _share(context: click.Context, option: click.Parameter, text: str | None) ->
     "share",
     metavar="SHARE",
     callback=_share,
-    help="Instead of means show what this share of all runs stay below, such as 95%, with intervals.",
+    help="Show, instead of means, the values that this share of all runs stay below, such as 95%, with intervals.",
 )
 @with_page
 @with_json()
@@ -63,10 +63,10 @@ def command(
     *,
     as_json: bool,
 ) -> None:
-    """Run STUDY, a study file such as studies/paper.yaml, or resume the study of a folder.
+    """Run the study file STUDY, such as studies/paper.yaml, or resume the study in the folder STUDY.
 
-    Runs that are already in the folder are not repeated; those of another version are shown, or with --out
-    simulated anew. DIR/results.parquet has a row for each run.
+    Runs stored in the folder are not repeated. Runs made by another version are only shown; with --out, all are
+    simulated again. DIR/results.parquet has one row per run.
     """
     from desim_warehouse.questions.study import Study
 

@@ -34,11 +34,11 @@ with_vary = click.option(
     shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=VALUES",
-    help="What to vary: fleet.size=1..12, battery.threshold=2,3.5,5, or policies.charging=threshold,{name: ...}; "
-    "may be repeated: all combinations.",
+    help="A key and the values to try, such as fleet.size=1..12, battery.threshold=2,3.5,5 or "
+    "policies.charging=threshold,{name: ...}; if repeated, all combinations are tried.",
 )
 with_page = click.option(
-    "--page", metavar="FILE", help="Write a page in which sliders choose the design and two designs are compared."
+    "--page", metavar="FILE", help="Write a page with sliders that select a design, and with two designs side by side."
 )
 _STATED = ("confidence", "seed", "timeout")
 """What a study file may say of its search, too."""
@@ -62,16 +62,18 @@ _SEARCH: dict[str, Callable[[F], F]] = {
         default="auto",
         show_default=True,
         metavar="N|auto",
-        help="Processes on this machine, at most 256; auto: one for each processor, where it is worth it.",
+        help="Number of parallel processes, at most 256; auto: one for each processor if that saves time.",
     ),
     "cluster": click.option(
-        "--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."
+        "--cluster",
+        metavar="ADDRESS",
+        help="Run on a Dask cluster: the address of its scheduler, such as tcp://10.0.0.1:8786, or local.",
     ),
     "timeout": click.option(
         "--timeout",
         type=TimeIn("s"),
         metavar="TIME",
-        help="Time that a run may take: seconds, or with a unit such as 5min.",
+        help="Time limit for each run, in seconds or with a unit, such as 5min.",
     ),
 }
 """A field of `Search`: the option that gives it."""
@@ -133,11 +135,13 @@ def with_search(
     options = [
         *looks,
         *(_SEARCH[name] for name in (*fields, "workers", "cluster", "timeout")),
-        click.option(out, "out", metavar="DIR", help="Study folder; runs that are already there are reused."),
+        click.option(
+            out, "out", metavar="DIR", help="Folder to store the study in; runs already stored there are reused."
+        ),
         click.option(
             "--no-cache",
             is_flag=True,
-            help=f"Without {out}, neither keep runs in the cache (DESIM_CACHE names its folder) nor reuse them.",
+            help=f"Without {out}, neither store runs in the cache (in the folder DESIM_CACHE) nor reuse them.",
         ),
         click.option("--quiet", is_flag=True, help="Do not show progress."),
     ]
@@ -172,8 +176,8 @@ def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
         return click.option(option, type=count, help=f"{text}  [default: {default}]")
 
     return [
-        looked("--first", first, "Replications of a design before anything is decided about it."),
-        looked("--cap", cap, "Most replications of a design."),
+        looked("--first", first, "Replications of a design before the first decision about it."),
+        looked("--cap", cap, "Maximum number of replications of a design."),
     ]
 
 

@@ -11,15 +11,30 @@ from desim_warehouse.values.dates import Slashes
 
 @click.command("validate")
 @click.argument("model", type=AtPath())
-@click.option("--against", "logs", multiple=True, required=True, metavar="LOG", help="A real day; may be repeated.")
-@click.option("--orders", multiple=True, metavar="ORDERS", help="The orders of that day, one file for each LOG.")
 @click.option(
-    "--runs", type=click.IntRange(39), default=40, show_default=True, help="Simulated days for each real one."
+    "--against", "logs", multiple=True, required=True, metavar="LOG", help="Log of a real day; may be repeated."
 )
-@click.option("--page", metavar="FILE", help="Write a page: the verdict, the real day over the simulated ones, lanes.")
+@click.option(
+    "--orders",
+    multiple=True,
+    metavar="ORDERS",
+    help="File with the orders of a real day; repeat it for each LOG, in the same order.",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(39),
+    default=40,
+    show_default=True,
+    help="Number of days to simulate for each real day.",
+)
+@click.option(
+    "--page",
+    metavar="FILE",
+    help="Write a page with the verdict, the real day among the simulated ones, and the lanes.",
+)
 @with_dates
 @with_overrides
-@with_json("verdict, p, bound, and of each measure the real and simulated means, and how far it lies out")
+@with_json("verdict, p, bound, and for each measure the real and simulated means and their distance")
 def command(
     model: str,
     logs: tuple[str, ...],
@@ -30,9 +45,9 @@ def command(
     assignments: tuple[str, ...],
     as_json: bool,
 ) -> None:
-    """Test MODEL against logs of real days: rank their figures among those of simulated days, all at once.
+    """Test MODEL against logs of real days: rank all measures of the real days jointly among those of simulated days.
 
-    A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
+    A LOG is a file of VDA 5050 state messages (JSON lines), a file of trips (CSV), or the folder of a run.
     """
     import json
 

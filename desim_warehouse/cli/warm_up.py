@@ -22,29 +22,29 @@ from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
     type=click.IntRange(1, MOST_REPLICATIONS),
     default=10,
     show_default=True,
-    help="Runs that are averaged.",
+    help="Number of runs to average.",
 )
 @click.option(
     "--observations",
     type=click.IntRange(min=1),
     default=200,
     show_default=True,
-    help="Intervals that a run is divided into.",
+    help="Number of intervals to divide each run into.",
 )
 @click.option(
     "--observe",
     type=click.Choice(["throughput", "cycle_time"]),
     default="throughput",
     show_default=True,
-    help="What is observed.",
+    help="Quantity to observe.",
 )
 @click.option(
     "--window",
     type=click.IntRange(min=1),
     metavar="W",
-    help="Of Welch's plot: observations on either side of a mean.  [default: three curves]",
+    help="Window of Welch's plot: observations on either side of each mean.  [default: three windows, one curve each]",
 )
-@click.option("--out", metavar="DIR", help="For the plots: warm-up and welch, as .png and .svg.")
+@click.option("--out", metavar="DIR", help="Folder to write the plots to: warm-up and welch, each as .png and .svg.")
 @with_seed
 def command(
     model: str,
@@ -56,7 +56,7 @@ def command(
     out: str | None,
     seed: int,
 ) -> None:
-    """Find how long lifelong MODEL takes to settle (MSER-5), for its key run.warm_up."""
+    """Find how long MODEL, which has no end, takes to warm up (MSER-5), as a value for its key run.warm_up."""
     from desim_warehouse.questions import input_words
     from desim_warehouse.study.warm_up import settle
 

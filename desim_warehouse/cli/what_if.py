@@ -30,22 +30,39 @@ if TYPE_CHECKING:
 @click.command("what-if")
 @click.argument("model", type=AtPath())
 @with_vary
-@click.option("--replications", default="1", show_default=True, help="Of each design, or with --until the first.")
+@click.option(
+    "--replications",
+    default="1",
+    show_default=True,
+    help="Replications of each design; with --until, how many to begin with.",
+)
 @click.option(
     "--until",
     shell_complete=indicators,
     metavar="NAME",
-    help="Replicate until the mean of this indicator is precise enough:",
+    help="Replicate until the mean of this indicator is as precise as --half-width says.",
 )
-@click.option("--half-width", help="... up to this share of the mean ...  [default: 5 %]")
 @click.option(
-    "--cap", type=click.IntRange(2, MOST_REPLICATIONS), help="... but not more often than this.  [default: 200]"
+    "--half-width",
+    help="Half-width of the confidence interval at which --until stops, as a share of the mean.  [default: 5 %]",
 )
-@click.option("--design", default="grid", show_default=True, help="grid or paired.")
 @click.option(
-    "--warm-up", type=click.Choice(["auto"]), help="Find run.warm_up of each design by five pilot runs of it (MSER-5)."
+    "--cap",
+    type=click.IntRange(2, MOST_REPLICATIONS),
+    help="Maximum number of replications with --until.  [default: 200]",
 )
-@click.option("--target", help="A target, such as 'on_time >= 95 %': table and report say which designs meet it.")
+@click.option(
+    "--design",
+    default="grid",
+    show_default=True,
+    help="How values are combined: grid, all with all; paired, the first with the first and so on.",
+)
+@click.option(
+    "--warm-up", type=click.Choice(["auto"]), help="Determine run.warm_up of each design from five pilot runs (MSER-5)."
+)
+@click.option(
+    "--target", help="Target, such as 'on_time >= 95 %': the table and the report show which designs meet it."
+)
 @with_indicator
 @with_page
 @with_json()
@@ -67,7 +84,7 @@ def command(  # as long as its options are many
     *,
     as_json: bool,
 ) -> None:
-    """What if MODEL were different? Run it with the values to vary, and show the indicators.
+    """Run MODEL with each of the values in --vary, and show how the indicators change.
 
     Example: desim what-if models/multibots.yaml --vary fleet.size=1..6 --set 'tasks.goods={random: 20}'
     --replications 20 --workers 2

@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     "--indicator",
     shell_complete=indicators,
     metavar="NAME",
-    help="What costs are counted in.  [default: throughput, cycle time or T]",
+    help="Indicator in which costs are measured.  [default: throughput, cycle time or T]",
 )
 @with_json()
 @with_overrides
 @with_search("confidence", "seed", first=RELIEVED[0], cap=RELIEVED[1])
 def command(source: str, indicator: str | None, as_json: bool, assignments: tuple[str, ...], search: Search) -> None:
-    """Find what holds a warehouse up, and what that costs: suspects are relieved one by one and simulated.
+    """Find the bottlenecks of a warehouse, and what each costs: suspects are relieved one by one, and simulated.
 
-    First of all it says what robots waited for in one run, each wait followed to its root.
-
-    Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
+    The answer begins with what robots waited for in one run, each wait traced to its root cause. Suspects come from the
+    breakdown of robots' time in a new run of MODEL, or in the run stored in RUN_DIR (with `log: all`).
+    Example: desim why w.yaml
     """
     from desim_warehouse.questions.run import Run as Done
     from desim_warehouse.questions.why import why

@@ -17,7 +17,7 @@ __all__ = ["read_log", "read_logs"]
 
 
 def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
-    """Return the log of a fleet: the folder of a run, a CSV file of trips, or messages of VDA 5050 as JSON lines.
+    """Read the log of a fleet from the folder of a run, a CSV file of trips, or VDA 5050 messages as JSON lines.
 
     `dates`: how 03/02/2026 is meant, "us" or "uk", where all dates may be meant in both ways.
 

@@ -62,14 +62,14 @@ _SHARE = 0.01
 
 @dataclass(frozen=True)
 class Calibration:
-    """Estimates of the figures of a model from the logs of its fleet.
+    """Estimates of model parameters from logs of the real fleet: the result of `calibrate`.
 
     Attributes:
         source: the model file.
-        base: its model.
-        estimates: for each key a value with interval and evidence, or why there is none.
-        overrides: what changes in the model, by dotted key.
-        notes: what is wrong with the logs, and where log and model disagree.
+        base: the model before calibration.
+        estimates: for each key, a value with interval and evidence, or the reason why there is none.
+        overrides: changes of the model by dotted key.
+        notes: problems of the logs, and disagreements between logs and model.
     """
 
     source: Path
@@ -129,13 +129,13 @@ def calibrate(
     orders: str | Path | None = None,
     dates: Slashes | None = None,
 ) -> Calibration:
-    """Estimate the figures of a model from the logs of its real fleet.
+    """Estimate the parameters of a model from logs of the real fleet.
 
     Args:
-        model: the model file; its layout must be that of the real floor, with the same names of nodes.
-        logs: a day each: messages of VDA 5050 as JSON lines, trips as CSV, or folders of runs.
-        orders: a plain table of orders that the calibrated model takes its demand from, as they are.
-        dates: how 03/02/2026 is meant in trips.
+        model: the model file, with the layout and the node names of the real floor.
+        logs: one per day: VDA 5050 messages as JSON lines, trips as CSV, or folders of runs.
+        orders: a plain table of orders, which becomes the demand of the calibrated model unchanged.
+        dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
 
     Returns:
         For each key a value with interval and evidence, in the units of the model; see `Calibration`.

@@ -112,7 +112,7 @@ class FleetLog:
     """Log of a fleet on one day: `table` is sorted by robot and time.
 
     Attributes:
-        name: of the file or folder.
+        name: name of the file or folder.
         table: time (s, from `begin`), robot, x, y, node (the last that was reached), driving, load, action (a code of
             `ACTIONS`), charge (per cent, nan: not said) and fault; robot and node are numbers of `robots`, `nodes`.
         begin: the first time stamp, in seconds since 1970, or 0 for a run.

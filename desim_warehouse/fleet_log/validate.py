@@ -62,17 +62,17 @@ class MeasureRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Validation:
-    """Result of testing a model against real days.
+    """The test of a model against real days: the result of `validate`.
 
     Attributes:
-        model: it.
-        days: the names of the logs.
-        names: of the measures that the logs have.
-        measures: these, which decide.
-        parts: of each day the instants between which its drops are counted.
-        drops: load units put down an hour in each part, for each day alone.
-        passed: how often robots came along each edge in an hour; None: the logs are of trips.
-        stood: how long robots stood on each edge in an hour; None: the logs are of trips.
+        model: the model that was tested.
+        days: names of the logs.
+        names: names of the measures that the logs provide.
+        measures: the measures, which decide the verdict.
+        parts: for each day, the instants between which drops are counted.
+        drops: load units put down per hour in each part of each day.
+        passed: number of passages of robots along each edge per hour; None: the logs are of trips.
+        stood: time that robots stood on each edge per hour; None: the logs are of trips.
         unlike: in words, where the robots or stations of a log are not those of the model. Every share of time differs
             then, so nothing else is looked at.
     """
@@ -108,7 +108,7 @@ class Validation:
 
     @property
     def outside(self) -> list[str]:
-        """Measures outside the simultaneous band, the farthest first."""
+        """The measures outside the simultaneous band, the farthest first."""
         return [row.name for row in sorted(self.rows(), key=lambda row: -abs(row.off)) if row.outside]
 
     def stood_longer(self) -> dict[str, tuple[float, float]]:
@@ -122,7 +122,7 @@ class Validation:
         return {">".join(edges[edge]): (float(real[edge]), float(simulated[edge])) for edge in worst}
 
     def days_for(self, name: str, error: float = _ERROR) -> int | None:
-        """Return how many days would show an error of this share in a measure, with a power of 80 %.
+        """Return the number of days needed to detect an error of this share in a measure with a power of 80 %.
 
         None: over 1,000.
         """
@@ -132,7 +132,7 @@ class Validation:
         return max(days, 1) if days <= _MOST else None
 
     def lines(self) -> list[str]:
-        """Return the verdict, with its power, and what to look at."""
+        """Return the verdict, its power, and measures to look at, as lines."""
         called = {name: MEASURES[name].meaning for name in self.names}
         days, runs, _ = self.measures.simulated.shape
         what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
@@ -166,17 +166,17 @@ def validate(
     runs: int = RUNS,
     dates: Slashes | None = None,
 ) -> Validation:
-    """Validate a model against real days: simulate each day many times, and test whether the real one stands out.
+    """Test a model against real days: simulate each day many times, and test whether the real day differs.
 
     Args:
         model: a model, or its file.
         logs: a day each, as for `calibrate`.
         orders: the orders of each day, one file for each log; none: those of the model.
-        runs: how often each day is simulated, at least 39.
-        dates: how 03/02/2026 is meant in trips.
+        runs: number of simulations of each day, at least 39.
+        dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
 
     Returns:
-        What real and simulated days have in common, and what not; see `Validation`.
+        The verdict, and how real and simulated days differ in each measure; see `Validation`.
 
     Raises:
         ReportError: fewer runs, not as many files of orders as logs, or logs that cannot be read.

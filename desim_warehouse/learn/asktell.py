@@ -12,7 +12,7 @@ from desim_warehouse.questions.run import Run
 
 
 class Decision:
-    """A pending decision: `robots` are free, `tasks` are open; answer with `assign` or by `steps.tell`."""
+    """A pending allocation decision: free `robots` and open `tasks`; answer it by `assign` or `steps.tell`."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation
@@ -39,7 +39,7 @@ class Decision:
 
 
 class Steps:
-    """The decisions of one run, in turn: `for decision in steps(model, seed): decision.assign(robot, task)`.
+    """The decisions of one run, one by one: `for decision in steps(model, seed): decision.assign(robot, task)`.
 
     After the last one `run` is the outcome. The model's allocation policy is not used; everything else happens
     as in the model. A robot that has unloaded and gets no task goes to a bay.
@@ -101,7 +101,7 @@ class Steps:
 
 
 def steps(model: Source, seed: int = 0) -> Steps:
-    """Begin a run whose allocation decisions are made outside; the same answers give the same log.
+    """Begin a run whose allocation decisions are made by the caller; equal decisions give equal logs.
 
     Returns:
         The decisions, one after the other; after the last `run` is the outcome.

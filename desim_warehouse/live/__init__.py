@@ -39,7 +39,7 @@ _END = 2.0  # seconds that open calls may take at the end
 
 
 class Live:
-    """A live page that is served: `address` opens it; in Jupyter it shows itself. It ends with `close`, or with Python.
+    """A live page being served at `address` until `close` is called or Python ends; Jupyter displays it.
 
     Only this machine can reach it: notebooks of a kernel elsewhere cannot show it.
     """
@@ -117,7 +117,7 @@ def serve(
     embed: Iterable[str] | None = None,
     changes: Mapping[str, Any] | None = None,
 ) -> Live:
-    """Serve a page on which sliders change the model, and whose answers come in run by run.
+    """Serve a page on which sliders change the model, and answers become more precise with each run.
 
         live = dw.serve("w.yaml", target="on_time >= 95 %")
         print(live.address)

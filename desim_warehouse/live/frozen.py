@@ -30,7 +30,7 @@ _DIGITS = 6
 
 
 class FrozenPage(WebPage):
-    """A what-if page: write it with `save`; in Jupyter it shows itself."""
+    """A what-if page: `save` writes it to a file, and Jupyter displays it."""
 
 
 def check(plan: StudyPlan) -> None:
@@ -95,7 +95,7 @@ def _kept(knob: Knob, values: set[Any]) -> Knob:
 
 
 def what_if_page(study: Results, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
-    """Return the page of a study, with the sentences and numbers of its answer.
+    """Make the what-if page of a study, with the sentences and numbers of its answer.
 
     Args:
         study: the finished runs of a study whose designs are all combinations of its factors' values.

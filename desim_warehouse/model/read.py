@@ -35,7 +35,7 @@ def load(
     run_code: bool = False,
     files: Files = "any",
 ) -> Model:
-    """Read a model and check it.
+    """Read a model, and validate it.
 
     Args:
         source: a model file, or its content as a mapping.

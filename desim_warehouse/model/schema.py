@@ -398,7 +398,7 @@ class Prices(Part):
 
 
 class Model(Part):
-    """A complete model: everything a run depends on but the seed."""
+    """A complete model: everything that a run depends on, except the seed."""
 
     name: Text = Field("model", description="a short name, for reports")
     description: Text = Field("", description="a sentence or two")

@@ -42,17 +42,17 @@ _HOUR, _DAY = 3600.0, 86_400.0
 
 @dataclass(frozen=True)
 class OrderDay:
-    """The orders of a file, ready for a model: what could be read, what is wrong, and what is assumed.
+    """One day of orders, ready for a model, with problems and assumptions: the result of `order_day`.
 
     Attributes:
         lines: the rows that could be read, in order of release; quantities are tasks, each a trip.
         pieces: sum of the quantities as the file has them.
-        problems: what is wrong with other rows, a line for each kind of problem.
-        skipped: the rows with problems, as they stand in the file.
-        assumed: assumptions on what the file does not say, each in words.
+        problems: problems of other rows, one line per kind of problem.
+        skipped: the rows with problems, as in the file.
+        assumed: assumptions about whatever the file does not specify, in words.
         midnight: the day of the first order; None where the file has no dates.
-        how: facts of the model by which the file is read.
-        unread: columns that are not read; a note names those that hold places of the model.
+        how: facts about the model that reading the file depends on.
+        unread: columns that were not read, with a note on those that contain places of the model.
     """
 
     lines: tuple[OrderLine, ...]
@@ -133,16 +133,16 @@ def order_day(
     quantity: Literal["tasks", "pieces"] | None = None,
     pieces_per_load: int | None = None,
 ) -> OrderDay:
-    """Read a file of orders for a model, and sum up its problems.
+    """Read a file of orders for a model, and summarise its problems.
 
     Args:
         file: CSV with any separator, Parquet or Excel.
-        model: whose places the orders name; flows of its own that are files of orders are not looked at.
-        columns: what the file calls our columns, such as `{"release": "Anlagedatum"}`; default: by common headings.
-        sheet: of an Excel file; default: the first.
-        dates: how 03/02/2026 is meant.
-        quantity: what quantities count; default: pieces.
-        pieces_per_load: how many pieces fit on one load; default: all of a row.
+        model: the model with the places that the orders name; its own flows from files of orders are ignored.
+        columns: our column -> its heading in the file, such as `{"release": "Anlagedatum"}`; default: common headings.
+        sheet: the sheet of an Excel file to read; default: the first.
+        dates: how to read 03/02/2026: "us", March 2, or "uk", 3 February.
+        quantity: what the quantities in the file count; default: pieces.
+        pieces_per_load: the largest number of pieces on one load; default: all of a row.
 
     Returns:
         The orders by good row, and what is wrong with the others.

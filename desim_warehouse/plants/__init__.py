@@ -53,7 +53,7 @@ def read_layout(
     two_way: bool | None = None,
     cell: float | None = None,
 ) -> Model:
-    """Read the layout of another program and make a model of it; what the file does not say is assumed.
+    """Convert a layout from another program into a model; whatever the file does not specify is assumed.
 
     Args:
         path: a layout in LIF (JSON), a map of Open-RMF (YAML) or RMF site (JSON), a plant model of openTCS (XML,

@@ -37,7 +37,7 @@ LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
 
 
 def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
-    """Write the layout of a model as a file for other programs, in metres and seconds.
+    """Write the layout of a model to a file for other programs, in metres and seconds.
 
     Args:
         model: the model.
@@ -46,7 +46,7 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
             rmf (a building map of Open-RMF).
 
     Returns:
-        What of the model the format cannot hold, and what is changed.
+        Remarks on parts of the model that the format cannot represent, or that are changed.
 
     Raises:
         ReportError: another format, or a path that cannot be written.

@@ -102,14 +102,14 @@ class Area:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """Remark on parts of a drawing that a model leaves out or changes, or on an assumption that it adds.
+    """A remark on parts of a drawing that the model leaves out or changes, or on an assumption that it makes.
 
     Attributes:
-        what: left out, changed, doubtful, unreachable, or assumed.
-        kind: the kind of thing, such as "path"; for what is assumed, the key of the model.
-        names: which ones.
-        why: why, and what to do about it.
-        positions: where in the file each of them stands, if that is known.
+        what: one of left out, changed, doubtful, unreachable, assumed.
+        kind: the kind of part, such as "path"; for an assumption, the key of the model.
+        names: names of the parts.
+        why: the reason, and what to do about it.
+        positions: position of each part in the file, if known.
     """
 
     what: What

@@ -47,7 +47,7 @@ class StationView(NamedTuple):
 
 
 class PodCall(NamedTuple):
-    """The choice of which of `pods` is brought to a station that has lines to pick and room for a robot.
+    """A station has lines to pick and room for a robot: the policy chooses which of `pods` to bring.
 
     Each pod has some of these lines.
 
@@ -63,7 +63,7 @@ class PodCall(NamedTuple):
 
 
 class StorageCall(NamedTuple):
-    """The choice on which of some free `places` a pod that is about to leave a station is put down."""
+    """A pod is about to leave a station: the policy chooses one of the free `places` to put it down on."""
 
     time: float
     station: str
@@ -74,7 +74,7 @@ class StorageCall(NamedTuple):
 
 
 class OrderCall(NamedTuple):
-    """The choice to which of some stations with room the oldest order goes."""
+    """Several stations have room for the oldest order: the policy chooses one of them."""
 
     time: float
     lines: Sequence[Task]
@@ -83,7 +83,7 @@ class OrderCall(NamedTuple):
 
 
 class PutCall(NamedTuple):
-    """The choice onto which of the `pods` some units of an item that came to a station are put.
+    """Units of an item have arrived at a station: the policy chooses which of the `pods` to put them onto.
 
     The pods stand, or are bound for that station already.
     """
@@ -96,14 +96,14 @@ class PutCall(NamedTuple):
 
 
 class PodChoice(Protocol):
-    """The choice of the pod that is brought to a station."""
+    """Decides which pod is brought to a station."""
 
     def choose(self, call: PodCall) -> int:
         """Return the number of one of the given pods. Called when a robot is free, for one station at a time."""
 
 
 class PodStorage(Protocol):
-    """The choice of the place where a pod is put down.
+    """Decides where a pod is put down.
 
     With the attribute `keeps = True` every pod keeps its place at the start, which is then the only choice.
     """
@@ -113,14 +113,14 @@ class PodStorage(Protocol):
 
 
 class OrderAssignment(Protocol):
-    """The choice of the station for an order."""
+    """Decides which station an order goes to."""
 
     def choose(self, call: OrderCall) -> str:
         """Return the node of one of the given stations."""
 
 
 class PutChoice(Protocol):
-    """The choice of the pod for incoming goods."""
+    """Decides onto which pod incoming goods are put."""
 
     def choose(self, call: PutCall) -> int:
         """Return the number of one of the given pods."""

@@ -28,7 +28,7 @@ class StopPlace(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One load to be brought from a storage place or a station to another, or several that one robot does on a tour.
+    """A load to be taken from one storage place or station to another, or several loads that a robot takes on one tour.
 
     The load is picked `offset` beyond the start of `edge`. At a node, or in the station beside it, both ends of `edge`
     are that node, and the offset is 0. `good` is the number of its storage place, -1 if it comes from none. `to`: the
@@ -80,7 +80,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class RobotView:
-    """A robot as a policy sees it, read-only; energies in the model's unit.
+    """A robot as policies see it, read-only; energies are in the model's unit.
 
     `node` is where it is or comes to next; for a busy robot where it will be free, in about `free_in` time units. `bay`
     is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one. `kind` is its
@@ -106,7 +106,7 @@ class RobotView:
 
 @dataclass(frozen=True, slots=True)
 class BayView:
-    """A bay as a policy sees it: its `free` slots (no robot in or on its way), its chargers, `present` robots."""
+    """A bay as policies see it: `free` slots (neither occupied nor reserved), chargers, and `present` robots."""
 
     node: str
     free: int
@@ -119,15 +119,15 @@ class Levels:
     """Battery levels that a charging policy decides for a robot, in the model's unit of energy.
 
     Attributes:
-        critical: at or below it a robot charges: it gets no task, and gives back one whose good it has not reached.
-        good: a robot that leaves its work goes to a charger at or below it, above it to a parking slot.
-        sufficient: from here on charging may be interrupted for work.
-        full: charging ends here.
+        critical: level at or below which a robot charges: it gets no task, and returns one whose good is not reached.
+        good: level at or below which a robot that leaves its work goes to a charger, above it to a parking slot.
+        sufficient: level from which charging may be interrupted for work.
+        full: level at which charging ends.
         margin: energy to be left on reaching a charger after the task. A robot gets no task, and keeps none that it
             is on its way to, if less would be left. None: no look-ahead.
         top_up: whether a robot that parks beside a charger also charges when it is above `good`.
-        charger: which one it goes to: `own` (that of its home bay), `nearest` or `least-loaded`.
-        swap_time: time in which its battery is swapped for a full one; None: it is charged.
+        charger: charger that the robot goes to: `own` (of its home bay), `nearest` or `least-loaded`.
+        swap_time: time to swap the battery for a full one; None: the battery is charged.
     """
 
     critical: float
@@ -140,7 +140,7 @@ class Levels:
     swap_time: float | None = None
 
     def fault(self) -> str | None:
-        """Describe the first of these battery levels that is out of range or order; None where all are right."""
+        """Describe the first battery level that is out of range or order; None: all are valid."""
         named = {"critical": self.critical, "good": self.good, "sufficient": self.sufficient, "full": self.full}
         for name, level in named.items():
             if not math.isfinite(level):
@@ -190,7 +190,7 @@ class Oracle(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Roads:
-    """The Highways as a routing policy sees them.
+    """The road network as routing policies see it.
 
     `graph` has x, y at its nodes (in_lane: no route may lead through it) and length, speed at its edges. `oracle("hops"
     | "length" | "time")` gives the cheapest routes. `waits` is the mean waiting per passage of each edge so far, its
@@ -229,14 +229,14 @@ class Roads:
 
 
 class Routing(Protocol):
-    """The choice of a robot's route."""
+    """Decides which route a robot takes."""
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """Return the nodes from origin to goal, both included."""
 
 
 class Charging(Protocol):
-    """The choice of when a robot leaves its work to charge, at which charger, and when it is ready again.
+    """Decides when a robot leaves its work to charge, where it charges, and when it is ready again.
 
     A policy with the attribute `fixed = True` guarantees that the levels depend on a robot's capacity and threshold
     only: it is called once in a run.
@@ -247,7 +247,7 @@ class Charging(Protocol):
 
 
 class TaskBatch(NamedTuple):
-    """Tasks that one robot does on one tour, by number, in the order in which they are picked.
+    """Tasks that one robot does on one tour: their numbers, in the order of picking.
 
     `at`: the earliest time of the batch; until then the batching policy is called again at each new task.
     """
@@ -258,7 +258,7 @@ class TaskBatch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class WaitingTasks:
-    """The tasks that a batching policy decides on: in no batch yet, and free to share one, in order of release.
+    """Tasks that a batching policy may combine, none of them in a batch yet, in order of release.
 
     They have one load type and are for the same kinds of robots, which carry up to `most` loads. `to_come`: whether
     more of them will become known in any case; with tasks that are always open none are.
@@ -272,17 +272,17 @@ class WaitingTasks:
 
 
 class Batching(Protocol):
-    """The choice of the tasks that a robot does on one tour."""
+    """Decides which tasks a robot does on one tour."""
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
-        """Return batches of waiting tasks, each task in at most one; those left out wait until there is another task.
+        """Return batches of waiting tasks, each task in at most one; tasks left out wait until a new task arrives.
 
         Called at the end of every instant at which a task has become known, and at the first `at` to come.
         """
 
 
 class Parking(Protocol):
-    """The choice of an idle robot's destination.
+    """Decides where an idle robot goes.
 
     With the class attribute `dwells = True` robots rest where they unloaded until the place is needed, and call only
     then.

@@ -25,10 +25,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Handling(Generic[T]):
-    """Times spent apart from driving, and the weights of Cost_total; in the units of the model file.
+    """Times of activities other than driving, and the weights of Cost_total, in the units of the model file.
 
-    Policies get the mean of random times. `flows`: loading and unloading of the flows that have times of their own;
-    `visits`: of flows a stop on the way (`via`); `stations`: by node, of stations that have times of their own.
+    For times that vary, policies receive the mean. `flows`: loading and unloading times of flows that have their own;
+    `visits`: time of a stop on the way (`via`), by flow; `stations`: times of stations that have their own, by node.
     """
 
     load_time: T
@@ -113,7 +113,7 @@ class OpenTasks(Sequence["Task"]):
 
 @dataclass(frozen=True)
 class Situation:
-    """Situation that an allocation policy decides on: free robots, open tasks, and the state of both; read-only.
+    """Decision situation of an allocation policy, read-only: free robots, open tasks, and the state of both.
 
     Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with
     a row for each robot or origin, and a column for each task or goal.
@@ -160,7 +160,7 @@ class Situation:
         return list(islice(self.tasks, most))
 
     def approach(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Return the free driving time of every robot to every good, from where and when it is free: robots x tasks."""
+        """Return each robot's free driving time to each good from where it becomes free: robots x tasks."""
         import numpy as np
 
         driven = self.travel.times([robot.node for robot in robots], [task.edge[0] for task in tasks])
@@ -170,7 +170,7 @@ class Situation:
         return reached
 
     def delivery(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Return the time of every task from standing at the good to being free again, with handling: one a task."""
+        """Return each task's time from the good to being free at the station, handling included: one per task."""
         import numpy as np
 
         handling = self.handling
@@ -214,7 +214,7 @@ class Situation:
         return np.array(driven)
 
     def onward(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
-        """Return the free driving time from the station of every task (rows) to every good (columns): tasks x tasks."""
+        """Return the free driving time from the station of each task (rows) to each good (columns): tasks x tasks."""
         import numpy as np
 
         stations = [self.station(robot, task) for task in tasks]
@@ -224,7 +224,7 @@ class Situation:
 
 
 class Allocation(Protocol):
-    """The choice of which free robot takes which open task."""
+    """Decides which free robot takes which open task."""
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
         """Return pairs (robot number, task number); robots and tasks left out stay free and open.

@@ -39,15 +39,15 @@ _COUNTED = 1e15
 
 @dataclass(frozen=True, repr=False)
 class BestOfMany(Answered, SearchedDesigns):
-    """The best of the designs that were searched: the result of `best` where not all of them could race.
+    """The best design that a search found: the result of `best` when not all designs race.
 
     Attributes:
-        answer: in words; printing prints it.
-        best: the design, with its values on fresh days.
+        answer: the answer in words; shown by `print`.
+        best: the best design, with its values on days that the search did not use.
         shown: whether it was shown to meet the target; None without one.
-        runner_up: the next best, if it was judged on fresh days.
-        tried: all designs simulated, with their means in the search.
-        runs: simulated for it in all.
+        runner_up: the second-best design, if it was judged on such days, too.
+        tried: all designs that were simulated, with their means in the search.
+        runs: total number of runs simulated.
     """
 
     @property
@@ -57,7 +57,7 @@ class BestOfMany(Answered, SearchedDesigns):
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """The changes that make the model into the best design."""
+        """The overrides that turn the model into the best design."""
         return dict(self.best.overrides)
 
     @property
@@ -67,7 +67,7 @@ class BestOfMany(Answered, SearchedDesigns):
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each design tried, best first: its factors, means in the search, and `runs` in the search."""
+        """One row per design tried, best first: its factors, means in the search, and number of `runs`."""
         import pandas as pd
 
         goal = None if self.target is None else self.target.indicator
@@ -82,7 +82,7 @@ class BestOfMany(Answered, SearchedDesigns):
         )
 
     def in_short(self) -> str:
-        """Return in a few words the best design and its value."""
+        """Return the best design and its value in a few words."""
         return f"{self.design}: {self.indicator} {self.mean:g}"
 
 
@@ -122,7 +122,7 @@ def best(  # half of it documents its arguments
     maximise: bool | None = None,
     search: Search = USUAL,
 ) -> Best | BestOfMany:
-    """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
+    """Find the best design of a study, or of a model whose keys, chargers or directions of aisles are varied.
 
     The designs of a study all race: those that are clearly worse by the mean of the indicator drop out early. So do
     those of a model where nothing but keys is varied, without a target, and each design can have ten runs. Else they
@@ -130,24 +130,25 @@ def best(  # half of it documents its arguments
     and what the indicator is.
 
     Args:
-        what: a study, whose runs are used, with its own confidence; or the warehouse, or its file.
-        indicator: what should be best; of a study one of its own, too.
-        delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the largest of the first
-            means.
-        target: of a model's designs, what must be met, such as "on_time >= 95 %".
-        vary: of a model, key -> its values, in any form of a study file.
-        place_chargers: how many nodes of a model have a charger; which is searched. None: chargers stay.
-        directions: whether aisles of a model may be turned.
-        maximise: whether more is better (default: as usual for the indicator; of one of a study's own it must be said).
-        search: how runs are done, at most 500 by default; first look and cap are those of a race.
+        what: a study, with its runs and its confidence, or a model, or the path of a model file.
+        indicator: the indicator to optimise, for a study possibly one of its own.
+        delta: the largest difference that does not matter, in the indicator's unit; default: 1 % of the largest of
+            the first means.
+        target: for a model, a target that designs must meet, such as "on_time >= 95 %".
+        vary: for a model, key -> values to try, in any form that study files allow.
+        place_chargers: for a model, the number of nodes to search for, each with a charger. None: chargers stay.
+        directions: for a model, whether aisles may be reversed.
+        maximise: whether more is better (default: as usual for the indicator; required for an indicator of your own).
+        search: settings of runs, at most 500 by default; `first` and `cap` are for a race.
 
     Returns:
-        The best design and those as good; of designs that were searched the best, with those that were close.
+        `Best`, after a race: the best design and those as good. `BestOfMany`, after a search: the best design and
+        those that came close.
 
     Raises:
-        ModelError: a value that makes no model.
-        StudyError: nothing to choose from, too few runs, a bad target, a study with what is for models, an unknown
-            indicator, or one of which neither more nor less is better.
+        ModelError: a value with which the model is invalid.
+        StudyError: nothing to choose from, too few runs, a bad target, a study together with arguments for models,
+            an unknown indicator, or one of which neither more nor less is better.
 
     Source: the race is KN, Kim & Nelson (2001). The search is a local one from many starts, judged on other days.
     """

@@ -22,19 +22,19 @@ _STANDING: dict[bool | None, Standing] = {True: "differs", False: "worse", None:
 
 @dataclass(frozen=True, repr=False)
 class BetterDirections(Answered, SearchedDirections):
-    """The best directions of aisles: what `orient` found with an indicator.
+    """The best directions of aisles: the result of `orient` with an indicator.
 
     Attributes:
-        answer: in words; printing prints it.
+        answer: the answer in words; shown by `print`.
         model: the warehouse with these directions.
-        turned: what is turned.
-        gain: what that gains; None where nothing better was found than the floor as drawn.
-        cost: what turning the aisles costs once.
-        runs: simulated for it in all.
+        turned: the aisles that are reversed.
+        gain: the resulting gain; None: nothing better than the floor as drawn was found.
+        cost: the one-off cost of reversing the aisles.
+        runs: total number of runs simulated.
     """
 
     def in_short(self) -> str:
-        """Return in a few words how many aisles are turned, and what that gains."""
+        """Return the number of aisles reversed and the gain in a few words."""
         gain = "no gain" if self.gain is None else f"{self.indicator} {100 * self.gain.mean:+.3g} %"
         return f"{len(self.turned)} of {self.units} turned: {gain}"
 
@@ -46,7 +46,7 @@ def orient(model: Source, indicator: str, *, search: Search = USUAL) -> BetterDi
 
 
 def orient(model: Source, indicator: str | None = None, *, search: Search = USUAL) -> Model | BetterDirections:
-    """Make the two-way lanes of a model one-way, or find the directions with which an indicator is best.
+    """Make two-way lanes of a model one-way, or find the directions of aisles that are best for an indicator.
 
     Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
     searched by simulation: rows and columns of blocks are turned as a whole, other lanes between junctions one by one

@@ -25,45 +25,45 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Plan(Answered, FleetSizes):
-    """How many robots, chargers and people meet a target, for each demand: what `plan` found.
+    """The robots, chargers and people that meet a target, for each demand: the result of `plan`.
 
     Attributes:
-        answer: in words; printing the plan prints it.
-        demands: the answer for today, then for each demand that grew; `best` is its fleet, None: none is enough.
+        answer: the answer in words; shown by `print`.
+        demands: the result for today, then for each larger demand; `best` is the fleet, None: no fleet is enough.
         model: the warehouse.
-        target: what a fleet has to meet.
-        strategy: the better strategy that the fleets are for; None: that of the model.
-        runs: simulated for it in all.
+        target: the target that a fleet has to meet.
+        strategy: the better strategy that the fleets use; None: the strategy of the model.
+        runs: total number of runs simulated.
     """
 
     @property
     def robots(self) -> int | None:
-        """Robots of the fleet for today's demand; None: no fleet was shown to be enough."""
+        """Number of robots for today's demand; None: no fleet was shown to be enough."""
         return None if self.today.best is None else self.today.best.robots
 
     @property
     def chargers(self) -> int | None:
-        """Chargers beside them; 0 where chargers are not sized."""
+        """Number of chargers for today's demand; 0: chargers are not sized."""
         return None if self.today.best is None else self.today.best.chargers
 
     @property
     def packers(self) -> int | None:
-        """Packers at each node of the station that is sized; 0: none is."""
+        """Number of packers at each node of the sized station; 0: packers are not sized."""
         return self._people(PACKERS)
 
     @property
     def pickers(self) -> int | None:
-        """Pickers who walk to robots; 0: they are not sized."""
+        """Number of pickers who walk to robots; 0: pickers are not sized."""
         return self._people(PICKERS)
 
     @property
     def cost(self) -> float | None:
-        """Cost of the fleet a year, in the currency of the model; None without prices, or a fleet."""
+        """Annual cost of the fleet, in the currency of the model; None without prices or without a fleet."""
         return None if self.today.best is None else self.today.best.cost
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """Keys and values that give the model the fleet: `plan.model.replace(plan.overrides)`; empty without one."""
+        """Overrides that give the model this fleet, `plan.model.replace(plan.overrides)`; empty without a fleet."""
         best = self.today.best
         return {} if best is None else {**self.today.overrides, **best.overrides}
 
@@ -140,18 +140,18 @@ def plan_fleet(
     guesses: Sequence[str] | None = None,
     search: Search = USUAL,
 ) -> Plan:
-    """Find how many robots, chargers and people meet a target, today and with more demand, and with which strategy.
+    """Find how many robots, chargers and people meet a target, today and with more demand, and the best strategy.
 
     Args:
         model: the warehouse, or its file. With prices of what is sized the cheapest are sought, else fewest robots,
             then chargers, packers and pickers. Its bays with most chargers are those whose chargers are sized.
         target: such as "on_time >= 95 %"; of several, as in ["on_time:express >= 95 %", "on_time:rest >= 98 %"], a
             fleet has to meet all.
-        growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
-        years: that are planned after today's. What fails with less demand is taken to fail with more.
+        growth: demand relative to today's, such as 1.3 or "30%"; with `years`, such as "20%/year"; None: today only.
+        years: number of years to plan for after today. What fails with less demand is assumed to fail with more.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
-        robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
-        chargers: likewise.
+        robots: numbers of robots to consider, such as "6..20" (default: around the quick estimate).
+        chargers: numbers of chargers to consider, likewise.
         packers: a station and who may work there, at each of its nodes, such as "packing=1..4": its servers, or its
             workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
         pickers: people who walk to robots, such as "3..9"; "auto": by the quick estimate; None: as many as the model

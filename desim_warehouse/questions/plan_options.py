@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class OptionsPlan(Answered, ComparedOptions):
-    """The plans of named options and how they compare: the result of `plan_options`.
+    """The plans of several options and their comparison: the result of `plan_options`.
 
     Attributes:
-        answer: in words; printing prints it.
-        plans: by name the plan of each option, with an answer of its own.
-        first: the cheapest of those that are enough; None: none is.
-        against: by how much each other one differs from it.
-        indicator: in which they are compared, `annual_cost` where there are prices.
-        runs: simulated for it in all.
+        answer: the answer in words; shown by `print`.
+        plans: name of each option -> its plan, with an answer of its own.
+        first: the cheapest option that is enough; None: no option is.
+        against: difference of each other option from the first.
+        indicator: the indicator that is compared, `annual_cost` if there are prices.
+        runs: total number of runs simulated.
     """
 
     plans: Mapping[str, Plan]
@@ -62,16 +62,16 @@ def plan_options(
     zone: float | str | None = None,
     search: Search = USUAL,
 ) -> OptionsPlan:
-    """Plan each of some options, and compare the cheapest designs that are enough on the same days.
+    """Plan each of several options, and compare their cheapest sufficient designs on the same days.
 
     Args:
-        options: by name the warehouse with each of them, or its file.
+        options: name of each option -> its model, or the path of its model file.
         target: such as "on_time >= 95 %", one for all options.
         strategies: key of the model -> its values, to be tried with designs too small (default: none).
-        robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
-        chargers: likewise.
-        packers: a station and who may work there, such as "packing=1..4"; None: as many as the models have.
-        pickers: people who walk to robots, such as "3..9", or "auto"; None: as many as the models have.
+        robots: numbers of robots to consider, such as "6..20" (default: around the quick estimate).
+        chargers: numbers of chargers to consider, likewise.
+        packers: a station and numbers of people at each of its nodes, such as "packing=1..4"; None: as in the models.
+        pickers: numbers of people who walk to robots, such as "3..9", or "auto"; None: as in the models.
         zone: indifference zone in the unit of the target; default: 0.01 for shares, else 1 % of the target.
         search: for all plans together: each has an equal part of the error, and so have the days.
 
@@ -79,7 +79,7 @@ def plan_options(
         The plan of each option, the first of them against the others, and the answer in words; see `OptionsPlan`.
 
     Raises:
-        StudyError: fewer than two options, some with prices and some without, or as of `plan`.
+        StudyError: fewer than two options, some with prices and some without, or any error of `plan`.
 
     Source: paired differences on the same days. The ends of a difference in cost are as far apart as the costs of
     fleets that were not shown to miss the target leave open.

@@ -21,15 +21,15 @@ from desim_warehouse.study.statistics.selection import Selection
 
 @dataclass(frozen=True, repr=False)
 class Best(Answered, Raced):
-    """The best design of a study and the designs as good: the result of `best`.
+    """The best design of a study, and the designs that are as good: the result of `best` when all designs race.
 
     Attributes:
-        answer: in words; printing prints it.
+        answer: the answer in words; shown by `print`.
         point: the best design.
-        within: those shown to be less than delta worse.
-        indicator: what was compared.
-        selection: means, runs and when designs dropped out.
-        study: with all runs that were done.
+        within: designs shown to be worse by less than delta.
+        indicator: the indicator that was compared.
+        selection: means, runs, and when each design dropped out.
+        study: the study with all its runs.
     """
 
     @property
@@ -39,7 +39,7 @@ class Best(Answered, Raced):
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """The overrides of keys that make the base model into the best design."""
+        """The overrides that turn the base model into the best design."""
         return dict(self.point.overrides)
 
     @property
@@ -48,7 +48,7 @@ class Best(Answered, Raced):
         return self.selection.means[self.selection.best]
 
     def in_short(self) -> str:
-        """Return in a few words the best design and its mean."""
+        """Return the best design and its mean in a few words."""
         return f"{self.design}: {self.indicator} {self.mean:g}"
 
 

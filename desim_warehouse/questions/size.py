@@ -22,14 +22,14 @@ from desim_warehouse.study.statistics.limits import FIRST
 
 @dataclass(frozen=True, repr=False)
 class Size(Answered, FleetSizes):
-    """The smallest value that meets a target: what `size` found, a plan of one key.
+    """The smallest value of a key that meets a target: the result of `size`.
 
     Attributes:
-        answer: in words; printing prints it.
-        smallest: the value; None: none was shown to meet the target.
-        target: what is to be met.
-        decisions: the verdict on each value that was looked at.
-        runs: simulated for it in all.
+        answer: the answer in words; shown by `print`.
+        smallest: the smallest value; None: no value was shown to meet the target.
+        target: the target to meet.
+        decisions: the verdict on each value that was simulated.
+        runs: total number of runs simulated.
     """
 
     @property
@@ -46,7 +46,7 @@ class Size(Answered, FleetSizes):
         return tuple(replace(shown.verdict, value=self.designs.value(shown.counts)) for shown in tried)
 
     def in_short(self) -> str:
-        """Return in a few words the value and the target."""
+        """Return the value and the target in a few words."""
         return f"{self.smallest}: {self.target}" if self.smallest is not None else f"none: {self.target}"
 
 
@@ -58,7 +58,7 @@ def size(
     scan: bool = False,
     search: Search = USUAL,
 ) -> Size:
-    """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
+    """Find the smallest value of a study's factor whose mean is shown to meet a target.
 
     Args:
         study: with one factor, its values upwards.

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Answering, comparison.Differences):
-    """Designs against a baseline, on the same days: what `compare` of a study found.
+    """Differences of designs from a baseline on the same days: the result of `Study.compare`.
 
     Attributes:
-        answer: in words; printing prints it, as `desim compare` does.
-        indicator: what is compared.
-        differences: of each design, with interval and p-value; designs whose runs are equal have one.
+        answer: the answer in words, as `desim compare` prints it; shown by `print`.
+        indicator: the indicator that is compared.
+        differences: one for each design, with interval and p-value; designs with equal runs share one.
         against: the baseline of each design.
-        confidence: with which all differences hold at once.
-        statement: what intervals and p-values promise.
+        confidence: confidence level at which all differences hold simultaneously.
+        statement: the meaning of intervals and p-values in words.
     """
 
     indicator: str = field(kw_only=True)
@@ -73,20 +73,20 @@ class Comparison(Answering, comparison.Differences):
         return pd.DataFrame(rows)
 
     def in_short(self) -> str:
-        """Return in a few words the indicator, and how many designs differ."""
+        """Return the indicator and the number of designs that differ in a few words."""
         differ = sum(bool(difference.differs) for difference in self.differences)
         return f"{self.indicator}: {differ} of {number_of(len(self.differences), 'difference')} shown"
 
 
 @dataclass(frozen=True, repr=False)
 class MainEffects(screening.Effects):
-    """Which factor matters: what `main_effects` of a study found, the largest swing first.
+    """Main effects of the factors of a study, the largest swing first: the result of `Study.main_effects`.
 
     Attributes:
-        indicator: what is looked at.
-        grand_mean: its mean over all runs, in the model's units.
-        factors: of each its levels, with the mean there minus the grand mean, and the swing.
-        left_out: runs without a value.
+        indicator: the indicator that is analysed.
+        grand_mean: mean of the indicator over all runs, in the model's units.
+        factors: for each factor, its levels, each with the mean there minus the grand mean, and the swing.
+        left_out: number of runs without a value.
     """
 
     @property
@@ -116,17 +116,17 @@ class MainEffects(screening.Effects):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Results(Answering, ResultsData):
-    """The finished runs of a study, their statistics, and the answer that they give.
+    """The finished runs of a study, their statistics, and the resulting answer.
 
     A design is named by its text, such as "fleet.size=3"; designs that are equal are one.
 
     Attributes:
-        answer: in words; printing prints it, as `desim study` does.
+        answer: the answer in words, as `desim study` prints it; shown by `print`.
         table: a row for each run; `summary` has one for each design and indicator.
-        rows: the runs, in the order of the design, then of replications.
+        rows: the runs, in the order of designs, then of replications.
         designs: each design with the levels of its factors.
-        indicators: those that a run has.
-        verdicts: what is wrong with each design.
+        indicators: names of the indicators that any run has.
+        verdicts: problems of each design.
     """
 
     @property
@@ -180,14 +180,14 @@ class Results(Answering, ResultsData):
         return MainEffects(**vars(super().main_effects(indicator)))
 
     def in_short(self) -> str:
-        """Return in a few words how many designs and runs there are."""
+        """Return the numbers of designs and runs in a few words."""
         failed = sum(row.outcome.error is not None for row in self.rows)
         runs = f"{number_of(len(self.rows), 'run')}{f', {failed} failed' if failed else ''}"
         return f"{self.plan.name}: {number_of(len(self.designs), 'design')}, {runs}"
 
 
 class Study(StudyEngine):
-    """Many runs of one model, changed factor by factor: `run()` it, then look at `table` and `summary()`.
+    """Many runs of one model with varied factors: call `run()`, then look at `table` and `summary()`.
 
         study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
         study.run(workers=2, out="reports/out/fleet")

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class TippingPoints(Answered, Thresholds):
-    """The tipping point of each input, up to which a fleet is enough: the result of `tipping_points`.
+    """The threshold of each uncertain input up to which a fleet is enough: the result of `tipping_points`.
 
     Attributes:
-        answer: in words; printing prints it.
+        answer: the answer in words; shown by `print`.
         inputs: the threshold of each input.
-        target: what is to be met.
-        model: the warehouse, with its fleet.
-        runs: simulated for it in all.
+        target: the target to meet.
+        model: the warehouse with its fleet.
+        runs: total number of runs simulated.
     """
 
     @property
@@ -57,7 +57,7 @@ class TippingPoints(Answered, Thresholds):
         )
 
     def in_short(self) -> str:
-        """Return in a few words the inputs with their thresholds."""
+        """Return the inputs and their thresholds in a few words."""
         return ", ".join(
             f"{threshold.key} {'no threshold' if threshold.at is None else f'{threshold.at:g}'}"
             for threshold in self.inputs
@@ -67,7 +67,7 @@ class TippingPoints(Answered, Thresholds):
 def tipping_points(
     model: Source, target: str, uncertain: Mapping[str, tuple[float, float]], *, search: Search = USUAL
 ) -> TippingPoints:
-    """Find up to which value of each input the fleet of a model is enough, the other inputs as the model has them.
+    """Find up to which value of each input the fleet of a model is enough, all other inputs unchanged.
 
     Args:
         model: the warehouse, with its robots and chargers.
@@ -79,7 +79,7 @@ def tipping_points(
         The threshold of each input with its interval, and the answer in words; see `TippingPoints`.
 
     Raises:
-        StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.
+        StudyError: no range, a bad target, too few runs, or a range with an end at which nothing can be simulated.
     """
     searched = thresholds(model, target, uncertain, search=search)
     return TippingPoints(**vars(searched), answer=_answer(searched).keep(search.out, search.command))

@@ -38,15 +38,15 @@ _PER = "per 10 % more"
 
 @dataclass(frozen=True, repr=False)
 class Why(Answered, HeldUp):
-    """The bottleneck of a warehouse and its cost: the result of `why`.
+    """The bottleneck of a warehouse, and what it costs: the result of `why`.
 
     Attributes:
-        answer: in words; printing prints it.
-        indicator: what costs are counted in.
-        found: each suspect with its gain, those that compete first.
-        as_it_is: mean and interval of the indicator as the warehouse is; None where runs could not go on.
-        lost: what robots waited for, each with its share of the fleet's time.
-        verdicts: on the run that was looked at.
+        answer: the answer in words; shown by `print`.
+        indicator: the indicator in which costs are measured.
+        found: each suspect with its gain, competing suspects first.
+        as_it_is: mean and interval of the indicator without changes; None: runs could not continue.
+        lost: root causes of waits, each with its share of the fleet's time.
+        verdicts: verdicts on the run that was examined.
     """
 
     @property
@@ -81,7 +81,7 @@ class Why(Answered, HeldUp):
         return pd.DataFrame(rows).astype({name: float for name in rows[0] if "gain" in name} if rows else {})
 
     def in_short(self) -> str:
-        """Return in a few words the bottleneck."""
+        """Return the bottleneck in a few words."""
         if 0 in self.failures:
             return fails(self.failures[0])
         if not self.is_held_up:
@@ -95,15 +95,15 @@ def why(
     indicator: str | None = None,
     search: Search = USUAL,
 ) -> Why:
-    """Find what holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
+    """Find the bottlenecks of a warehouse and what each costs: relieve each suspect, and simulate the same days.
 
     Args:
-        source: a run with `log: all`, or a model or its file, of which a run is made.
+        source: a run with `log: all`, or a model or its file, which is then simulated once.
         indicator: what costs are counted in (default: throughput where work always waits, else time).
         search: how runs are done; the answer is written to its folder `out`.
 
     Returns:
-        Each suspect with what relieving it gains, and the answer in words; see `Why`.
+        Each suspect with its gain when relieved, and the answer in words; see `Why`.
 
     Raises:
         StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Replay(WebPage):
-    """A replay page: write it with `save`; in Jupyter it shows itself."""
+    """A replay page: `save` writes it to a file, and Jupyter displays it."""
 
     sandbox = "allow-scripts allow-downloads"  # a picture of it can be saved
 

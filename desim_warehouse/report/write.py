@@ -26,12 +26,13 @@ def report(
     notebook: str | Path | None = None,
     replay: bool = False,
 ) -> Path:
-    """Write the report of a run, or of the folder of an answer, a study or a run. No code of the folder is run.
+    """Write the report of a run, or of a folder with an answer, a study or a run. No code in the folder is executed.
 
     Args:
-        source: a run, or what `desim plan`, `why`, `size`, `study`, `what-if`, `best` or `run` wrote with `--out`.
-        out: the page; default: report.html in the folder, of a run in the working folder.
-        notebook: write the notebook for people who know pandas, with this folder and not yet run, here, too.
+        source: a run, or a folder that `desim plan`, `why`, `size`, `study`, `what-if`, `best` or `run` wrote with
+            `--out`.
+        out: path of the page; default: report.html in the folder or, for a run, in the working folder.
+        notebook: path of a notebook to write, too, with the folder's runs as a pandas table, not yet executed.
         replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
 
     Returns:
@@ -86,7 +87,7 @@ def _replayed(run: RunData, replay: Path | None) -> str:
 
 
 def read_answer(folder: str | Path) -> Answer:
-    """Read the answer of a folder, also of version 0.3, or of a study as far as its runs are finished.
+    """Read the answer stored in a folder, also by version 0.3, or make it from the finished runs of a study.
 
     Returns:
         The answer, as it was kept.

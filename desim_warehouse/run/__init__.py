@@ -91,22 +91,22 @@ class RunData:
 
     @cached_property
     def kpis(self) -> indicators.RunIndicators:
-        """All indicators that the run has, in the units of its model file."""
+        """All indicators of the run, in the units of its model file."""
         return indicators.kpis(self.history)
 
     @property
     def T(self) -> float:  # noqa: N802 - the paper's name
-        """Task time: until the last robot is back with all goods delivered, in the model's time unit."""
+        """Task time, in the model's time unit: until all goods are delivered and the last robot is back."""
         return self._of_the_paper("T")
 
     @property
     def S(self) -> int:  # noqa: N802 - the paper's name
-        """Collisions: waiting episodes of all robots."""
+        """Number of collisions: waiting episodes, summed over all robots."""
         return int(self._of_the_paper("S"))
 
     @property
     def C(self) -> int:  # noqa: N802 - the paper's name
-        """Charging stops after which a robot went out again."""
+        """Number of charging stops after which a robot went out again."""
         return int(self._of_the_paper("C"))
 
     def _of_the_paper(self, name: str) -> float:
@@ -194,7 +194,7 @@ class RunData:
         return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
-        """Return where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
+        """Return the time by cause, complete to the second: for each task, flow, station, robot, edge, node or hour.
 
         Each row adds up to its whole, in the model's time unit.
 
@@ -228,7 +228,7 @@ class RunData:
         return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
 
     def positions(self, times: Iterable[float]) -> pd.DataFrame:
-        """Return where every robot is at some times: time, robot, x, y, heading, node, a row each; needs `log: all`.
+        """Return robots' positions at given times, one row each: time, robot, x, y, heading, node; needs `log: all`.
 
         Args:
             times: in the model's time unit, in any order; before and after the run robots stand.

@@ -240,7 +240,7 @@ def study_schema() -> dict[str, Any]:
 
 
 def schema(*, study: bool = False) -> dict[str, Any]:
-    """Make the JSON Schema of model files, or of study files, for editors and forms.
+    """Return the JSON Schema of model files or study files, for editors and forms.
 
     Returns:
         The schema as plain JSON values.

@@ -133,7 +133,7 @@ def held_up(source: RunData | Source, indicator: str | None = None, search: Sear
     """Relieve each suspect of a run in turn and simulate the relieved model, on the same days for all.
 
     Args:
-        source: a run with `log: all`, or a model or its file, of which a run is made.
+        source: a run with `log: all`, or a model or its file, which is then simulated once.
         indicator: indicator in which costs are counted (default: `usual_indicator`).
         search: how runs are done.
 

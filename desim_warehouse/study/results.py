@@ -64,7 +64,7 @@ class ResultsData:
 
     @classmethod
     def load(cls, folder: str | Path) -> Self:
-        """Read the results of a study folder as far as its runs are finished. Nothing is simulated.
+        """Read the results of the finished runs in a study folder, without simulating anything.
 
         Raises:
             StudyError: where there is no study, or it is damaged.

@@ -20,29 +20,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How `plan`, `best`, `size`, `why` and other questions do their runs, when they stop, and where runs are kept.
+    """Settings for the runs of `plan`, `best`, `size`, `why` and other questions: number, stopping, storage.
 
         how = dw.Search(workers=2, out="reports/out/plan")
         dw.plan("models/my_own_day.yaml", "on_time >= 95 %", search=how)
 
     Args:
-        first: replications of a design before anything is decided about it; None: 5 or 10, by the question.
-        cap: most replications of a design; None: by the question, 80 to 1000.
-        runs: the most that may be done in all; None: by the question, 250 to 5000.
-        confidence: that all that is said holds.
-        seed: of all runs.
-        timeout: seconds that a run may take.
-        workers: processes on this machine, at most 256, or `auto`: one for each processor.
+        first: replications of a design before the first decision about it; None: 5 or 10, by the question.
+        cap: maximum number of replications of a design; None: 80 to 1000, by the question.
+        runs: maximum number of runs in all; None: 250 to 5000, by the question.
+        confidence: confidence level at which all statements of the answer hold.
+        seed: seed of all runs.
+        timeout: time limit for each run, in seconds.
+        workers: number of processes on this machine, at most 256, or `auto`: one for each processor.
         cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
-        out: the study folder. Runs there are reused, whichever study did them; the answer is kept there.
-        cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
+        out: the study folder. Runs stored there by any study are reused, and the answer is written there.
+        cache: without `out`, store runs in the user's cache (in the folder DESIM_CACHE), and reuse runs stored there.
         progress: show progress on standard error.
         command: as it was typed, for readers of the answer; empty: the question was asked in Python.
-        crew: what simulates for several studies; see `together`. None: each study starts processes of its own.
+        crew: processes shared by several studies; see `together`. None: each study starts its own processes.
 
     Raises:
-        StudyError: a cap below the first look, no confidence, too many workers, or a folder of somebody else.
-        ModelError: no seed.
+        StudyError: a cap below `first`, an invalid confidence, too many workers, or a folder that is not ours.
+        ModelError: an invalid seed.
     """
 
     first: int | None = None

@@ -39,7 +39,7 @@ LOG.addHandler(logging.NullHandler())  # silent unless a program adds a handler
 
 
 class StudyEngine:
-    """Many runs of one model, changed factor by factor: `run()` it, then look at `table` and `summary()`.
+    """Many runs of one model with varied factors: call `run()`, then look at `table` and `summary()`.
 
     `questions.study.Study` is what users hold: its results answer in words.
     """
@@ -112,7 +112,7 @@ class StudyEngine:
 
     @classmethod
     def of(cls, plan: StudyPlan) -> Self:
-        """Make the study of a given plan."""
+        """Create a study from a plan."""
         study = cls.__new__(cls)
         study.plan = plan
         study._start()  # noqa: SLF001 - our own
@@ -120,14 +120,14 @@ class StudyEngine:
 
     @classmethod
     def read(cls, path: str | Path, overrides: Mapping[str, Any] | None = None) -> Self:
-        """Read the study of a file such as studies/fleet_size.yaml, with further changes to its model."""
+        """Read a study file such as studies/fleet_size.yaml, and apply further changes to its model."""
         from desim_warehouse.study.reading import read_study
 
         return cls.of(read_study(path, overrides))
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
-        """Open the study of a folder with the runs that are finished, without running anything.
+        """Open the study in a folder with its finished runs, without simulating anything.
 
         Raises:
             StudyError: where there is no study.
@@ -160,7 +160,7 @@ class StudyEngine:
         cache: bool = False,
         progress: bool = False,
     ) -> Self:
-        """Do the missing runs, with the same results for any number of workers.
+        """Simulate the missing runs; results do not depend on the number of workers.
 
         Args:
             workers: see `Search`, as for all of these.
@@ -187,7 +187,7 @@ class StudyEngine:
         return self
 
     def run_by(self, search: Search) -> Self:
-        """Do the missing runs with the settings of a search."""
+        """Simulate the missing runs with the settings of a search."""
         with self.session(search) as runner:
             runner.recall()
             for _ in runner.replicate():
@@ -203,7 +203,7 @@ class StudyEngine:
         cache: bool = False,
         progress: bool = False,
     ) -> Generator[Row]:
-        """Yield the rows of the study as they end, finished ones first: `run()`, for callers that show or judge each.
+        """Yield the rows of the study as runs end, finished ones first, for callers that show or judge each row.
 
         Closing the generator ends the study at once: what is not finished is cancelled, what ended is kept.
 

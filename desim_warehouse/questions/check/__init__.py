@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Check:
-    """The findings and the answer of `check`; printing prints them, as `desim check` does.
+    """The findings and the answer of `check`; `print` shows them as `desim check` does.
 
     Attributes:
-        facts: about the model, in words, as `desim check --details` has them.
-        findings: worst first, accepted errors too.
+        facts: facts about the model in words, as `desim check --details` prints them.
+        findings: errors and warnings, accepted errors included, worst first.
         calculation: the quick estimate; None where the layout has errors, hours never come, or a robot by itself does
             none of the work.
         accepted: codes of the errors that the model accepts.
-        lines: the numbers of the quick estimate, each in a line, as `desim check --details` has them.
-        sentences: the answer: what is asked for, and what robots, chargers and stations can do, by the estimate.
+        lines: the figures of the quick estimate, one per line, as `desim check --details` prints them.
+        sentences: the answer: the demand, and what robots, chargers and stations can do according to the estimate.
     """
 
     facts: list[str]
@@ -87,7 +87,7 @@ class Check:
 
 
 def check(model: Source) -> Check:
-    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate.
+    """Check a model or its file before a run: find errors and warnings, and make the quick estimate.
 
     Returns:
         Findings, worst first, and the quick estimate; see `Check`.

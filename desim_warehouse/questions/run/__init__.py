@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 class Run(RunData):
-    """The outcome of a run; printing prints what came out of it in sentences, as `desim run` does.
+    """The outcome of a run; `print` shows a summary in sentences, as `desim run` does.
 
     Attributes:
         kpis: all indicators by name, in the units of the model file.
         log: a row for each event.
         robots: a row for each robot.
-        waits: who waited for whom, and where.
-        model: what was simulated.
-        seed: of its random streams.
+        waits: which robot waited for which other, and where.
+        model: the model that was simulated.
+        seed: seed of the random streams.
     """
 
     @property
@@ -53,7 +53,7 @@ def as_run(data: RunData) -> Run:
 
 
 def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None) -> Run:
-    """Simulate a model, or its file, once; the same model and seed give the same log.
+    """Simulate a model, or its file, once; equal models and seeds give equal logs.
 
     `stop` ends it from another thread. The clock stops at `until`, in the model's time unit, if the run lasts so long.
 
@@ -70,7 +70,7 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
 
 
 def load_run(folder: str | Path) -> Run:
-    """Load a run from the folder it was saved to, with the indicators that were saved if another version simulated it.
+    """Load a run from its folder; if another version simulated it, its indicators are those saved.
 
     Returns:
         The run, as it was saved.

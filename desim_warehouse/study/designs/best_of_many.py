@@ -117,7 +117,7 @@ def search_designs(
     The arguments are those of `questions.best.best`.
 
     Raises:
-        ModelError: a value that makes no model.
+        ModelError: a value with which the model is invalid.
         StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
 
     Source: `designs.local_search`; verdicts: see `Judge`.

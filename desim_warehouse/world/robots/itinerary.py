@@ -122,7 +122,7 @@ class Itinerary:
         return routes.route(node, goal, body.speed, body.time_left + after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
-        """Return a storage place's lane and position on it; on a two-way lane in the direction that is sooner at `goal`.
+        """Return a storage place's lane and position on it; on two-way lanes in the direction that is sooner at `goal`.
 
         The nearer end does not decide alone, as a lane may be slower one way than the other.
         """
