@@ -69,6 +69,7 @@ second shape."""
 TWO_WAY = tuple(features for features in GROUPS if not {"policies", "restless"} & {*features.split()})
 """What is put on two-way lanes."""
 WENT_WRONG = {
+    "": (850,),  # robots took turns at one charger for ever after the last load, and the run did not end
     "closures": (260,),  # a robot turned off that waited for a robot and then for an opening
     "wider pods": (794, 1211),  # a run ended as a pod was picked up, or put down, at the node of a station
     "wider moving": (1213,),  # a run ended while a ring gathered speed: how far its robots had come was wrong

@@ -188,6 +188,7 @@ class Dispatcher:
         if departures.is_full:
             self.call()
         departures.under_way.discard(robot.number)
+        departures.changing_bay.discard(robot.number)
         self.end_if_done()
 
     def came_to_rest(self) -> None:
@@ -195,9 +196,13 @@ class Dispatcher:
         self.end_if_done()
 
     def end_if_done(self) -> None:
-        """End the run when all robots rest and the last load is delivered and, where that counts, worked on."""
-        all_rest = self.departures.under_way <= self.departures.resting
-        if all_rest and self.done == self.demand.total and not self.stations.unfinished and not self.finished.triggered:
+        """End the run when no robot works and the last load is delivered and, where that counts, worked on.
+
+        Robots that take turns at chargers do not put off the end: where chargers are few, one of them is always out.
+        """
+        if self.departures.have_work or self.finished.triggered:
+            return
+        if self.done == self.demand.total and not self.stations.unfinished:
             self.finished.succeed()
 
     def _forget(self, robot: Robot) -> None:
@@ -455,6 +460,7 @@ class Dispatcher:
         stops = self.stations.stops(view, task, node)
         robot.take_up(task, stops, self.stations.reserve(stops, robot.docked))
         self.departures.under_way.add(number)
+        self.departures.changing_bay.discard(number)
         self._record("assigned", robot, task)
         if self._pods is not None:
             self._pods.assigned(robot, task)

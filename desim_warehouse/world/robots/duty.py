@@ -77,7 +77,8 @@ class Duty:
 class Departures:
     """The robots under way, by number, and the most that may be under way to take up work (None: no cap).
 
-    The robots `resting` among them have nothing to do, and rest where they have unloaded.
+    The robots `resting` among them have nothing to do, and rest where they have unloaded. The robots in `changing_bay`
+    have nothing to do, either: they left a bay to charge in another, or to make room.
     """
 
     def __init__(self, most: int | None, duty: Duty) -> None:
@@ -85,6 +86,12 @@ class Departures:
         self.duty = duty
         self.under_way: set[int] = set()
         self.resting: set[int] = set()
+        self.changing_bay: set[int] = set()
+
+    @property
+    def have_work(self) -> bool:
+        """Whether any robot under way works, or comes home from work."""
+        return not self.under_way <= self.resting | self.changing_bay
 
     @property
     def is_full(self) -> bool:

@@ -286,6 +286,8 @@ class Robot:
             self.charging.has_charged = False
             self.recharged += 1
         self.departures.under_way.add(self.number)
+        if self.job is None:
+            self.departures.changing_bay.add(self.number)
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, exit_time)
 
