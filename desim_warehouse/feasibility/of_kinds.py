@@ -89,10 +89,9 @@ def _of(model: Model, kind: str, finding: Finding) -> Finding:
 
 def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find slots in which robots wait for a charger, and do not work meanwhile."""
-    homes, spare = Counter(model.fleet.homes(layout.bays)), Counter[str]()
+    homes, slots, spare = Counter(model.fleet.homes(layout.bays)), slots_at(model, layout), Counter[str]()
     for node, chargers in chargers_at(model, layout).items():
-        bay = layout.bays[node]
-        spare[bay.zone] += max(bay.slots(homes[node]) - max(chargers, homes[node]), 0)
+        spare[layout.bays[node].zone] += max(slots[node] - max(chargers, homes[node]), 0)
     cure, charging = "as many slots as chargers may do better: total_chargers without places", model.policies.charging
     if len(chargers_at(model, layout)) > 1 and not charging.own and charging.params.get("charger") != "least-loaded":
         cure += "; or charger: least-loaded of policies.charging, which sees who waits where"

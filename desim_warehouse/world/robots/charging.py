@@ -245,7 +245,7 @@ class ChargingStop:
     def _needed_in(self, *, free: bool = False) -> float:
         """Return the time until the robot has so much more energy than the neediest seeker that it makes way.
 
-        A robot that is `free` for work makes way for any seeker, otherwise only for one in urgent need.
+        A robot that is `free` for work makes way for any seeker; otherwise it does so only for a seeker in urgent need.
         """
         robot, now = self.robot, self.env.now
         battery, seeker = robot.battery, self.bays.neediest(robot)

@@ -611,8 +611,10 @@ class Robot:
             self.dispatcher.call()
         else:
             goal = self.bays.leave(self)
-            if goal is not None:
-                self.bays.take(self, goal) if goal.free else self.reserve_bay()
+            if goal is not None and goal.free:
+                self.bays.take(self, goal)
+            elif goal is not None:
+                self.reserve_bay()
             if self.reach.scarce:
                 self.dispatcher.call()
         if self.closings is not None:
