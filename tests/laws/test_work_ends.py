@@ -75,7 +75,7 @@ WENT_WRONG = {
     "wider moving": (1213,),  # a run ended while a ring gathered speed: how far its robots had come was wrong
     "closures moving": (2234,),
     "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
-    "closures moving aisles": (623,),  # out of a bay again, a robot drove as in the ring that had brought it there
+    "closures moving aisles": (421, 623),  # off a node, or out of a bay, a robot drove on as in its ring
     "zones aisles": (24,),  # a robot beside a lane in a zone of one direction counted as in that zone
     EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
 }
