@@ -20,25 +20,26 @@ MOST = 1000
 
 
 class Attempts:
-    """The attempts since a task was last given out or released, or a robot became free."""
+    """The attempts since a task was last given out or released, or a robot became free: `failed` in a row.
+
+    The dispatcher sets `failed` to 0 then, without a call, as it does so for every task.
+    """
 
     def __init__(self, clock: Clock, calendars: Iterable[Hours]) -> None:
         self.clock = clock
         calendars = list(calendars)
         self._repeats_from = max((hours.repeats_from for hours in calendars), default=0.0)
         self._period = repeat_together(calendars, MOST)
-        self._count = 0
+        self.failed = 0
         self._since = 0.0
-
-    def begin(self) -> None:
-        """Count from now on, as something other than hours has changed."""
-        self._count, self._since = 0, self.clock.now
 
     def fail(self) -> None:
         """Count an attempt, which counts as failed unless a task is given out."""
-        self._count += 1
+        if not self.failed:
+            self._since = self.clock.now
+        self.failed += 1
 
     @property
     def are_in_vain(self) -> bool:
         """Whether no task will ever be given out, as hours have taken every course that they can."""
-        return self._count > LEAST and self.clock.now > max(self._since, self._repeats_from) + self._period
+        return self.failed > LEAST and self.clock.now > max(self._since, self._repeats_from) + self._period

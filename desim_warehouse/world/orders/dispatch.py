@@ -107,7 +107,7 @@ class Dispatcher:
     def announce(self, task: Task) -> None:
         """Record a new task that is known but not open yet."""
         self.released += 1
-        self.attempts.begin()
+        self.attempts.failed = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order, task.item)
         if self.stations.are_for_workers(task):
             self.log.is_for_workers(task.number)
@@ -129,7 +129,7 @@ class Dispatcher:
     def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
         event = Event(self.env)
         self._seen.pop(robot.number, None)
-        self.attempts.begin()
+        self.attempts.failed = 0
         self.free[robot.number] = robot, event
         self.call(at_once=at_once)
         return event
@@ -452,7 +452,7 @@ class Dispatcher:
                 f"policies.charging ({self.charging})"
             )
         del self.free[number], self.open[task_number]
-        self.attempts.begin()
+        self.attempts.failed = 0
         self._passing.discard(number)
         stops = self.stations.stops(view, task, node)
         robot.take_up(task, stops, self.stations.reserve(stops, robot.docked))

@@ -236,10 +236,11 @@ class Body:
         self.claim = None
 
     def give_up_room(self) -> None:
-        """Give back the granted room on the next lane: the robot stays where it is."""
+        """Give back the granted room on the next lane: the robot stays where it is, and leaves its ring, if any."""
         if self.granted is not None:
             self.granted.entering = None
             self.granted = None
+        self.train_pace = inf
 
     def off_lane(self, out: float) -> None:
         """Leave the lane's queue, which closes the gap, and pass the lane's end at time `out`."""
@@ -303,7 +304,6 @@ class Body:
         self.lane = self.held = self.ahead = None
         self.at = node
         self.pos = self.target = 0.0
-        self.leave_ring()
 
     def _join(self, lane: Lane, ahead: Body | None) -> None:
         self.lane = lane
@@ -326,6 +326,15 @@ class Body:
         """Take the position of the target that the robot was sure to reach."""
         self.pos = self.target
 
+    def arrive_on_node(self) -> None:
+        """Stand on the node at the lane's end; without room granted beyond, the robot drives on at its own pace.
+
+        The ring that may have brought it there goes on without it.
+        """
+        self.pos = self.target
+        if self.granted is None:
+            self.train_pace = inf
+
     def turn_on_node(self, time: float, now: float) -> None:
         """Turn to face the next lane within a time, standing; if there is nothing to turn, the robot need not stop."""
         self.ready_at = (self.brake_to_stand(now) if time else now) + time
@@ -336,10 +345,6 @@ class Body:
         self.braking = 0.0
         if self.claim is not None:
             self.train_pace = pace
-
-    def leave_ring(self) -> None:
-        """Drive on at its own pace: the ring that brought the robot to the node where it stands has turned."""
-        self.train_pace = inf
 
     def start_with_ring(self, time: float, stretch: Stretch) -> None:
         """Start at a given time with a ring, once the ring has braked and accelerated."""

@@ -452,7 +452,7 @@ class Drive:
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
         yield Arrival(self.env, self._spend_node_time(lane))
-        robot.arrive()
+        robot.arrive_on_node()
 
     def _spend_node_time(self, lane: Lane) -> float:
         """Stop at the lane's end for the time at the node; returns when it has passed."""
