@@ -14,7 +14,7 @@ from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, i
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
-    """Return the expected load of each group of workers, robots and chargers at the demand, or at capacity without a rate.
+    """Return the expected load of each group, such as robots or packers, at the demand or, without a rate, at capacity.
 
     Nodes at which robots unload without a station serve one robot at a time, and are groups of one.
     """

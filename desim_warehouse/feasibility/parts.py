@@ -129,7 +129,10 @@ class LiftLoad:
         return alone if self.crowd is None else min(alone, self.crowd)
 
     def busy(self, rate: float) -> float:
-        """Return the utilisation of the lift at a rate of tasks; once robots queue, they choose tasks with less riding."""
+        """Return the utilisation of the lift at a rate of tasks.
+
+        Once robots queue, they choose tasks with less riding.
+        """
         alone = rate * self.share * self.time
         return alone if alone <= 1 else max(rate * self.least, 1.0)
 

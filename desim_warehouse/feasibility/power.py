@@ -74,7 +74,7 @@ class Power:
 
     @property
     def short(self) -> bool:
-        """Whether the fleet draws so much more in the long run than chargers supply that its batteries fall (`slack`)."""
+        """Whether the fleet draws more in the long run than chargers supply, by more than `slack`: batteries fall."""
         return self.draws is not None and self.draws - self.gives > self.slack
 
 
