@@ -100,7 +100,7 @@ class _Site:
         return [rank for rank, graph in enumerate(self.graphs) if (graph in only if only else graph not in but)]
 
     def lane(self, lane: Item) -> Item:
-        """Return the parameters of a lane for a navigation graph, from its motion forward and, if there is one, back."""
+        """Return the parameters of a lane for a navigation graph, from its motion forward and, if any, back."""
         ahead, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
         limits = [motion.get("speed_limit") for motion in (ahead, *(back.values() if isinstance(back, dict) else ()))]
         parameters: Item = {"bidirectional": back not in ("Disable", "Disabled")}
