@@ -203,11 +203,12 @@ def at_rest(model: Model, layout: Layout) -> str:
     """Return in words what a fleet without work draws, against the supply of its chargers."""
     chargers, robots, time = sum(chargers_at(model, layout).values()), model.fleet.size, model.units.time
     drawn, charged = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
-    text = f"at rest {number_of(max(robots - chargers, 0), 'robot')} not on a charger draw {amount(drawn)} per {time}"
-    text += f" and get {amount(charged)} from {number_of(chargers, 'charger')}"
+    text = f"at rest, {number_of(max(robots - chargers, 0), 'robot')} without a charger draw {amount(drawn)} per {time}"
+    text += f", and {number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {amount(charged)}"
     if drawn > charged:
-        return f"{text}: need at least {number_of(needed_at_rest(model), 'charger')}"
-    return f"{text}, less what driving there and back takes"
+        needed = number_of(needed_at_rest(model), "charger")
+        return f"{text}: at least {needed} {'is' if needed.startswith('1 ') else 'are'} needed"
+    return f"{text}, less the energy for driving there and back"
 
 
 def _standing(model: Model) -> float:
