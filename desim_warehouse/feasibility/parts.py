@@ -199,7 +199,7 @@ class PickerLoad:
 class PileOn:
     """Lines picked per visit of a pod, as measured with few waiting lines (`few`), and with many (`many`).
 
-    `policy`: the policy that chooses pods, the better the more lines wait. `pick`: mean time of picking a line.
+    `policy`: the policy that chooses pods. `pick`: mean time of picking a line.
     `change`: time from one pod to the next. `servers`: servers of all stations.
     """
 

@@ -141,10 +141,10 @@ class _Planned:
     def _would_tell(self, sized: Sized) -> str:
         """Return the estimate of how many runs would decide whether an open fleet is enough."""
         needed = [shown.to_tell for shown in sized.below if standing(shown.verdict) == "open"]
-        told_by = [runs for runs in needed if runs is not None]
-        if not told_by or len(told_by) < len(needed):
+        runs_needed = [runs for runs in needed if runs is not None]
+        if not runs_needed or len(runs_needed) < len(needed):
             return "even many more runs may not tell"
-        return f"about {10 * math.ceil(max(told_by) / 10)} runs of each {self.noun} would tell (--cap)"
+        return f"about {10 * math.ceil(max(runs_needed) / 10)} runs of each {self.noun} would tell (--cap)"
 
     def _ended(self, sized: Sized) -> str:
         """Return the fleets that are enough, too few or open if the runs ran out before an answer."""

@@ -186,8 +186,8 @@ class _Held:
             reason = sentence(failure.text.partition(": ")[2] or failure.text)
             return f"As it is, the warehouse {fails(failure)}. {reason}"
         if not costs.is_held_up and costs.state is not None:
-            is_known = costs.gains.none or costs.is_clear
-            return f"There is no bottleneck: {_state(costs.state)}.{f' {self._gains()}' if is_known else ''}"
+            is_decided = costs.gains.none or costs.is_clear
+            return f"There is no bottleneck: {_state(costs.state)}.{f' {self._gains()}' if is_decided else ''}"
         return self._gains()
 
     def _gains(self) -> str:
