@@ -83,6 +83,7 @@ WENT_WRONG_TWO_WAY = {
     ("wider", "tree"): (235,),  # called back in their bays, robots drove out one by one, and back
     ("hours", "ring"): (81,),  # a good in a dead end was driven past, as the way out is slower
     ("aisles", "bridges"): (227,),  # called back just before the node where a good's lane begins
+    ("zones breakdowns", "bridges"): (11,),  # room that a cleared robot gave back was offered at one end only
 }
 """By features and ground."""
 LONG, CHUNK = 1300, 50
