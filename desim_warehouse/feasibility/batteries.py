@@ -239,7 +239,7 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
 def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Iterator[Finding]:
     """Find batteries that are never charged, and from which the run draws `about` so much."""
     battery = _battery(model)
-    floor = _floor(model)
+    floor = floor_of(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
     has = starts - floor
     if has <= 0 and drawn > 0 and starts < battery.capacity:
@@ -279,7 +279,7 @@ def _drawn_at_least(model: Model, layout: Layout) -> float:
     working = min(draws.empty, draws.loaded, draws.handling)
     task, time = _least_task(model, layout, draws), _least_task(model, layout, TIME)
     if not model.tasks.never_end:
-        work = task * _count(model) / robots
+        work = task * tasks_asked(model) / robots
         return work if length is None else min(work, working * length)
     assert length is not None
     rate = arrival_rate(model)
@@ -296,11 +296,11 @@ def _least_task(model: Model, layout: Layout, draws: Consumption) -> float:
 
 def must_charge(model: Model, layout: Layout) -> bool:
     """Whether the run draws more from a robot than it starts with above the level where it stops working."""
-    has = _battery(model).capacity * sum(start_energy(model)) / 2 - _floor(model)
+    has = _battery(model).capacity * sum(start_energy(model)) / 2 - floor_of(model)
     return _drawn_at_least(model, layout) > has * (1 + EPS)
 
 
-def _floor(model: Model) -> float:
+def floor_of(model: Model) -> float:
     """Return the level at which robots stop working."""
     thresholds = levels(model)
     return _battery(model).threshold if thresholds is None else thresholds.critical
@@ -363,7 +363,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         )
 
 
-def _count(model: Model) -> int:
+def tasks_asked(model: Model) -> int:
     """Count the tasks that there will be, where they end."""
     goods = model.tasks.goods
     if isinstance(goods, RandomGoods):

@@ -195,15 +195,37 @@ def needed_at_rest(model: Model) -> int:
     return math.ceil(model.fleet.size * standing / (each + standing) - _EPS)
 
 
+def draw_at_rest(model: Model, layout: Layout) -> float:
+    """Return the rate at which a fleet without work draws energy while robots stand at all its chargers."""
+    return off_chargers(model, layout) * _standing(model)
+
+
+def gives_at_rest(model: Model, layout: Layout) -> float:
+    """Return the rate at which all chargers together give energy, averaged over the levels of a charge."""
+    return sum(chargers_at(model, layout).values()) * charging_rate(model)
+
+
+def resting(model: Model, layout: Layout) -> str:
+    """Return in words what a fleet without work draws, and what it gets from its chargers."""
+    robots, chargers = off_chargers(model, layout), sum(chargers_at(model, layout).values())
+    drawn, charged = amount(draw_at_rest(model, layout)), amount(gives_at_rest(model, layout))
+    return (
+        f"at rest {number_of(robots, 'robot')} not on a charger draw {drawn} per {model.units.time} and get "
+        f"{charged} from {number_of(chargers, 'charger')}"
+    )
+
+
 def at_rest(model: Model, layout: Layout) -> str:
     """Compare in words what a fleet without work draws with what its chargers give."""
-    chargers, robots, time = sum(chargers_at(model, layout).values()), model.fleet.size, model.units.time
-    drawn, charged = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
-    text = f"at rest {number_of(max(robots - chargers, 0), 'robot')} not on a charger draw {amount(drawn)} per {time}"
-    text += f" and get {amount(charged)} from {number_of(chargers, 'charger')}"
-    if drawn > charged:
+    text = resting(model, layout)
+    if draw_at_rest(model, layout) > gives_at_rest(model, layout):
         return f"{text}: need at least {number_of(needed_at_rest(model), 'charger')}"
     return f"{text}, less what driving there and back takes"
+
+
+def off_chargers(model: Model, layout: Layout) -> int:
+    """Return how many robots of a fleet without work stand at no charger."""
+    return max(model.fleet.size - sum(chargers_at(model, layout).values()), 0)
 
 
 def _standing(model: Model) -> float:

@@ -76,6 +76,7 @@ WENT_WRONG = {
     "closures moving": (2234,),
     "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
     "closures moving aisles": (623,),  # out of a bay again, a robot drove as in the ring that had brought it there
+    "wider breakdowns": (1157,),  # robots drove to chargers for longer than they stayed, and levels fell for ever
     "zones aisles": (24,),  # a robot beside a lane in a zone of one direction counted as in that zone
     EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
 }
