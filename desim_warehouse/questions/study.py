@@ -1,4 +1,4 @@
-"""A study in the hands of a user: `Study`, `Results`, `Comparison`, `MainEffects`; its engine with words and tables."""
+"""A study as users hold it: `Study`, `Results`, `Comparison` and `MainEffects`, the engine with words and tables."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class Comparison(Answering, comparison.Differences):
         """A row for each difference.
 
         Columns: the factors, baseline (the design that it is compared with), difference with `_low` and `_high` (in the
-        units of the indicator; nan where there is no interval), p (adjusted), differs (None: it cannot be told), runs,
-        missing (replications that only one of both has).
+        units of the indicator; nan without an interval), p (adjusted), differs (None if undecided), runs, missing
+        (replications that only one of the two designs has).
         """
         import pandas as pd
 
@@ -85,13 +85,13 @@ class MainEffects(screening.Effects):
     Attributes:
         indicator: the indicator that is analysed.
         grand_mean: mean of the indicator over all runs, in the model's units.
-        factors: for each factor, its levels, each with the mean there minus the grand mean, and the swing.
+        factors: for each factor, its swing and its levels, each with the level's mean minus the grand mean.
         left_out: number of runs without a value.
     """
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each level of each factor: factor, level, effect (mean there minus grand mean), swing, runs."""
+        """A row for each level of each factor: factor, level, effect (its mean minus the grand mean), swing, runs."""
         import pandas as pd
 
         return pd.DataFrame(
@@ -118,7 +118,7 @@ class MainEffects(screening.Effects):
 class Results(Answering, ResultsData):
     """The finished runs of a study, their statistics, and the resulting answer.
 
-    A design is named by its text, such as "fleet.size=3"; designs that are equal are one.
+    A design is named by its text, such as "fleet.size=3"; equal designs are one.
 
     Attributes:
         answer: the answer in words, as `desim study` prints it; shown by `print`.
@@ -131,7 +131,7 @@ class Results(Answering, ResultsData):
 
     @property
     def answer(self) -> Answer:
-        """The answer of the study: the terminal prints it, and pages show it."""
+        """The answer of the study, as the terminal prints it and pages show it."""
         return self.answer_in(())
 
     @cached_property
@@ -140,7 +140,7 @@ class Results(Answering, ResultsData):
         return self.frame(self.plan.indicators)
 
     def answer_in(self, indicators: Sequence[str]) -> Answer:
-        """Compose the answer of the study in these indicators, the usual ones where there are none."""
+        """Compose the answer of the study in the given indicators; by default in the usual ones."""
         from desim_warehouse.questions import study_words  # most studies are never asked
 
         return study_words.answer(self, indicators)
@@ -151,15 +151,16 @@ class Results(Answering, ResultsData):
         baseline: Mapping[str, Any] | None = None,
         method: comparison.Method = "bonferroni",
     ) -> Comparison:
-        """Compare designs with a baseline replication by replication, with intervals that hold all at once.
+        """Compare designs with a baseline replication by replication, with simultaneous confidence intervals.
 
-        Each design is compared with the one that has the named values of factors, and its own of all others: with
-        `{"policies.allocation": "in-order"}` each policy with in-order at the same fleet, all as one family. Designs
-        whose runs are equal count once, so that copies cost no certainty; those equal to their baseline have no row.
+        Each design is compared with the design that has the levels of `baseline`, and in all other factors its own:
+        `{"policies.allocation": "in-order"}` compares each policy with in-order at the same fleet size, all as one
+        family. Designs with equal runs count once, so that copies do not widen the intervals; designs equal to their
+        baseline have no row.
 
         Args:
-            indicator: what is compared.
-            baseline: values of factors; of a paired design, whose factors vary together, the first design with them.
+            indicator: the indicator that is compared.
+            baseline: levels of factors; of a paired design, whose factors vary together, the first design with them.
                 None: the study's baseline, by default its first design.
             method: bonferroni, or holm, whose p-values are never larger.
 
@@ -167,12 +168,12 @@ class Results(Answering, ResultsData):
             The differences in the units of the indicator, each with interval and p-value.
 
         Raises:
-            StudyError: no such indicator or baseline, or a design without a replication in common with it.
+            StudyError: no such indicator or baseline, or a design that has no replication in common with its baseline.
         """
         return Comparison(**vars(super().compare(indicator, baseline, method)), indicator=indicator, results=self)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Find which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
+        """Return the main effect of each factor: an indicator's mean at each level, minus the grand mean.
 
         Raises:
             StudyError: nothing was varied, or no run has a value.
@@ -193,7 +194,7 @@ class Study(StudyEngine):
         study.run(workers=2, out="reports/out/fleet")
         study.summary(["T", "S"])
 
-    `Study.open` has the runs of a folder again, in another program or after an interruption.
+    `Study.open` reads the runs back from a folder, in another program or after an interruption.
     """
 
     _results_type = Results
@@ -204,10 +205,10 @@ class Study(StudyEngine):
 
     @property
     def results(self) -> Results:
-        """The finished runs, and what follows from them. They do not change when the study runs on.
+        """The finished runs, with their statistics; unchanged if the study runs on.
 
         Raises:
-            StudyError: where the study has not been run.
+            StudyError: the study has not been run.
         """
         return cast("Results", super().results)
 
@@ -221,5 +222,5 @@ class Study(StudyEngine):
         return self.results.compare(indicator, baseline, method)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Find which factor matters: see `Results.main_effects`."""
+        """Return the main effect of each factor: see `Results.main_effects`."""
         return self.results.main_effects(indicator)
