@@ -73,7 +73,7 @@ class Option(_Plain):
     @property
     def full_name(self) -> str:
         """The option's name, with the names of options with equal runs."""
-        return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
+        return f"{self.name} (same results: {', '.join(self.same)})" if self.same else self.name
 
 
 class BigNumber(_Plain):

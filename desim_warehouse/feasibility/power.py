@@ -214,8 +214,8 @@ def resting(model: Model, layout: Layout) -> str:
     robots, chargers = off_chargers(model, layout), sum(chargers_at(model, layout).values())
     drawn, charged = amount(draw_at_rest(model, layout)), amount(gives_at_rest(model, layout))
     return (
-        f"at rest {number_of(robots, 'robot')} not on a charger draw {drawn} per {model.units.time} and get "
-        f"{charged} from {number_of(chargers, 'charger')}"
+        f"at rest, {number_of(robots, 'robot')} without a charger draw {drawn} per {model.units.time}, and "
+        f"{number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {charged}"
     )
 
 
@@ -223,8 +223,9 @@ def at_rest(model: Model, layout: Layout) -> str:
     """Return in words what a fleet without work draws, against the supply of its chargers."""
     text = resting(model, layout)
     if draw_at_rest(model, layout) > gives_at_rest(model, layout):
-        return f"{text}: need at least {number_of(needed_at_rest(model), 'charger')}"
-    return f"{text}, less what driving there and back takes"
+        needed = number_of(needed_at_rest(model), "charger")
+        return f"{text}: at least {needed} {'is' if needed.startswith('1 ') else 'are'} needed"
+    return f"{text}, less the energy for driving there and back"
 
 
 def off_chargers(model: Model, layout: Layout) -> int:

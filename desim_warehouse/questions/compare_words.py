@@ -74,7 +74,7 @@ def _most(study: ResultsData, indicator: str, differences: Differences, base: st
     """Return the sentence on the design with the largest significant difference."""
     shown = [row for row in differences.differences if row.differs]
     if not shown:
-        return f"No difference in {words.in_sentence(indicator)} is shown."
+        return f"No difference in {words.in_sentence(indicator)} is evident."
     most = max(shown, key=lambda row: abs(row.estimate.mean))
     down = most.estimate.mean < 0
     by = difference(study, indicator, most, turned=down).text

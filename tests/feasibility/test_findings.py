@@ -61,7 +61,7 @@ def test_robots_that_park_without_chargers_run_low_together():
     # 100 at 0.005 a second: all at 25 after 15,000 s. Four chargers take 75 / 0.009 = 8,333 s for a first group, and 25
     # last 5,000. Robots take turns, but eight draw 0.04 a second, and four chargers give 0.036.
     assert {"CHARGERS_SHORT", "REST_FLAT"} <= set(codes(DEFAULTS))
-    with pytest.raises(BatteryError, match="need at least 5 chargers"):
+    with pytest.raises(BatteryError, match="at least 5 chargers are needed"):
         dw.simulate(planner({**DEFAULTS, "run.length": 172800}))
 
 

@@ -187,8 +187,8 @@ def _breaks(model: Model) -> Iterator[Finding]:
             yield Finding(
                 "BREAK_BEYOND_DUE",
                 place,
-                f"for up to {whole} no robot works or no station is open, and what comes in the first {first} of that "
-                f"cannot be done within {allowed}: {amount(100 * share)} % of the time, late with any fleet",
+                f"no robot works, or no station is open, for up to {whole}; tasks that arrive in the first {first} of "
+                f"this break cannot be done within {allowed}, with any fleet ({amount(100 * share)} % of the time)",
                 "hours for the tasks, later due times, or robots with breaks at other times (fleet.kinds)",
             )
 

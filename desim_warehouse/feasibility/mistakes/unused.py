@@ -63,7 +63,8 @@ def _same_ends(model: Model) -> Iterator[Finding]:
     for name, flow in model.tasks.flows.items():
         for route in flow.routes:
             if isinstance(route.source, tuple) and not flow.via and set(route.source) == set(route.target):
-                text = f"from {spoken(route.source)} to the same: loads stay where they are, or go to and fro"
+                ends = spoken(route.source)
+                text = f"loads begin and end at {ends}: they stay where they are, or go back and forth"
                 yield Finding("SAME_ENDS", f"tasks.flows.{name}", text, "from: storage, or where loads really go (to)")
                 break
 
