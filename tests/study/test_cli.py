@@ -191,6 +191,8 @@ def test_size_names_its_range_and_its_key():
         call("size", MULTIBOTS, "--range", "{named: 3}", "--target", "T <= 9")
     with pytest.raises(WarehouseError, match=re.escape("--range 1,{:")):
         call("size", MULTIBOTS, "--range", "1,{", "--target", "T <= 9")
+    with pytest.raises(WarehouseError, match=re.escape("--range  --key fleet.size: no values (got [])")):
+        call("size", MULTIBOTS, "--range", "", "--target", "T <= 9")
 
 
 def test_size_without_an_answer_says_so_by_its_exit_status():
