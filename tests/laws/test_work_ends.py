@@ -140,27 +140,27 @@ def share(models, holds):
 
 
 MODELS = {
-    "a battery": ("", 1 / 3, lambda one: one.battery),
-    "a warm-up before an end at an instant": ("", 1 / 5, lambda one: one.name != WHOLE and one.run.warm_up),
-    "several speeds": ("", 1 / 4, lambda one: len({robot.speed for robot in one.fleet.robots()}) > 1),
-    "stops on the way": ("tours", 1 / 6, lambda one: any(flow.via for flow in one.tasks.flows.values())),
-    "a station with hours": ("hours", 1 / 4, lambda one: any(item.hours for item in one.layout.stations.values())),
-    "a pause": ("hours", 1 / 8, lambda one: any(item.at_close == "pause" for item in one.layout.stations.values())),
-    "a buffer": ("hours", 1 / 8, lambda one: any(item.buffer is not None for item in one.layout.stations.values())),
-    "shifts": ("hours", 1 / 3, lambda one: one.fleet.has_hours),
-    "flows with hours": ("tours hours", 1 / 10, lambda one: any(flow.hours for flow in one.tasks.flows.values())),
-    "breakdowns": ("breakdowns", 0.7, lambda one: one.fleet.breaks_down),
-    "delays": ("breakdowns", 0.3, lambda one: one.fleet.robot.delays),
-    "chargers that fail": ("breakdowns", 0.2, lambda one: any(bay.outages for bay in one.layout.bays.values())),
-    "slow zones": ("closures", 1 / 3, lambda one: one.traffic.slow),
-    "robots that start on lanes": ("wider", 1 / 4, lambda one: one.fleet.start_on_lanes),
-    "a bay in a lane": ("wider", 1 / 20, lambda one: any(bay.in_lane for bay in one.layout.bays.values())),
-    "pickers": ("pickers", 0.9, lambda one: one.pickers),
-    "pickers who stay": ("pickers", 1 / 6, lambda one: one.pickers and one.pickers.stay == "order"),
-    "pickers sent ahead": ("pickers", 1 / 10, lambda one: one.pickers and one.pickers.call == "ahead"),
-    "pickers with hours": ("pickers", 1 / 6, lambda one: one.pickers and one.pickers.hours),
-    "zones of pickers": ("pickers", 1 / 15, lambda one: one.pickers and one.pickers.zones > 1),
-    "sizes": ("restless", 1 / 10, lambda one: len({robot.radius for robot in one.fleet.robots()}) > 1),
+    "a battery": ("", 1 / 3, lambda model: model.battery),
+    "a warm-up before an end at an instant": ("", 1 / 5, lambda model: model.name != WHOLE and model.run.warm_up),
+    "several speeds": ("", 1 / 4, lambda model: len({robot.speed for robot in model.fleet.robots()}) > 1),
+    "stops on the way": ("tours", 1 / 6, lambda model: any(flow.via for flow in model.tasks.flows.values())),
+    "a station with hours": ("hours", 1 / 4, lambda model: any(item.hours for item in model.layout.stations.values())),
+    "a pause": ("hours", 1 / 8, lambda model: any(item.at_close == "pause" for item in model.layout.stations.values())),
+    "a buffer": ("hours", 1 / 8, lambda model: any(item.buffer is not None for item in model.layout.stations.values())),
+    "shifts": ("hours", 1 / 3, lambda model: model.fleet.has_hours),
+    "flows with hours": ("tours hours", 1 / 10, lambda model: any(flow.hours for flow in model.tasks.flows.values())),
+    "breakdowns": ("breakdowns", 0.7, lambda model: model.fleet.breaks_down),
+    "delays": ("breakdowns", 0.3, lambda model: model.fleet.robot.delays),
+    "chargers that fail": ("breakdowns", 0.2, lambda model: any(bay.outages for bay in model.layout.bays.values())),
+    "slow zones": ("closures", 1 / 3, lambda model: model.traffic.slow),
+    "robots that start on lanes": ("wider", 1 / 4, lambda model: model.fleet.start_on_lanes),
+    "a bay in a lane": ("wider", 1 / 20, lambda model: any(bay.in_lane for bay in model.layout.bays.values())),
+    "pickers": ("pickers", 0.9, lambda model: model.pickers),
+    "pickers who stay": ("pickers", 1 / 6, lambda model: model.pickers and model.pickers.stay == "order"),
+    "pickers sent ahead": ("pickers", 1 / 10, lambda model: model.pickers and model.pickers.call == "ahead"),
+    "pickers with hours": ("pickers", 1 / 6, lambda model: model.pickers and model.pickers.hours),
+    "zones of pickers": ("pickers", 1 / 15, lambda model: model.pickers and model.pickers.zones > 1),
+    "sizes": ("restless", 1 / 10, lambda model: len({robot.radius for robot in model.fleet.robots()}) > 1),
 }
 RUNS = {
     "pods": {"pile_on": 0.9, "pod_visits": 0.9},
@@ -190,20 +190,20 @@ def test_the_effects_of_features_occur_in_runs(features):
 def test_policies_work_and_zones_of_every_kind_are_drawn():
     models = drawn("policies", 60)
     for kind, some in POLICIES.items():
-        names = {one if isinstance(one, str) else one["name"] for one in some}
-        assert {getattr(one.policies, kind).name for one in models} == names
-    assert {type(one.tasks.goods).__name__ for one in models} == {
+        names = {policy if isinstance(policy, str) else policy["name"] for policy in some}
+        assert {getattr(model.policies, kind).name for model in models} == names
+    assert {type(model.tasks.goods).__name__ for model in models} == {
         "tuple",
         "RandomGoods",
         "SaturatedGoods",
         "PoissonGoods",
     }
-    assert {one.tasks.station_choice for one in models} == {"each", "nearest", "least-loaded", "random"}
+    assert {model.tasks.station_choice for model in models} == {"each", "nearest", "least-loaded", "random"}
     toured = drawn("tours")
-    assert {one.policies.batching.name for one in toured} == {"fixed-size", "time-window", "by-order", "single"}
-    assert {one.fleet.robot.capacity for one in toured} == {2, 3, 4}
+    assert {model.policies.batching.name for model in toured} == {"fixed-size", "time-window", "by-order", "single"}
+    assert {model.fleet.robot.capacity for model in toured} == {2, 3, 4}
     zoned = [dw.load(warehouse(number, "zones", ground)) for ground in KINDS for number in range(6)]
-    rules = [zone.rule for one in zoned for zone in one.traffic.zones.values()]
+    rules = [zone.rule for model in zoned for zone in model.traffic.zones.values()]
     assert rules.count("one-robot") > 10
     assert rules.count("one-direction") > 10
 
