@@ -89,6 +89,9 @@ def _replayed(run: RunData, replay: Path | None) -> str:
 def read_answer(folder: str | Path) -> Answer:
     """Read the answer stored in a folder, also by version 0.3, or compose it from the finished runs of a study.
 
+    Returns:
+        The answer as it was stored, or as composed.
+
     Raises:
         ReportError: the folder is damaged, or no run has finished.
     """

@@ -24,6 +24,8 @@ from tests.laws.zones import with_zones
 
 ONE_WAY = "one-way"
 EVERYTHING = "kinds tours closures hours moving breakdowns"
+MOST_TURNS = 6
+"""Robots that take turns at a charger, each as long as the drive there, while a fifth of a small battery lasts."""
 POLICIES = {
     "allocation": [
         "in-order",
@@ -99,6 +101,8 @@ def restless(mapping, key):
         draws = battery["consumption"]
         most = max(draws.values()) if isinstance(draws, dict) else draws
         battery["charge_rate"] = max(battery["charge_rate"], 2 * fleet["size"] * most)  # else work may never end
+        turns = fleet["size"] / random_models.chargers_of(mapping["layout"]["bays"], fleet["size"])
+        battery = random_models.lasting(battery, max(turns / MOST_TURNS, 1))  # nor if turns outlast a charge
         policies["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": draw.uniform(0.1, 0.6)}))
     tasks, unload = mapping["tasks"], mapping["tasks"]["unload_at"]
     if len(unload) > 1 and draw.random() < 0.5:

@@ -38,14 +38,14 @@ def with_lifts(mapping, key):
         for one, other in ((a, b), (b, a)):
             edges.append({"from": one, "to": other, "length": length, "side_by_side": not both})
 
-    lifts = {}
+    lifts, storeys = {}, 0  # each node upstairs has a storey of its own
     while moved:
         upstairs = [moved.pop() for _ in range(min(len(moved), draw.choice((1, 1, 2, 3))))]
         for shaft in range(draw.choice((1, 1, 2))):
             stops = []
             for floor, name in enumerate((below[upstairs[0]], *upstairs)):
                 x, y = layout["nodes"][upstairs[max(floor - 1, 0)]]
-                up = floor * height * (len(lifts) + 1)
+                up = height * (storeys + floor) if floor else 0
                 if floor:
                     nodes[name] = [x, y - up]
                 stops.append(f"{name}^{shaft}.{floor}")
@@ -54,6 +54,7 @@ def with_lifts(mapping, key):
             lift = {"nodes": stops, "ride": draw.choice(RIDES), "doors": draw.choice(DOORS)}
             lift |= {"rests": draw.choice(stops)} if draw.random() < 0.5 else {}
             lifts[f"lift{len(lifts)}"] = lift | others(random.Random(f"users {key} {len(lifts)}"), lift)
+        storeys += len(upstairs)
     storage = renamed(layout["storage"], below)
     made = {**layout, "nodes": nodes, "edges": edges, "storage": storage, "lifts": lifts}
     downstairs = {key: renamed(mapping[key], below) for key in ("fleet", "traffic", "people") if key in mapping}

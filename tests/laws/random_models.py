@@ -313,6 +313,8 @@ class Draw:
         lap = self.ground.around / self.slowest + node_time * len(self.ground.nodes) + sum(handling) + sum(exits)
         battery = self.battery(lap) if self.some(0.6) else None
         start, bays = self.bays(size, battery)
+        if battery:
+            enough_at_rest(battery, chargers_of(bays, size), size)
         unload = pick.sample(self.ground.nodes, pick.randint(1, min(3, len(self.ground.nodes))))
         choice = "each" if len(unload) == 1 and self.some(0.5) else pick.choice(CHOICES[1:])
         stations = {}
@@ -348,6 +350,24 @@ class Draw:
             "run": run,
             "cost": {"distance": 0.5, "time": 2.0, "collisions": 30.0},
         }
+
+
+def chargers_of(bays, size):
+    """How many chargers there are for a fleet; where a bay does not say, each of its slots has one."""
+    if any("chargers" not in bay for bay in bays.values()):
+        return size
+    return sum(bay["chargers"] * len(bay["at"]) for bay in bays.values())
+
+
+def enough_at_rest(battery, chargers, size):
+    """Raise the rate of chargers that give a fleet at rest less than it draws: batteries would fall for ever.
+
+    A tenth of what they give is for drives to a charger and back; tapered, a charger gives the least rate at the end.
+    """
+    drawn = battery["consumption"]
+    standing = drawn["standing"] if isinstance(drawn, dict) else drawn
+    gives = 0.9 * chargers * battery.get("taper", {"end_rate": 1})["end_rate"]
+    battery["charge_rate"] = max(battery["charge_rate"], (size - chargers) * standing / gives)
 
 
 def lasting(battery, times):

@@ -1,4 +1,4 @@
-"""The details behind the answer of a check, a number in each line: floor, parts of a task, energy and limits."""
+"""The details behind the answer of a check, one figure per line: floor, parts of a task, energy and limits."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from desim_warehouse.run.quick import Choice, Nearer, left_out
 from desim_warehouse.values.distributions import Distribution
 
 FEWER = 0.99
-"""Part of the rides for a task, below which it is said how many fewer they are where robots choose."""
+"""Share of the rides for a task below which the smaller number of rides is printed, where robots choose."""
 
 
 def of_model(model: Model) -> list[str]:
-    """Describe a model in lines: the layout, the lanes, what is asked for, what estimates leave out, and rings."""
+    """Return the lines on a model: layout, lanes, demand, what estimates leave out, and the shortest rings."""
     layout, fleet, units = model.floor, model.fleet, model.units
     graph, length, time = layout.graph, units.length, units.time
     sizes = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
@@ -49,7 +49,7 @@ def of_model(model: Model) -> list[str]:
 
 
 def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estimate: QuickEstimate) -> list[str]:
-    """Return the lines on time saved by other places of fast movers, and by a choice of tasks."""
+    """Return the lines on time saved by other places for fast movers, and by a choice among tasks."""
     time, lines = model.units.time, []
     if nearer is not None:
         saved = f"{amount(nearer.saved)} of {amount(nearer.now)} {time} a task"
@@ -63,7 +63,7 @@ def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estim
 
 
 def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
-    """Describe the quick estimate in lines: the floor, a mean task, robots, stations, energy and the knee."""
+    """Return the lines on the quick estimate: floor, mean task, robots, stations, energy and the knee."""
     time, hour = units.time, units.hour
     together = "" if estimate.measured is None else f", and on {estimate.looked_at:,} of all robots together"
     robots, limit = estimate.knee
@@ -81,7 +81,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
 
 
 def _times_that_vary(model: Model) -> Iterator[str]:
-    """List the distributions of the model."""
+    """Yield a line for each random handling time of the model."""
     for name, time in (("loading", model.tasks.load_time), ("unloading", model.tasks.unload_time)):
         if isinstance(time, Distribution):
             yield f"{name} varies: {time.words(model.units.time)}"
@@ -105,7 +105,7 @@ def _task(estimate: QuickEstimate, time: str) -> str:
 
 
 def _pods(pile_on: PileOn, units: Units) -> str:
-    """Describe the lines that a visit of a pod serves, and the work that pickers can do."""
+    """Return the line on the lines that a visit of a pod serves, and on the work that pickers can do."""
     least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
     lines = least if least == most else f"{least} to {most}"
     text = f"pods: {lines} lines a visit by {pile_on.policy}, measured"
@@ -160,7 +160,7 @@ def _stations(estimate: QuickEstimate, hour: float) -> str:
 
 
 def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
-    """Yield a line on what each lift can do, and on the demand for it; one for lifts that are alike."""
+    """Yield a line on what each lift can do, and on the demand for it; lifts that are alike share a line."""
     lines: dict[str, list[str]] = {}
     for lift in estimate.lifts:
         line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
@@ -175,7 +175,7 @@ def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
 
 
 def _energy(power: Power, time: str) -> list[str]:
-    """Describe the energy balance, by kind where kinds differ."""
+    """Return the lines on the energy balance, by kind if kinds differ."""
     if power.kinds:
         lines = [f"{said(kind)}: {line}" for kind, alone in power.kinds.items() for line in _energy(alone, time)]
         if power.needed is not None:
