@@ -15,7 +15,7 @@ from tests.audit_nodes import Stay
 
 @dataclass
 class Passage:
-    """The use of a lift by a robot: it calls the cabin to `node` at `called`, drives in at `there`, rides, gets out.
+    """The use of a lift by a robot: it calls the cabin to `node` at `called`, drives in at `start`, rides, gets out.
 
     If doors take no time, two consecutive rides take as long as one, and a route may have either.
     """
@@ -23,7 +23,7 @@ class Passage:
     robot: int
     node: str
     called: float
-    there: float
+    start: float
     rides: list
     out: object
 
@@ -39,11 +39,11 @@ class Lifts:
     def check_lifts(self):
         for lift in self.run.layout.lifts:
             name = lift.name
-            passages = sorted(self.passages_of(name, lift), key=lambda one: (one.there, one.called))
-            for one in passages:
-                for ride in one.rides:
+            passages = sorted(self.passages_of(name, lift), key=lambda passage: (passage.start, passage.called))
+            for passage in passages:
+                for ride in passage.rides:
                     self.check_ride(name, lift, ride)
-                self.check_way_out(name, one)
+                self.check_way_out(name, passage)
             self.check_cabin(name, lift, passages)
 
     def passages_of(self, name, lift):
@@ -55,21 +55,21 @@ class Lifts:
             for rank, visit in enumerate(visits[:-1]):
                 if visit.edge[1] not in lift.nodes or visit.edge[0] in lift.nodes or visit.cleared:
                     continue
-                there, then = self.sets_out(visit), visits[rank + 1 :]
-                rides = list(takewhile(lambda ride: {*ride.edge} <= {*lift.nodes}, then))
+                start, later = self.sets_out(visit), visits[rank + 1 :]
+                rides = list(takewhile(lambda ride: {*ride.edge} <= {*lift.nodes}, later))
                 if not rides:
-                    self.fault(then[0].enter, f"robot {robot} drove through lift {name} on one floor")
+                    self.fault(later[0].enter, f"robot {robot} drove through lift {name} on one floor")
                     continue
-                early, late = visit.enter - self.delay, there + self.delay
+                early, late = visit.enter - self.delay, start + self.delay
                 began = [row[0] - row[6] for row in calls if row[2] == robot and row[5] == visit.edge]
                 held_up = [row[0] for row in waits if row[2] == robot and early <= row[0] <= late]
                 line = self.length(visit) - self.contact - self.slack
-                there_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), there)
+                line_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), start)
                 repaired = [time for time in self.repairs(robot) if early <= time <= late]
-                at_line = max([there_since, *held_up, *repaired])
-                called = next((time for time in began if early <= time <= late), min(at_line, there))
-                out = then[len(rides)] if len(rides) < len(then) else None
-                yield Passage(robot, visit.edge[1], called, there, rides, out)
+                at_line = max([line_since, *held_up, *repaired])
+                called = next((time for time in began if early <= time <= late), min(at_line, start))
+                out = later[len(rides)] if len(rides) < len(later) else None
+                yield Passage(robot, visit.edge[1], called, start, rides, out)
 
     def repairs(self, robot):
         """Return the times at which a robot continued after its breakdowns."""
@@ -83,11 +83,11 @@ class Lifts:
         if math.isfinite(until) and abs(until - begin - takes) > self.delay:
             self.fault(begin, f"robot {ride.robot} rides in lift {name} for {until - begin:g}, not {takes:g}")
 
-    def check_way_out(self, name, one):
+    def check_way_out(self, name, passage):
         """Each ride begins where the previous ride ended, not before, and the robot gets out at the last stop."""
-        for ride, then in pairwise([*one.rides, *([one.out] if one.out else [])]):
+        for ride, then in pairwise([*passage.rides, *([passage.out] if passage.out else [])]):
             if then.edge[0] != ride.edge[1] or then.enter < ride_times(ride)[1] - self.delay:
-                self.fault(then.enter, f"robot {one.robot} left lift {name} before it was there")
+                self.fault(then.enter, f"robot {passage.robot} left lift {name} before it was there")
 
     def users_of(self, lift):
         """Yield uses by people and repairs, in order of time: begin, end, last node, least duration, and wait."""
@@ -111,25 +111,27 @@ class Lifts:
         """The cabin is called when it is free, comes from where it is, and serves one robot at a time."""
         floor, free, rings = float(lift.nodes.index(lift.rests or lift.nodes[0])), -math.inf, self.run.record.rings
         users = list(self.users_of(lift))
-        for one in passages:
-            floor, called = self.check_users(name, lift, free, one.there, users, floor)
+        for passage in passages:
+            floor, called = self.check_users(name, lift, free, passage.start, users, floor)
             others, free = called > free, called
-            to = lift.nodes.index(one.node)
-            early = one.called - self.start_time - self.delay
-            in_ring = any(early <= time <= one.called + self.delay for time in self.trains[one.robot])
-            if one.called < free - self.delay and not in_ring and not others:
-                self.fault(one.called, f"robot {one.robot} calls lift {name}, which is free at {free:g}")
-            begin = max(one.called, free)
+            to = lift.nodes.index(passage.node)
+            early = passage.called - self.start_time - self.delay
+            in_ring = any(early <= time <= passage.called + self.delay for time in self.trains[passage.robot])
+            if passage.called < free - self.delay and not in_ring and not others:
+                self.fault(passage.called, f"robot {passage.robot} calls lift {name}, which is free at {free:g}")
+            begin = max(passage.called, free)
             rests = floor if lift.rests is None else lift.nodes.index(lift.rests)
             at = floor + math.copysign(min((begin - free) / lift.ride, abs(rests - floor)), rests - floor)
-            there = begin + abs(to - at) * lift.ride + lift.doors
+            ready = begin + abs(to - at) * lift.ride + lift.doors
             if rings and to == floor and in_ring:  # as one robot gets out, the next gets in
-                there = one.called
+                ready = passage.called
             elif rings:
-                there = min(there, max(free, 0.0) + min(abs(to - floor), abs(to - rests)) * lift.ride + lift.doors)
-            if one.there < there - self.delay:
-                self.fault(one.there, f"lift {name} is at {one.node} for robot {one.robot}, not before {there:g}")
-            floor, free = float(lift.nodes.index(one.rides[-1].edge[1])), math.inf
-            if one.out is not None:
-                free = self.clear(Stay(left=one.out.enter, away=one.out)) + lift.doors
+                ready = min(ready, max(free, 0.0) + min(abs(to - floor), abs(to - rests)) * lift.ride + lift.doors)
+            if passage.start < ready - self.delay:
+                self.fault(
+                    passage.start, f"lift {name} is at {passage.node} for robot {passage.robot}, not before {ready:g}"
+                )
+            floor, free = float(lift.nodes.index(passage.rides[-1].edge[1])), math.inf
+            if passage.out is not None:
+                free = self.clear(Stay(left=passage.out.enter, away=passage.out)) + lift.doors
         self.check_users(name, lift, free, math.inf, users, floor)

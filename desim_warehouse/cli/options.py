@@ -140,7 +140,7 @@ def write_files(files: Mapping[Path, str], *, force: bool) -> None:
 
 
 def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model:
-    """Load the model of a file for a simulation or check, with the overrides `besides` and then those of `--set`."""
+    """Load the model of a file for a simulation or check, with the overrides `besides` and then `--set` applied."""
     from desim_warehouse.model import load, parse_assignment
 
     overrides: dict[str, Any] = {**besides, **dict(parse_assignment(text) for text in assignments)}
@@ -148,7 +148,7 @@ def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model
 
 
 def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Model | Run:
-    """Return the run of a folder, or the model of a file with the overrides `besides` and then those of `--set`.
+    """Return the run of a folder, or the model of a file with the overrides `besides` and then `--set` applied.
 
     Raises:
         ReportError: overrides of a finished run.

@@ -71,7 +71,7 @@ def command(
     MODEL --key fleet.size --range 1..60 --target "throughput_per_hour >= 220"; desim size MODEL --key traffic.most_out
     --range 100..800..100
     """
-    values = values or _estimated(model, key, assignments)
+    values = _estimated(model, key, assignments) if values is None else values
     varied = f"--range {values} --key"
     sought = {"target": targets[0]} if targets else {"indicators": ["throughput_per_hour"]}
     factors = {key: _read_range(values)}

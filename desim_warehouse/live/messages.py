@@ -40,7 +40,7 @@ class Ask(Message):
 
 
 class ShareAsk(Message):
-    """A request for a shared page: its designs, of which the first is the baseline."""
+    """A request for a shared page: its designs, the baseline first."""
 
     ids: Annotated[list[str], Field(min_length=2, max_length=120)]
 

@@ -67,7 +67,7 @@ class PileUp(NamedTuple):
 
 @dataclass(frozen=True)
 class Day:
-    """The course of a run in n parts of equal length, of which the first and the last may be shorter.
+    """The course of a run in n parts of equal length, except the first and the last part, which may be shorter.
 
     `begin`: the end of the warm-up. `bounds`: the n + 1 ends of the parts, in the time unit of the model. All curves
     have n values, the means of the parts. `robots`: number of robots by activity, in the order of `DOING`, without

@@ -889,7 +889,7 @@ def is_of_due(name: str) -> bool:
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """Return the names of indicators that count the tasks or orders of which an indicator is a share; else none.
+    """Return the names of indicators that count the whole of a share of tasks or orders; empty for other indicators.
 
     `has`: the names that the run has. Versions before 0.4.0 counted all tasks of the flows with due times.
     """

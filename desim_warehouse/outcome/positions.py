@@ -187,7 +187,7 @@ def _point_beside(history: History, edge: tuple[str, str], offset: float) -> tup
 
 
 class _Berths:
-    """The slots of one zone, of which a robot takes the nearest free one."""
+    """The slots of one zone; a robot takes the nearest free slot."""
 
     def __init__(self, first_edge: int, count: int) -> None:
         self.free = list(range(first_edge, first_edge + count))

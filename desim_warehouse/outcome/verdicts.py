@@ -345,9 +345,7 @@ def _refills(fall: float, model: Model) -> bool:
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
     """Return a sentence on the estimated use of chargers once batteries have settled."""
-    time = kpis.get("T", math.nan)
-    counted = time - model.run.warm_up if time > model.run.warm_up else time
-    away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
+    away = model.fleet.size * _counted(kpis, model) * (1 - kpis.get("share_charging", math.nan))
     drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
     if not chargers or not math.isfinite(drawn):
         return "the cost of charging does not show"

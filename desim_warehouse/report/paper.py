@@ -1,4 +1,4 @@
-"""Reproduction of the paper's 30 cells, for `desim paper`: T, S and C beside those of the paper and its program."""
+"""Reproduction of the paper's 30 cells, for `desim paper`: T, S and C beside the values of paper and program."""
 
 from __future__ import annotations
 

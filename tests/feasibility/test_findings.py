@@ -221,7 +221,7 @@ def test_check_gives_the_verdict_first():
     assert said.startswith("no errors, 1 warning\nwarning: fleet.robot.speed: a robot drives 5.4 m/s (19.44 km/h)")
 
 
-def test_check_as_json():
+def test_check_prints_json():
     done = desim_says("check", PLANNER, *NONE, "--json")
     assert done.exit_code == 2
     found = json.loads(done.stdout)

@@ -1,4 +1,4 @@
-"""Upper floors for random models: bays, stations and places of work up there, which robots reach by lifts."""
+"""Upper floors for random models, with bays, stations and destinations that robots reach by lifts."""
 
 import random
 
@@ -7,15 +7,15 @@ from tests.laws.random_models import lasting
 
 RIDES, DOORS = (1.0, 12.0, 60.0), (0.0, 4.0)
 LASTS, MOST = 50, 1e12
-"""Times as long as it did, and the most that a model may say: rides take longer than what batteries are made for."""
+"""Factor for the life of batteries, which are not made for long rides, and the largest reserve of a model."""
 KEPT = frozenset({"start", "hours"})
-"""Keys that name bays upstairs, or calendars."""
+"""Keys whose values are bays, which may be upstairs, or calendars."""
 
 
 def with_lifts(mapping, key):
-    """A model in which one to four nodes where robots work or rest lie on upper floors; of blocks as it is.
+    """Return the model with one to four nodes for work or rest on upper floors; models of blocks stay as they are.
 
-    A node keeps its name upstairs. In the lanes another takes its place, with a lift beside it.
+    A node keeps its name upstairs. In the lanes another node takes its place, with a lift beside it.
     """
     draw = random.Random(f"lifts {key}")
     layout = mapping["layout"]
@@ -65,7 +65,7 @@ def with_lifts(mapping, key):
 
 
 def others(draw, lift):
-    """People who have a lift for a tenth of the time or more, and outages, in some buildings."""
+    """Return keys of a lift for people, who use it a tenth of the time or more, and for outages, in some buildings."""
     longest = lift["ride"] * len(lift["nodes"])
     users = {}
     if draw.random() < 0.4:
@@ -79,7 +79,7 @@ def others(draw, lift):
 
 
 def renamed(part, names):
-    """A part of a model, at the nodes that take the place of those that are upstairs now."""
+    """Return a part of a model with the names of nodes replaced."""
     if isinstance(part, str):
         return names.get(part, part)
     if isinstance(part, dict):
