@@ -80,7 +80,7 @@ def test_chargers_that_give_less_than_a_fleet_draws_at_rest_are_short_for_work_t
     """
     few, many = ({**DEFAULTS, "tasks.goods": {"random": count}, "run": {}} for count in (500, 5000))
     found = codes(many)["CHARGERS_SHORT"]
-    assert "at rest 8 robots not on a charger draw 0.04 per s and get 0.036 from 4 chargers: the batt" in found.text
+    assert "at rest, 8 robots without a charger draw 0.04 per s, and 4 chargers supply 0.036: the batt" in found.text
     assert "need at least 5 chargers" in found.cure
     assert "CHARGERS_SHORT" not in codes(few)
     assert "CHARGERS_SHORT" not in codes({**many, "layout.bays.chargers.at": ["A", "C", "F", "H", "I"]})
