@@ -83,6 +83,7 @@ WENT_WRONG = {
 WENT_WRONG_TWO_WAY = {
     ("wider", "tree"): (235,),  # called back in their bays, robots drove out one by one, and back
     ("hours", "ring"): (81,),  # a good in a dead end was driven past, as the way out is slower
+    ("zones breakdowns", "bridges"): (11,),  # cleared off a zone, a robot gave up its room, and no other came to know
     ("aisles", "bridges"): (227,),  # called back just before the node where a good's lane begins
 }
 """By features and ground."""

@@ -161,3 +161,19 @@ def test_zones_that_share_a_node_are_one_and_check_says_so():
     }
     findings = check(dw.load(LOOP, {"traffic.zones": zones})).findings
     assert [item.code for item in findings if item.level == "warning" and "zone" in item.place] == ["ZONES_JOINED"]
+
+
+def test_a_robot_that_is_cleared_off_a_zone_gives_back_its_room_beyond_to_the_other_end():
+    """Robot 0 has Q>E from 9 on, breaks down at Q at 20 and is off the lanes at 25: robot 1, in its bay at E, goes."""
+    line = {
+        "nodes": {"W": [0, 0], "P": [10, 0], "Q": [20, 0], "E": [30, 0]},
+        "edges": [{"from": a, "to": b, "two_way": True} for a, b in pairwise("WPQE")],
+        "storage": 2 * [{"edge": ["Q", "E"], "offset": 5}],
+        "bays": SPINE["layout"]["bays"],
+    }
+    tasks = {"goods": [0, {"good": 1, "release": 12}], "unload_at": ["E"], "load_time": 1, "unload_time": 1}
+    breakdowns = {"fleet.robot.breakdowns": {"every": 15, "repair": 100, "clear": 5}}
+    run = dw.simulate(dw.load({**SPINE, "layout": line, "tasks": tasks}, {**zone(["P", "Q"]), **breakdowns}))
+    assert on(run, ("E", "Q"))[0] == (25, 35)
+    assert run.kpis["backlog"] == 0
+    assert audit(run) == []
