@@ -134,11 +134,13 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
 
     def drawn(charging: float) -> float:
         """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
-        free = max(min(at_work, robots - charging), 0.0)
-        if rate is None or rate * time >= free:
-            return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
-        work = rate * time
-        return rate * energy + max(robots - charging - work, 0.0) * away * draws.standing
+        work = max(min(at_work, robots - charging), 0.0)
+        by_work = work * at_task
+        if rate is not None and rate * time < work:
+            work, by_work = rate * time, rate * energy
+        idle = max(robots - charging - work, 0.0)
+        connected = min((1 - away) * idle, max(chargers / part - charging, 0.0))
+        return by_work + (idle - connected) * draws.standing
 
     def suffices(charging: float) -> bool:
         return (charging * each if charging else 0.0) >= drawn(charging)
@@ -182,7 +184,10 @@ def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, f
 
 
 def idle_away(model: Model, layout: Layout) -> float:
-    """Return the share of idle robots that stand in slots without a charger, and so keep drawing energy."""
+    """Return the share of idle robots that would rest in slots without a charger if no robot took their place.
+
+    Each robot that is charged in a slot where another rests keeps that one away from the charger, so that it draws on.
+    """
     if model.policies.parking.name == "where-it-is":
         return 1.0
     home = model.fleet.homes(layout.bays)

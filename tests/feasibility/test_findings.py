@@ -133,6 +133,20 @@ def test_two_chargers_do_not_last_though_a_shift_looks_well():
     assert "CHARGERS_SHORT" not in codes(three)
 
 
+@pytest.mark.parametrize(("gives", "short"), [(0.0135, True), (0.016, False)])
+def test_a_robot_at_the_charger_of_another_keeps_that_one_from_it(gives, short):
+    """Three of twelve robots rest at chargers. Nine others rest elsewhere and draw 0.045, whoever is charged."""
+    bays = {
+        "chargers": {"at": ["A"], "places": 3, "chargers": 3},
+        "parking": {"at": ["B", "D", "E"], "places": 4, "chargers": 0},
+    }
+    calm = {"tasks.goods": {"poisson": 5}, "policies": {"parking": "home"}, "fleet.start": 3 * ["A", "B", "D", "E"]}
+    model = planner({**calm, "layout.bays": bays, "battery.charge_rate": gives})
+    found = check(model)
+    assert found.calculation.power.draws == pytest.approx(0.045, rel=0.01)
+    assert ("CHARGERS_SHORT" in {item.code for item in found.findings}) == short
+
+
 def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
     none = {"layout.bays.chargers.chargers": 0, "run.warm_up": 0}
     # 75 above the threshold at 0.005 a second: 15,000 s
