@@ -242,7 +242,7 @@ def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Itera
     `drawn`: energy from each battery; `about`: the words `at least` or `about` before it.
     """
     battery = _battery(model)
-    floor = _floor(model)
+    floor = floor_of(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
     has = starts - floor
     if has <= 0 and drawn > 0 and starts < battery.capacity:
@@ -282,7 +282,7 @@ def _drawn_at_least(model: Model, layout: Layout) -> float:
     working = min(draws.empty, draws.loaded, draws.handling)
     task, time = _least_task(model, layout, draws), _least_task(model, layout, TIME)
     if not model.tasks.never_end:
-        work = task * _count(model) / robots
+        work = task * tasks_asked(model) / robots
         return work if length is None else min(work, working * length)
     assert length is not None
     rate = arrival_rate(model)
@@ -299,11 +299,11 @@ def _least_task(model: Model, layout: Layout, draws: Consumption) -> float:
 
 def must_charge(model: Model, layout: Layout) -> bool:
     """Return whether the run draws more from a robot than it starts with above the level where it stops working."""
-    has = _battery(model).capacity * sum(start_energy(model)) / 2 - _floor(model)
+    has = _battery(model).capacity * sum(start_energy(model)) / 2 - floor_of(model)
     return _drawn_at_least(model, layout) > has * (1 + EPS)
 
 
-def _floor(model: Model) -> float:
+def floor_of(model: Model) -> float:
     """Return the level at which robots stop working."""
     thresholds = levels(model)
     return _battery(model).threshold if thresholds is None else thresholds.critical
@@ -366,7 +366,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         )
 
 
-def _count(model: Model) -> int:
+def tasks_asked(model: Model) -> int:
     """Return the number of tasks, if the work ends."""
     goods = model.tasks.goods
     if isinstance(goods, RandomGoods):

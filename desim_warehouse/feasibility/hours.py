@@ -11,6 +11,7 @@ from statistics import fmean
 
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.hours import STEPS
@@ -19,7 +20,7 @@ from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.model.sections.pickers import need_one
-from desim_warehouse.values.calendars import ALWAYS, Hours, merged
+from desim_warehouse.values.calendars import ALWAYS, Hours, merged, repeat_together
 
 
 def on_duty(model: Model) -> float:
@@ -145,7 +146,9 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
     spec_of = specs(model, layout)
     wanted = dict.fromkeys(destinations(model, layout))
     met, reachable = set[str](), set[str]()  # robots do not wait for a place that is cut off for ever
+    seen = []
     for since, until, reached in _times(model, layout, end):
+        seen.append(since)
         reachable.update(node for node in wanted if node in reached)
         if until is None:
             continue
@@ -156,6 +159,8 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
                 met.add(node)
         if met >= wanted.keys():
             return
+    if len(seen) == STEPS and not _is_whole_course(model, seen[0], seen[-1]):
+        return  # a later opening may be in time: the run waits for it
     for node in wanted:
         if node in met or node not in reachable:
             continue
@@ -187,13 +192,7 @@ def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, fl
     slowest = min(robot.speed for robot in model.fleet.distinct())
     edges = [data for *_, data in layout.graph.edges(data=True)]
     once_round = 10 * sum(data["length"] / slowest + data.get("takes", 0.0) for data in edges)
-    robots = [model.hours(name) for name in dict.fromkeys(model.fleet.hours_of_robots())]
-    stations = [model.hours(spec.hours) for spec in model.layout.stations.values()]
-    closures = [
-        (edges_of(layout, spec.members), model.hours(spec.hours))
-        for spec in model.traffic.closures.values()
-        if spec.tasks == "hold"
-    ]
+    robots, stations, closures = _in_the_way(model, layout)
     asked = [model.hours(flow.hours) for flow in model.tasks.flows.values()]
     asked += [model.hours(getattr(model.tasks.goods, "hours", None))] if model.tasks.goods is not None else []
     every = [*robots, *stations, *(hours for _, hours in closures)]
@@ -205,6 +204,25 @@ def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, fl
             reached_by_shut[shut] = _reached(layout, [edge for number in shut for edge in closures[number][0]])
         works = any(hours.is_open(time) for hours in robots)
         yield time, min(until + once_round, end) if works else None, reached_by_shut[shut]
+
+
+def _in_the_way(model: Model, layout: Layout) -> tuple[list[Hours], list[Hours], list[tuple[tuple[Edge, ...], Hours]]]:
+    """Return the calendars of robots, of stations, and of closures that hold tasks back, with their edges."""
+    robots = [model.hours(name) for name in dict.fromkeys(model.fleet.hours_of_robots())]
+    stations = [model.hours(spec.hours) for spec in model.layout.stations.values()]
+    closures = [
+        (edges_of(layout, spec.members), model.hours(spec.hours))
+        for spec in model.traffic.closures.values()
+        if spec.tasks == "hold"
+    ]
+    return robots, stations, closures
+
+
+def _is_whole_course(model: Model, begin: float, end: float) -> bool:
+    """Whether all calendars in the way have repeated together between two times of a run."""
+    robots, stations, closures = _in_the_way(model, model.floor)
+    every = [*robots, *stations, *(hours for _, hours in closures)]
+    return end >= max(begin, *(hours.repeats_from for hours in every)) + repeat_together(every, STEPS)
 
 
 def _reached(layout: Layout, shut: Sequence[tuple[str, str]]) -> Collection[str]:

@@ -181,13 +181,8 @@ class _Floor:
     def __init__(
         self, model: Model, layout: Layout, draws: Consumption, begun: Mapping[str, float], ends: Sequence[str]
     ) -> None:
-        node_time, special = model.traffic.node_time, dict(model.traffic.node_times)
-        speed, edges = model.fleet.fastest, layout.graph.edges
-        self._paces = {edge: min(speed, data["speed"]) for edge, data in edges.items()}
-        self._times = {
-            edge: data["length"] / self._paces[edge] + data.get("takes", 0.0) + special.get(edge[1], node_time)
-            for edge, data in edges.items()
-        }
+        self._paces = paces(model, layout)
+        self._times = edge_times(model, layout)
         self._back_in_time = {edge[::-1]: time for edge, time in self._times.items()}
         self._layout, self._draws, self._clear = layout, draws, draws.empty * model.tasks.clear_time
         self._stops = handling_of(model, layout).means()
@@ -261,6 +256,20 @@ def _costs(least: Mapping[str, float], sides: Sequence[Sequence[str]]) -> Any:
     import numpy as np
 
     return np.array([[least[node] for node in side] for side in sides])
+
+
+def paces(model: Model, layout: Layout) -> dict[Edge, float]:
+    """Return the speed of the fastest robot on each edge."""
+    return {edge: min(model.fleet.fastest, data["speed"]) for edge, data in layout.graph.edges.items()}
+
+
+def edge_times(model: Model, layout: Layout) -> dict[Edge, float]:
+    """Return the time that the fastest robot takes for each edge and the node at its end, without turns."""
+    node_time, special, speed = model.traffic.node_time, dict(model.traffic.node_times), paces(model, layout)
+    return {
+        edge: data["length"] / speed[edge] + data.get("takes", 0.0) + special.get(edge[1], node_time)
+        for edge, data in layout.graph.edges.items()
+    }
 
 
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:

@@ -134,11 +134,13 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
 
     def drawn(charging: float) -> float:
         """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
-        free = max(min(at_work, robots - charging), 0.0)
-        if rate is None or rate * time >= free:
-            return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
-        work = rate * time
-        return rate * energy + max(robots - charging - work, 0.0) * away * draws.standing
+        work = max(min(at_work, robots - charging), 0.0)
+        by_work = work * at_task
+        if rate is not None and rate * time < work:
+            work, by_work = rate * time, rate * energy
+        idle = max(robots - charging - work, 0.0)
+        connected = min((1 - away) * idle, max(chargers / part - charging, 0.0))
+        return by_work + (idle - connected) * draws.standing
 
     def suffices(charging: float) -> bool:
         return (charging * each if charging else 0.0) >= drawn(charging)
@@ -182,7 +184,10 @@ def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, f
 
 
 def idle_away(model: Model, layout: Layout) -> float:
-    """Return the share of idle robots that stand in slots without a charger, and so keep drawing energy."""
+    """Return the share of idle robots that would rest in slots without a charger if no robot took their place.
+
+    Each robot that is charged in a slot where another rests keeps that one away from the charger, so that it draws on.
+    """
     if model.policies.parking.name == "where-it-is":
         return 1.0
     home = model.fleet.homes(layout.bays)
@@ -199,16 +204,38 @@ def needed_at_rest(model: Model) -> int:
     return math.ceil(model.fleet.size * standing / (each + standing) - _EPS)
 
 
+def draw_at_rest(model: Model, layout: Layout) -> float:
+    """Return the rate at which a fleet without work draws energy while robots stand at all its chargers."""
+    return off_chargers(model, layout) * _standing(model)
+
+
+def gives_at_rest(model: Model, layout: Layout) -> float:
+    """Return the rate at which all chargers together give energy, averaged over the levels of a charge."""
+    return sum(chargers_at(model, layout).values()) * charging_rate(model)
+
+
+def resting(model: Model, layout: Layout) -> str:
+    """Return in words what a fleet without work draws, and what it gets from its chargers."""
+    robots, chargers = off_chargers(model, layout), sum(chargers_at(model, layout).values())
+    drawn, charged = amount(draw_at_rest(model, layout)), amount(gives_at_rest(model, layout))
+    return (
+        f"at rest, {number_of(robots, 'robot')} without a charger draw {drawn} per {model.units.time}, and "
+        f"{number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {charged}"
+    )
+
+
 def at_rest(model: Model, layout: Layout) -> str:
     """Return in words what a fleet without work draws, against the supply of its chargers."""
-    chargers, robots, time = sum(chargers_at(model, layout).values()), model.fleet.size, model.units.time
-    drawn, charged = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
-    text = f"at rest, {number_of(max(robots - chargers, 0), 'robot')} without a charger draw {amount(drawn)} per {time}"
-    text += f", and {number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {amount(charged)}"
-    if drawn > charged:
+    text = resting(model, layout)
+    if draw_at_rest(model, layout) > gives_at_rest(model, layout):
         needed = number_of(needed_at_rest(model), "charger")
         return f"{text}: at least {needed} {'is' if needed.startswith('1 ') else 'are'} needed"
     return f"{text}, less the energy for driving there and back"
+
+
+def off_chargers(model: Model, layout: Layout) -> int:
+    """Return how many robots of a fleet without work stand at no charger."""
+    return max(model.fleet.size - sum(chargers_at(model, layout).values()), 0)
 
 
 def _standing(model: Model) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
+from desim_warehouse.feasibility import at_once, hours, of_kinds, rest, starts
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
@@ -64,6 +64,7 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     if model.battery is not None:
         yield from of_kinds.warnings(model, layout, estimate.power)
         yield from at_once.warnings(model, estimate)
+        yield from rest.warnings(model, layout, estimate)
     yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, estimate)
     yield from clashes.warnings(model, layout)

@@ -11,7 +11,8 @@ import math
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
@@ -43,6 +44,10 @@ class Hours:
     period: float = math.inf
     phase: float = 0.0
     since: float = -math.inf
+    _latest: list[tuple[float, Stretch]] = field(
+        default_factory=lambda: [(math.inf, (0.0, 0.0))], repr=False, compare=False
+    )
+    """A time and the stretch that follows it, which also follows every later time until the stretch ends."""
 
     def is_open(self, time: float) -> bool:
         """Whether a time is in one of the stretches."""
@@ -52,8 +57,15 @@ class Hours:
     def following(self, time: float) -> Stretch:
         """Return the stretch that a time is in, or the next one after it; (inf, inf) where there is none.
 
-        Where one touches the next, at the end of a period, it goes on.
+        Where one touches the next, at the end of a period, it goes on. Robots ask again and again within a stretch.
         """
+        asked, stretch = self._latest[0]
+        if not asked <= time < stretch[1]:
+            stretch = self._joined(time)
+            self._latest[0] = time, stretch
+        return stretch
+
+    def _joined(self, time: float) -> Stretch:
         begin, end = self._next(time)
         while math.isfinite(end) and end - begin < self.period:
             then, later = self._next(end)
@@ -123,6 +135,13 @@ class Hours:
         last = self.stretches[-1][1]
         return 1.0 if math.isinf(last) else self.share(0.0, last)
 
+    @property
+    def repeats_from(self) -> float:
+        """The time from which on the calendar repeats itself, or stays as it is if it has no period."""
+        if math.isfinite(self.period):
+            return max(self.since, 0.0)
+        return max((time for stretch in self.stretches for time in stretch if math.isfinite(time)), default=0.0)
+
     def _next(self, time: float) -> Stretch:
         """Return the stretch that a time is in, or the next one after it, where touching stretches count as two."""
         now = max(time, self.since)
@@ -135,6 +154,18 @@ class Hours:
             if math.isinf(self.period):
                 break
         return math.inf, math.inf
+
+
+def repeat_together(calendars: Iterable[Hours], most: int) -> float:
+    """Return the time after which calendars repeat together, 0 if none repeats.
+
+    That is the least common multiple of their periods, or `most` times the longest if the multiple is longer.
+    """
+    periods = [Fraction(hours.period).limit_denominator(10**6) for hours in calendars if math.isfinite(hours.period)]
+    if not periods:
+        return 0.0
+    together = math.lcm(*(period.numerator for period in periods))
+    return min(together / math.gcd(*(period.denominator for period in periods)), most * float(max(periods)))
 
 
 def clock_time(text: str) -> float:

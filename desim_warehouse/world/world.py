@@ -448,7 +448,7 @@ class World:
             text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
             text += f"; robots whose hours are over for good: {', '.join(map(str, gone))}"
-        if self.dispatcher.open and self.dispatcher.is_in_vain and not self._unable():
+        if self.dispatcher.open and self.dispatcher.attempts.are_in_vain and not self._unable():
             text += f"; {self._never_open_together()} do not meet, so that nobody can be given these tasks"
         return text
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
-from desim_warehouse.values.calendars import ALWAYS, Pattern, Shifts, Stretches
+from desim_warehouse.values.calendars import ALWAYS, Hours, Pattern, Shifts, Stretches, repeat_together
 
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 HOUR = 3600.0
@@ -139,3 +139,25 @@ def test_an_empty_schedule_is_an_error(calendar, message):
 def test_a_calendar_in_the_place_of_its_name_is_told_where_it_belongs():
     with pytest.raises(ModelError, match=r"fleet\.hours: a calendar itself .* expected the name of one of"):
         load(TUTORIAL, {"fleet.hours": {"every": "1 h", "lasts": "30 min"}})
+
+
+@pytest.mark.parametrize(
+    ("periods", "together"),
+    [
+        ((), 0),
+        ((math.inf,), 0),
+        ((60, 3600, math.inf), 3600),
+        ((7, 24), 168),
+        ((0.1, 0.25), 0.5),
+        ((1, math.sqrt(2)), 100 * math.sqrt(2)),  # never: a hundred of the longest
+    ],
+)
+def test_calendars_repeat_together_after_the_least_common_multiple_of_their_periods(periods, together):
+    assert repeat_together([Hours([(0.0, 0.1)], period) for period in periods], 100) == pytest.approx(together)
+
+
+def test_a_calendar_repeats_from_its_first_period_on_or_once_all_is_over():
+    assert Pattern(every=10, lasts=1, first=25).hours("00:00", 1.0).repeats_from == 25
+    assert Shifts(open=("06:00-14:00",)).hours("08:00", 1.0).repeats_from == 0
+    assert Stretches(between=((5, 6), (8, 9))).hours("00:00", 1.0).repeats_from == 9
+    assert Hours([(7.0, math.inf)]).repeats_from == 7

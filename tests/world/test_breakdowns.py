@@ -35,7 +35,7 @@ def states(run, robot=0):
     return [(near(span.start), span.state) for span in run.history.changes[robot]][1:]
 
 
-def test_without_breakdowns():
+def test_without_breakdowns_a_run_has_no_trace_of_them():
     run = dw.simulate(ring())
     assert near(128) == run.T
     assert not {"breakdowns", "availability", "share_broken"} & run.kpis.keys()
@@ -410,3 +410,31 @@ def test_check_warns_of_lanes_that_are_blocked_for_long():
     text = "a robot that breaks down blocks its lane for 600 s on average, until it is repaired"
     assert said(repair=600) == [("fleet.robot.breakdowns.repair", text)]
     assert said(repair=600, clear=120) == said(repair=300) == []
+
+
+def test_room_on_a_two_way_lane_that_a_cleared_robot_gives_back_goes_to_one_that_waits_at_the_other_end():
+    """Robot 0 breaks down on X at 110, out of its bay, with room on the lane of 20 to Y, and is off X at 115.
+
+    Robot 1 comes out at Y at 110, too, and finds no room. It sets out at 115, and not when robot 0 is repaired, at 160.
+    """
+    layout = {
+        "nodes": {"X": [0, 0], "Y": [20, 0], "V": [-20, 0]},
+        "edges": [{"from": "X", "to": "Y", "two_way": True}, {"from": "X", "to": "V", "two_way": True}],
+        "storage": [{"node": "Y"}, {"node": "V"}],
+        "bays": {"home": {"at": ["X", "Y"]}},
+    }
+    old = {"count": 1, "breakdowns": {"every": 105, "repair": 50, "clear": 5}}
+    over = {
+        "layout": layout,
+        "fleet.size": 2,
+        "fleet.start": ["X", "Y"],
+        "fleet.kinds": {"old": old},
+        "fleet.first_exit_time": 110,
+        "tasks.unload_at": ["X"],
+    }
+    run = dw.simulate(ring(goods=[0, 1], **over))
+    assert states(run)[1] == (110, "broken")
+    assert [row[0] for row in run.record.rows if row[1] == "cleared"] == [115]
+    entered = [row[0] for row in run.record.rows if row[1] == "enter" and row[2] == 1 and row[5] == ("Y", "X")]
+    assert entered[0] == near(115)
+    assert audit(run) == differences(run) == []

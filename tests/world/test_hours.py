@@ -288,6 +288,38 @@ def test_hours_that_came_and_went_while_a_robot_worked_are_not_in_vain():
     assert times(simulated(changes), "delivered") == [35 + 3000, 3501 + 3000]
 
 
+def test_a_station_that_opens_after_a_thousand_openings_of_another_is_waited_for():
+    """C opens for 1 s at 99, 199, ... 100,099, and E at 100,150, when C has opened 1,001 times.
+
+    The robot is on duty up to 50, 150, ... and at C 25 s after it is sent, so it is never sent there. To E it takes 35
+    s: it is sent at 100,115.
+    """
+    rare = {"every": 100, "lasts": 1, "first": 99}
+    over = {
+        "calendars.rare": rare,
+        "calendars.once": {"between": [[100_150, 101_000]]},
+        "fleet.hours": "rounds",
+        "layout.stations.gate": {"at": ["C"], "places": 1, "hours": "rare"},
+        "layout.stations.desk.hours": "once",
+        "tasks.goods": [{"good": 0, "to": "C"}, {"good": 0, "to": "E"}],
+        "tasks.unload_at": ["gate", "desk"],
+        "tasks.station_choice": "nearest",
+        "run.length": 100_300,
+    }
+    run = simulated(over)
+    assert rows(run, "assigned", "docked") == [("assigned", 100_115), ("docked", 100_150)]
+    assert run.kpis["backlog"] == 1
+
+
+def test_hours_that_meet_after_a_thousand_changes_are_not_refused():
+    """The robot is on duty every other second: it would be there at 3,000 if sent at 2,965, and is sent at 2,966."""
+    calendars = {"seconds": {"every": 2, "lasts": 1}, "seldom": {"every": 20_000, "lasts": 100, "first": 3000}}
+    run = simulated(
+        {"calendars": calendars, "fleet.hours": "seconds", "layout.stations.desk.hours": "seldom", "tasks.goods": [0]}
+    )
+    assert times(run, "docked") == [3001]
+
+
 def test_a_run_without_an_end_waits_for_the_opening_but_not_for_ever():
     """A robot in a station that does not open again: the run is stalled, and says where."""
     over = {"calendars.once": {"between": [[0, 60]]}, "layout.stations.desk.hours": "once"}

@@ -240,3 +240,16 @@ def test_a_robot_waits_before_joined_nodes_until_there_is_room_beyond_them():
     floor.run()
     # one stands 2.5 beyond B until 42.5: no room for another beyond B, so nobody stands on A or B meanwhile
     assert floor.waits(follower) == [("A", near(8), near(42.5), 0)]
+
+
+def test_room_on_a_two_way_lane_that_a_recalled_robot_gives_back_goes_to_one_that_waits_at_the_other_end():
+    nodes = {"W": (0, 0), "X": (10, 0), "Y": (20, 0), "V": (10, 10)}
+    floor = Floor(nodes, ["W>X", "X>Y", "Y>X", "X>V"], node_time=3)
+    recalled, other = floor.robot("W X Y", PARK), floor.robot("Y X V", PARK, start=9)
+    recalled.recall_from(12)
+    floor.run()
+    # the first is let onto X, with room beyond, at 8, is there at 10, and stays there at 10 + 3, as it is recalled;
+    # until then there is no room for the other, which comes out at 9, is on X at 13 + 10 and leaves it at 23 + 3
+    assert floor.there(recalled) == [near(13)]
+    assert floor.waits(other)[0] == ("Y", near(9), near(13), -1)
+    assert floor.enters(other) == {"Y>X": near(13), "X>V": near(26)}

@@ -151,6 +151,20 @@ def test_a_ring_of_different_speeds_turns_at_the_pace_of_its_slowest():
     assert [floor.there(robot)[-1] for robot in robots] == [near(21)] * 4
 
 
+def test_a_robot_that_comes_into_a_bay_with_a_slower_ring_leaves_it_at_its_own_speed():
+    floor = ring(5, theta=0)
+    stands, parks = floor.robot("D A", 20, "A B", PARK), floor.robot("D A", PARK, 100, "A B", PARK, start=2)
+    others = [floor.robot("A B C", PARK), floor.robot("B C D", PARK, speed=0.5), floor.robot("C D A", PARK, start=3)]
+    floor.run()
+    # the first stands on A from 5 to 25, the second before it, at 3 on D>A, from 5; the others are at their stop lines
+    # at 3, 6 and 6. At 25 the first wants to go on, which closes the ring: it turns at 0.5
+    assert rotations(floor) == [(near(25), {0, 1, 2, 3, 4})]
+    assert floor.there(stands) == [near(5), near(25 + 5 / 0.5)]
+    assert [floor.there(robot) for robot in others] == [[near(25 + (2 + 5) / 0.5)]] * 3
+    # the second is on A, and in the bay, at 25 + 2 / 0.5; 100 later it drives the next 5 at 1
+    assert floor.there(parks) == [near(29), near(129 + 5)]
+
+
 def test_a_ring_may_not_turn_where_the_model_says_stop():
     floor = ring(5, rotate=False)
     four_on_the_ring(floor)

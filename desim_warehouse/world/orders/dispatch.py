@@ -15,6 +15,7 @@ from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Allocation, RobotView, Situation, Task
 from desim_warehouse.policies.asked import asked_for_all, fault, short
+from desim_warehouse.world.orders.attempts import Attempts
 from desim_warehouse.world.orders.demand import Orders
 from desim_warehouse.world.orders.pods import Pods
 from desim_warehouse.world.orders.situations import Situations
@@ -29,8 +30,6 @@ from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.traffic.events import DECISIONS, Clock, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
-VAIN = 1000
-"""The number of openings in a row without an assignable task after which none is expected any more."""
 DECLINED = 20
 """Decisions per robot in a row that assign nothing, while none has a task, after which none ever will: by then robots
 that draw energy at rest have been charged several times.
@@ -88,7 +87,10 @@ class Dispatcher:
         self._passing: set[int] = set()
         self._seen: dict[int, RobotView] = {}
         self._decides_at = self._looks_at = math.inf
-        self._vain = self._declined = 0
+        self.attempts = Attempts(
+            env, (*departures.duty.calendars, *stations.calendars, *reach.openings.cut_off.calendars)
+        )
+        self._declined = 0
         self._pods: Pods | None = None
 
     def carry(self, pods: Pods) -> None:
@@ -105,7 +107,7 @@ class Dispatcher:
     def announce(self, task: Task) -> None:
         """Record a new task that is known but not open yet."""
         self.released += 1
-        self._vain = 0
+        self.attempts.begin()
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order, task.item)
         if self.stations.are_for_workers(task):
             self.log.is_for_workers(task.number)
@@ -127,7 +129,7 @@ class Dispatcher:
     def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
         event = Event(self.env)
         self._seen.pop(robot.number, None)
-        self._vain = 0
+        self.attempts.begin()
         self.free[robot.number] = robot, event
         self.call(at_once=at_once)
         return event
@@ -230,7 +232,7 @@ class Dispatcher:
     def hours_change(self, robots: Iterable[int]) -> bool:
         """Note that hours of robots begin or end, and put their queues back on the list.
 
-        Returns False if it is in vain, as no task has been given out for many changes.
+        Returns False if no further change can lead to a task given out.
         """
         for number in robots:
             if not self.departures.duty.has(number):
@@ -238,13 +240,8 @@ class Dispatcher:
         if not self.open and (self._pods is None or not self._pods.wait):
             return False
         self.call()
-        self._vain += 1
-        return not self.is_in_vain
-
-    @property
-    def is_in_vain(self) -> bool:
-        """Whether hours have begun so often without a task given out that none ever will be."""
-        return self._vain > VAIN
+        self.attempts.fail()
+        return not self.attempts.are_in_vain
 
     # Decisions
 
@@ -297,13 +294,13 @@ class Dispatcher:
         """Schedule a decision for when the first task held back by a closed station or way can be given out."""
         openings = self.reach.openings
         due, openings.due = openings.due, math.inf
-        if due < self._looks_at - EPS and not self.is_in_vain:
+        if due < self._looks_at - EPS and not self.attempts.are_in_vain:
             self._looks_at = due
             end_of_instant(self.env, DECISIONS, due - self.env.now).callbacks.append(self._look)
 
     def _look(self, event: Event) -> None:
         self._looks_at = math.inf
-        self._vain += 1
+        self.attempts.fail()
         self._decide(event)
 
     def situation(self) -> Situation:
@@ -455,7 +452,7 @@ class Dispatcher:
                 f"policies.charging ({self.charging})"
             )
         del self.free[number], self.open[task_number]
-        self._vain = 0
+        self.attempts.begin()
         self._passing.discard(number)
         stops = self.stations.stops(view, task, node)
         robot.take_up(task, stops, self.stations.reserve(stops, robot.docked))

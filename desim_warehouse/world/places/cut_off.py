@@ -19,6 +19,7 @@ from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
+from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.traffic.closures import ClosedHours
 
@@ -76,6 +77,11 @@ class CutOff:
     def changes(self, now: float) -> float:
         """Return when a closure begins or ends next, inf if none does."""
         return min((hours.hours.changes(now) for _, hours in self.closures), default=math.inf)
+
+    @property
+    def calendars(self) -> list[Hours]:
+        """The calendars of the closures, which say when they are in force."""
+        return [hours.hours for _, hours in self.closures]
 
     @property
     def holds(self) -> bool:

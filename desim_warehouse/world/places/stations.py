@@ -48,7 +48,8 @@ class Stations:
         self._until_worked = tasks.done_when == "worked"
         self.full = full
         self.by_node = by_node
-        self.close = any(station.hours is not None for station in by_node.values())
+        self.calendars = [station.hours for station in by_node.values() if station.hours is not None]
+        self.close = bool(self.calendars)
         self._at_work = frozenset(node for node, station in by_node.items() if station.work is not None)
         self._whole = frozenset(name for name, flow in tasks.flows.items() if flow.unload_per == "order")
         self._ends_all = not tasks.flows and all(node in by_node for node in self.nodes)

@@ -29,12 +29,12 @@ def duty_of(clock: Clock, model: Model) -> Duty:
 
 
 class Duty:
-    """The hours of every robot, by number, or None if it is always on duty."""
+    """The hours of every robot, by number, or None if it is always on duty; `calendars` has each calendar once."""
 
     def __init__(self, clock: Clock, hours: Sequence[Hours | None]) -> None:
         self.clock = clock
         self.hours = hours
-        self._all = list({id(calendar): calendar for calendar in hours if calendar is not None}.values())
+        self.calendars = list({id(calendar): calendar for calendar in hours if calendar is not None}.values())
 
     def has(self, number: int) -> bool:
         """Whether a robot is on duty now."""
@@ -43,7 +43,7 @@ class Duty:
 
     def among(self, robots: list[int]) -> list[int]:
         """Return the robots among some that are on duty now."""
-        return [number for number in robots if self.has(number)] if self._all else robots
+        return [number for number in robots if self.has(number)] if self.calendars else robots
 
     def gone(self) -> list[int]:
         """Return the robots whose hours have ended for good."""
@@ -59,10 +59,10 @@ class Duty:
 
         Shifts go on for ever, but a run that is otherwise at its end, or stalled, must end.
         """
-        if not self._all:
+        if not self.calendars:
             return
         now = self.clock.now
-        time = min(calendar.changes(now) for calendar in self._all)
+        time = min(calendar.changes(now) for calendar in self.calendars)
         if math.isfinite(time):
             concerned = [
                 n for n, calendar in enumerate(self.hours) if calendar is not None and calendar.changes(now) == time

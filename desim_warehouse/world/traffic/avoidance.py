@@ -16,7 +16,9 @@ robots are out and none is under way or handling. Let i be the robot of the plan
   from the stop line on, so room by the plan is room on the lane.
 - The step is granted without a search. Put before the plan, it leaves the plan valid, because nobody moves before i.
 - The claim is examined. A refused claim is examined again when a robot that caused the refusal moves, and the claim of
-  the plan's first robot at every grant: without that, stalls are rare but real (`tests/laws/test_two_way.py`).
+  the plan's first robot at every grant: without that, stalls are rare but real (`tests/laws/test_two_way.py`). A claim
+  that finds no room is examined when a robot leaves the lane, or gives back the room that it was granted there, and on
+  a two-way lane claims at both of its ends are.
 
 Every grant shortens a finite route, so all robots come home unless others keep setting out. Therefore departures, and
 only departures, are held back while a claim waits too long.

@@ -482,7 +482,7 @@ class Drive:
                 if robot.cleared:
                     yield from self._out_of_bay()
             if robot.recall_at <= self.env._now and self._may_stay:
-                robot.give_up_room()
+                self._give_up_room()
                 return Departure.RECALLED
             onward = self.onward
             if onward is None:
@@ -502,6 +502,13 @@ class Drive:
             yield from self._over_short(onward, halt)
             if halt is not None:
                 return Departure.THERE
+
+    def _give_up_room(self) -> None:
+        """Give back the room granted beyond the node; robots wait for a two-way lane at its other end, too."""
+        granted = self.robot.granted
+        self.robot.give_up_room()
+        if granted is not None and granted.end.claims:
+            granted.end.freed(self.env._now)
 
     def _out_of_bay(self) -> Steps:
         """Drive out of a bay or station onto the node beside it, or back from where the robot was cleared to."""

@@ -123,7 +123,7 @@ class Traffic:
     def clear(self, robot: Body, name: str) -> None:
         """Move a robot off the lanes to beside a node: its places become free, and robots behind move up."""
         now, node = self.rules.env._now, self.nodes[name]
-        held, lane, behind = robot.held, robot.lane, robot.behind
+        held, lane, behind, granted = robot.held, robot.lane, robot.behind, robot.granted
         robot.be_cleared(node)
         if self.rules.guard is not None:
             self.rules.guard.left(robot)
@@ -131,7 +131,8 @@ class Traffic:
             held.holder = None
         if lane is not None and (behind is not None or lane.wanted):
             lane.made_room(behind, now)
-        for place in (held, None if lane is None else lane.end):  # at a two-way lane's end others wait to come in
+        # At the end of a two-way lane that it was on, or was let onto, others wait to come in.
+        for place in (held, *(used.end for used in (lane, granted) if used is not None)):
             if place is not None and place.claims:
                 place.freed(now)
 
