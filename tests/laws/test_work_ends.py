@@ -76,7 +76,7 @@ WENT_WRONG = {
     "wider moving": (1213,),  # a run ended while a ring gathered speed, and its robots had wrong positions
     "closures moving": (2234,),
     "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
-    "closures moving aisles": (623,),  # a robot that came into a bay with a ring drove out again at the ring's pace
+    "closures moving aisles": (421, 623),  # off a node, or out of a bay, a robot drove on as in its ring
     "wider breakdowns": (1157,),  # robots drove to chargers for longer than they stayed, and levels fell forever
     "zones aisles": (24,),  # a robot beside a lane in a zone of one direction counted as in that zone
     EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
@@ -85,6 +85,7 @@ WENT_WRONG_TWO_WAY = {
     ("wider", "tree"): (235,),  # called back in their bays, robots drove out one by one, and back
     ("hours", "ring"): (81,),  # a good in a dead end was driven past, as the way out is slower
     ("aisles", "bridges"): (227,),  # called back just before the node where a good's lane begins
+    ("zones", "bridges"): (227,),  # rounding made robots drive past goods in a dead end, called back before it
     ("zones breakdowns", "bridges"): (11,),  # room that a cleared robot gave back was offered at one end only
 }
 """Numbers of warehouses with past faults on two-way lanes, by features and ground."""

@@ -210,8 +210,10 @@ def test_called_back_before_it_is_let_out_onto_a_two_way_lane_a_robot_charges_wi
     assert events(run, "delivered") == [(near(71), "delivered", 0, 0), (near(71 + 71), "delivered", 1, 1)]
 
 
-def test_called_back_on_the_way_to_the_node_where_its_good_s_two_way_lane_begins_a_robot_finishes_the_delivery():
+@pytest.mark.parametrize("edge", [["B", "C"], ["C", "B"]])  # or it drives to C first, past the good, in as much time
+def test_called_back_on_the_way_to_the_node_where_its_good_s_two_way_lane_begins_a_robot_finishes_the_delivery(edge):
     """Robot 1 has its good at 60 and comes out at 71. It is at the threshold at 90, and at B, where it asks, at 91."""
-    run = simulate(load(DEAD_END, {"tasks.goods": [0, {"good": 0, "release": 60}]}))
+    goods = [0, {"good": 0, "release": 60}]
+    run = simulate(load(DEAD_END, {"tasks.goods": goods, "layout.storage": [{"edge": edge, "offset": 2}]}))
     assert events(run, "returned") == []
     assert events(run, "delivered") == [(near(71), "delivered", 0, 0), (near(142), "delivered", 1, 1)]

@@ -165,6 +165,20 @@ def test_a_robot_that_comes_into_a_bay_with_a_slower_ring_leaves_it_at_its_own_s
     assert floor.there(parks) == [near(29), near(129 + 5)]
 
 
+def test_a_robot_that_a_slower_ring_brings_onto_a_node_leaves_that_at_its_own_speed():
+    floor = ring(5, theta=0)
+    stands, follows = floor.robot("D A", 20, "A B", PARK), floor.robot("D A B", PARK, start=2)
+    for way, start, speed in (("A B C", 0, 1), ("B C D", 0, 0.5), ("C D A", 3, 1)):
+        floor.robot(way, PARK, start=start, speed=speed)
+    floor.run()
+    # the ring turns at 25, at 0.5, and brings the second onto A at 29; there is no room beyond until the first, at its
+    # stop line at 3 on A>B at 31, drives on to B, where it is at 35. The second can be D behind it at 35 if it leaves A
+    # at 32, at 1, and is at B 2 later
+    assert rotations(floor) == [(near(25), {0, 1, 2, 3, 4})]
+    assert floor.there(stands) == [near(5), near(35)]
+    assert (floor.enters(follows)["A>B"], floor.there(follows)) == (near(32), [near(37)])
+
+
 def test_a_ring_may_not_turn_where_the_model_says_stop():
     floor = ring(5, rotate=False)
     four_on_the_ring(floor)

@@ -177,17 +177,23 @@ def test_made_one_way_it_keeps_the_speed_of_its_direction(kept, speed):
     assert content["layout"]["edges"] == [{"from": kept[0], "to": kept[1], "speed": speed}]
 
 
-def test_a_good_in_a_dead_end_is_loaded_on_the_way_in_where_robots_drive_slower_on_the_way_out():
-    """Either way it takes 8 s in and 16 s out: at the good at 10 + 4, not at the far end at 18 and 8 s later."""
+@pytest.mark.parametrize(
+    ("length", "speed", "into", "out_of"),
+    [(10, 1, 1, 0.5), (10, 0.6, 0.6, 0.5)],  # 10 s to B, 8 s in, 16 s out; and numbers that rounding sets apart
+)
+def test_a_good_in_a_dead_end_is_loaded_on_the_way_in_where_robots_drive_slower_on_the_way_out(
+    length, speed, into, out_of
+):
+    """Either way it is 8 m in and 8 m out: at the good after 4 of these, not 4 before it is at B again."""
     run = dw.simulate(
         dw.load(
             {
                 "layout": {
-                    "nodes": {"A": [0, 0], "B": [10, 0], "C": [18, 0]},
+                    "nodes": {"A": [0, 0], "B": [length, 0], "C": [length + 8, 0]},
                     "edges": [
-                        {"from": "A", "to": "B", "two_way": True},
-                        {"from": "B", "to": "C"},
-                        {"from": "C", "to": "B", "speed": 0.5},
+                        {"from": "A", "to": "B", "two_way": True, "speed": speed},
+                        {"from": "B", "to": "C", "speed": into},
+                        {"from": "C", "to": "B", "speed": out_of},
                     ],
                     "storage": [{"edge": ["B", "C"], "offset": 4}],
                     "bays": {"home": {"at": ["A"]}},
@@ -198,4 +204,5 @@ def test_a_good_in_a_dead_end_is_loaded_on_the_way_in_where_robots_drive_slower_
         )
     )
     times = {row[1]: row[0] for row in run.record.rows}
-    assert (times["loading"], times["delivered"]) == (near(14), near(10 + 8 + 2 + 16 + 10 + 3))
+    assert times["loading"] == near(length / speed + 4 / into)
+    assert times["delivered"] == near(length / speed + 8 / into + 2 + 8 / out_of + length / speed + 3)

@@ -17,6 +17,7 @@ from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.rulebook import StepGuard
+from desim_warehouse.world.traffic.rules import EPS
 
 Place: TypeAlias = tuple[Lane, float]
 Leg: TypeAlias = tuple[list[Lane], Place | None]
@@ -124,7 +125,8 @@ class Itinerary:
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
         """Return a storage place's lane and position on it; on two-way lanes in the direction that is sooner at `goal`.
 
-        The nearer end does not decide alone, as a lane may be slower one way than the other.
+        The nearer end does not decide alone, as a lane may be slower one way than the other. If both are as soon, up to
+        rounding, the robot drives the direction of the storage place: in a dead end it does not drive past its good.
         """
         if edge[0] == edge[1]:
             return None
@@ -142,7 +144,8 @@ class Itinerary:
             approach, more = times(node, start), along(way[0]) - least
             return approach + more + times(end, goal) + self.routes.delay(node, way[0].edge, speed, approach)
 
-        return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
+        along_it, against_it = (lane, offset), (lane.twin, lane.length - offset)
+        return against_it if time(against_it) < time(along_it) - EPS else along_it
 
     def go(self, node: str, goal: str) -> bool:
         """Replace the route by the straight way from `node` to `goal`, and return whether that change is safe."""

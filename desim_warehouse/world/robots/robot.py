@@ -455,6 +455,7 @@ class Robot:
     def is_at_good_edge(self) -> bool:
         """Whether the robot is on the edge of its task's good, or stands at the node where that edge begins.
 
+        On a two-way lane it counts, too, if it drives past the good first, as in a dead end that is faster in than out.
         For a good at a node: whether the robot stands there, or comes there next.
         """
         body, job = self.body, self.job
@@ -462,10 +463,14 @@ class Robot:
         edge = self.itinerary.edge_of(job)
         if edge[0] == edge[1]:
             return self.node == edge[0]
-        if body.lane is not None and body.lane.edge == edge:
+        past = edge[::-1]
+        if body.lane is not None and body.lane.edge in {edge, past}:
             return True
         standing = body.lane is None or (body.held is not None and body.pos >= body.lane.length)
-        return standing and self.node == edge[0]
+        if not standing or self.node == edge[0]:
+            return standing
+        rest = () if self.driving is None else self.driving.rest
+        return bool(rest) and rest[0].edge == past
 
     def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
         """Return the robot as policies see it, by default free at its present place."""

@@ -303,7 +303,7 @@ class Body:
         self.lane = self.held = self.ahead = None
         self.at = node
         self.pos = self.target = 0.0
-        self.train_pace = inf  # it leaves its ring, if it came in with one
+        self.leave_ring()
 
     def _join(self, lane: Lane, ahead: Body | None) -> None:
         self.lane = lane
@@ -336,6 +336,10 @@ class Body:
         self.braking = 0.0
         if self.claim is not None:
             self.train_pace = pace
+
+    def leave_ring(self) -> None:
+        """Drive on at its own pace: the ring that brought the robot to the node where it stands has turned."""
+        self.train_pace = inf
 
     def start_with_ring(self, time: float, stretch: Stretch) -> None:
         """Start at a given time with a ring, once the ring has braked and accelerated."""

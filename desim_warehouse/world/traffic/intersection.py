@@ -160,6 +160,7 @@ class Intersection:
 
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
         """Claim the intersection and room on the lane beyond, in one step, and wait until both are granted."""
+        robot.leave_ring()  # it came onto a node with a ring that brought no room beyond
         if self.take(robot, lane, via, over):
             return
         now: float = self.rules.env._now
