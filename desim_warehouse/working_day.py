@@ -130,7 +130,9 @@ def read_peak(text: str, shifts: Iterable[Stretch]) -> Peak:
         expected = f"from-to and times as many (above 0, at most {MOST_TIMES:g}), such as 11:30-13x1.6"
         raise ModelError([f"--peak {text}: no peak, expected {expected}"])
     shifts = list(shifts)
-    begin, end = _stretch("--peak", stretch, over_midnight=any(last > DAY for _, last in shifts))
+    begin, end = _stretch("--peak", stretch, over_midnight=True)
+    if not shifts and end > DAY and end - begin > DAY / 2:  # by day, with its ends swapped
+        raise ModelError([_no_stretch("--peak", stretch)])
     peak = Peak((begin, end), factor)
     days = (0, DAY)  # of a night shift the peak may be on the next day
     if shifts and not any(first <= begin + day and end + day <= last for first, last in shifts for day in days):
@@ -149,9 +151,14 @@ def _stretch(option: str, text: str, *, over_midnight: bool) -> Stretch:
     if over_midnight and end < begin:
         end += DAY
     if not begin < end:
-        expected = "two times of day, such as 06-22, 6am-10pm or 11:30-13"
-        raise ModelError([f"{option} {text}: not from one time to another, expected {expected}"])
+        raise ModelError([_no_stretch(option, text)])
     return int(begin), int(end)
+
+
+def _no_stretch(option: str, text: str) -> str:
+    """Return the message that a text is not from one time of day to another."""
+    expected = "two times of day, such as 06-22, 6am-10pm or 11:30-13"
+    return f"{option} {text}: not from one time to another, expected {expected}"
 
 
 def _full(text: str) -> str:

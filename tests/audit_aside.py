@@ -1,7 +1,7 @@
-"""The part of the auditor that looks at wide aisles: who stands beside a lane, and who is on it.
+"""The part of the auditor for wide aisles: robots beside lanes, and robots on these lanes.
 
-A robot is off the lane from its row `aside` to its row `back`, both at one position. On the lane, before and after
-that, it keeps its distance from all others, whoever came first.
+A robot is beside its lane from its row `aside` to its row `back`, both at one position. On the lane, before and after,
+it keeps its distance from all other robots, in any order.
 """
 
 import math
@@ -16,7 +16,7 @@ class Asides:
     """Checks of robots beside lanes, for `Audit`, which knows where robots were."""
 
     def steps_aside(self, visit, time, robot, edge, value):
-        """A robot leaves its lane, on which it stands."""
+        """Note that a robot leaves its lane; a fault if it does not stand there on the lane."""
         if visit is None or visit.edge != edge or abs(visit.at(time) - value) > TOL:
             self.fault(time, f"robot {robot} leaves {edge} at {value}, where it is not")
             return
@@ -25,7 +25,7 @@ class Asides:
         visit.asides.append((time, math.inf))
 
     def steps_back(self, visit, time, robot, edge, value):
-        """A robot that stood beside its lane is on it again, where it left it."""
+        """Note that a robot is on its lane again; a fault if it was not beside the lane, or returns elsewhere."""
         if visit is None or visit.edge != edge or not visit.asides or visit.asides[-1][1] < math.inf:
             self.fault(time, f"robot {robot} comes back onto {edge}, beside which it does not stand")
             return
@@ -34,7 +34,7 @@ class Asides:
         visit.asides[-1] = visit.asides[-1][0], time
 
     def check_asides(self, edges):
-        """Robots stand beside wide aisles alone, at storage places, one at each, and do nothing but load there."""
+        """Robots stand only beside wide aisles, one at each place, and only load or unload there."""
         layout = self.run.layout
         beside = defaultdict(list)
         for edge, visits in edges.items():
@@ -63,14 +63,14 @@ class Asides:
         ]
 
     def check_handles(self, visit, begin):
-        """It has left the lane to load or unload, perhaps when a picker comes."""
+        """A robot leaves its lane only to load, to unload, or to wait for a picker who does so."""
         rows = self.rows_by_robot[visit.robot]
         begins = {*HANDLES, "awaiting_picker"}
         if not any(kind in begins and abs(time - begin) <= TOL for time, kind in rows):
             self.fault(begin, f"robot {visit.robot} leaves {visit.edge} and does not load there")
 
     def check_wide_lane(self, visits):
-        """On a lane beside which robots stand, those on it keep D apart, whoever entered it first."""
+        """On a lane beside which robots stand, the robots on it keep D apart, regardless of the order of entry."""
         pieces = sorted((piece for visit in visits for piece in self.parts(visit)), key=lambda piece: piece.enter)
         present = []
         for piece in pieces:
@@ -80,7 +80,7 @@ class Asides:
             present.append(piece)
 
     def check_pair(self, one, other):
-        """Two that are on the lane at one time: one is D behind the other all the while."""
+        """Of two robots that are on a lane at one time, one is always at least D behind the other."""
         begin, end = max(one.enter, other.enter), min(one.leave, other.leave, self.run.record.end)
         end = min(end, max(one.times[-1], other.times[-1], begin))
         first, then = (one, other) if one.at(begin + TOL) >= other.at(begin + TOL) else (other, one)
@@ -92,9 +92,10 @@ class Asides:
                 return
 
     def is_off(self, visit):
-        """When a robot is off a lane: in a wide aisle others may come back onto it while it stands on the node.
+        """Return when a robot is off a lane: in a wide aisle, when it reaches the node at the end.
 
-        Elsewhere they come in by that node, and it has left that first.
+        There, other robots may come back onto the lane while it stands on the node. Elsewhere they enter by this node,
+        after it has left.
         """
         length = self.graph.edges[visit.edge]["length"]
         if visit.edge not in self.run.layout.widths:
@@ -103,7 +104,7 @@ class Asides:
         return min([visit.leave, *(time for time, place in points if place >= length - TOL)])
 
     def parts(self, visit):
-        """A visit without the times at which the robot stood beside the lane."""
+        """Yield the parts of a visit in which the robot was not beside the lane."""
         begin = visit.enter
         for left, back in [*visit.asides, (visit.leave, None)]:
             if left > begin + TOL or not visit.asides:

@@ -1,4 +1,4 @@
-"""The part of the auditor that looks at edges that are closed, slow, or have people in them."""
+"""The part of the auditor for edges that are closed, slow, or have people in them."""
 
 import math
 from collections import defaultdict
@@ -11,7 +11,7 @@ TOL = 1e-6
 
 @dataclass
 class Shut:
-    """Edges that no robot enters from `begin` to `end`, unless from one of them."""
+    """Edges that no robot enters from `begin` to `end`, except from another of these edges."""
 
     edges: frozenset
     begin: float
@@ -23,25 +23,25 @@ class Closures:
     """Checks of closures, slow zones and people, for `Audit`, which knows where robots were."""
 
     def members(self, spec):
-        found = set()
+        edges = set()
         for member in spec.members:
-            found |= (
+            edges |= (
                 set(self.graph.in_edges(member)) if isinstance(member, str) else {tuple(member), tuple(member)[::-1]}
             )
-        return frozenset(found)
+        return frozenset(edges)
 
     def slow_limit(self, edge, since, until):
-        """The speed limit of slow zones that was in force all the time from when a robot set out for an edge."""
-        found = math.inf
+        """Return the limit of slow zones that was in force from when a robot set out for an edge to `until`."""
+        limit = math.inf
         for spec in self.run.model.traffic.slow.values():
             if edge in self.members(spec):
                 hours = None if spec.hours is None else self.run.model.hours(spec.hours)
                 if hours is None or (hours.is_open(since) and hours.changes(since) > until):
-                    found = min(found, spec.speed)
-        return found
+                    limit = min(limit, spec.speed)
+        return limit
 
     def shut(self):
-        """Everything that was closed at some time."""
+        """Yield all closures of edges, by calendars and by people."""
         model, end = self.run.model, self.run.record.end
         for spec in model.traffic.closures.values():
             hours, edges = model.hours(spec.hours), self.members(spec)
@@ -60,7 +60,7 @@ class Closures:
         yield from people.values()
 
     def check_closures(self):
-        """No robot enters what is closed, except from within or past its stop line when it closed."""
+        """No robot enters a closed edge, unless it comes from within or was past its stop line when the edge closed."""
         by_edge = defaultdict(list)
         for shut in self.shut():
             for edge in shut.edges:
@@ -74,7 +74,7 @@ class Closures:
         for robot, visits in self.visits.items():
             for rank, visit in enumerate(visits):
                 for shut in by_edge[visit.edge]:
-                    begin = shut.begin + self.start_time  # it may have been let in, and brakes or gathers speed
+                    begin = shut.begin + self.start_time  # a robot that was let in may still brake or gather speed
                     set_out = visit.enter - self.delays.get((robot, visit.edge, visit.enter), 0.0)
                     if not begin + TOL < set_out < shut.end - TOL:
                         continue
@@ -87,15 +87,15 @@ class Closures:
                         self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
 
     def stepped_aside(self, robot, shut, others, enter):
-        """Whether people who give way let a robot pass, which has waited for as long with them there."""
+        """Whether people who give way let a robot pass because it waited for them long enough."""
         after = [one.give_way.after for one in self.run.model.people.values() if one.give_way is not None]
         if not after or not shut.person:
             return False
         begin = shut.begin
         for other in sorted((one for one in others if one.person), key=lambda one: -one.begin):
-            if other.begin < begin <= other.end:  # somebody was there before
+            if other.begin < begin <= other.end:  # another person was there before
                 begin = other.begin
-        since = left = -math.inf  # its waits in a row: first behind others, then for people
+        since = left = -math.inf  # its consecutive waits: first behind other robots, then for people
         for time, kind, number, _, node, _, value, *_ in self.run.record.rows:
             if number == robot and node is not None and kind in {"waiting_person", "waiting_closed", "collision"}:
                 since, left = since if abs(time - value - left) < TOL else time - value, time
@@ -104,7 +104,7 @@ class Closures:
         return False
 
     def check_held(self):
-        """No task is given out that is fetched on an edge which is closed, and opens while nothing else is closed."""
+        """No task on a closed edge is given out, unless another closure is in force when the edge opens."""
         closures = self.run.model.traffic.closures.values()
         held = [(self.members(spec), self.run.model.hours(spec.hours)) for spec in closures if spec.tasks == "hold"]
         goods = {row[3]: int(row[6]) for row in self.run.record.rows if row[1] == "released"}
@@ -121,7 +121,7 @@ class Closures:
                     self.fault(time, f"robot {robot} is given task {task} on {edge}, which is closed")
 
     def was_broken(self, robot, begin, enter):
-        """Whether a robot was broken down as something closed until it entered: it was let in, and is so still."""
+        """Whether a robot was broken down from when an edge closed until it entered, and so had been let in before."""
         since = None
         for time, kind, number, *_ in self.run.record.rows:
             if number != robot or kind not in STATES:
@@ -135,7 +135,7 @@ class Closures:
         return False
 
     def comes_from_within(self, visits, shut):
-        """Whether the last edge before, but for those in an intersection, is one of them."""
+        """Whether a robot comes from another edge of the closure, edges within an intersection apart."""
         of = self.joined()
         for visit in reversed(visits):
             if visit.into_bay or visit.edge in shut.edges:
@@ -145,9 +145,9 @@ class Closures:
         return False
 
     def was_let_in(self, visits, time):
-        """Whether a robot had set out at a time from where it can stand: within D of the node, or on short edges.
+        """Whether a robot was past its last possible stand at a time: within D of the node, or on short edges.
 
-        In a zone of one robot none stands on edges of any length.
+        In a zone for one robot, no edge is a stand, however long.
         """
         inside = self.closed()
         for visit in reversed(visits):

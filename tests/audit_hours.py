@@ -1,4 +1,4 @@
-"""The part of the auditor that looks at hours: of stations, of robots and of flows, and at buffers."""
+"""The part of the auditor for the hours of stations, robots and flows, and for buffers."""
 
 from collections import Counter, defaultdict
 
@@ -6,7 +6,7 @@ TOL = 1e-6
 
 
 class Hours:
-    """Checks that nothing begins outside its hours, for `Audit`."""
+    """Checks of hours and buffers, for `Audit`."""
 
     def check_hours(self):
         model = self.run.model
@@ -17,7 +17,7 @@ class Hours:
         self.check_buffers(of)
 
     def check_stations(self, hours):
-        """In a station that is closed nothing begins, and where it pauses nothing goes on."""
+        """In a closed station no robot begins to load or unload; if the station pauses, none continues."""
         docked, doing = {}, {}
         for time, kind, robot, _, node, *_ in self.rows:
             if kind == "docked":
@@ -41,11 +41,11 @@ class Hours:
                 self.fault(time, f"robot {robot} waits for a station to open, and is in none that closes")
 
     def check_duty(self, hours):
-        """Outside their hours robots are given nothing; at rest they are on a break then, and only then."""
+        """Outside their hours robots get no tasks; resting robots are on a break then, and only then."""
         visits = self.run.model.pods is not None
         visiting = set()
         for time, kind, robot, task, *_ in self.rows:
-            joins = visits and robot in visiting  # a line joins the visit that it is at
+            joins = visits and robot in visiting  # a line joins the robot's current visit
             if kind == "assigned" and not joins and not hours[robot].is_open(time):
                 self.fault(time, f"robot {robot} is given task {task} outside its hours")
             if kind == "assigned":
@@ -61,7 +61,7 @@ class Hours:
                     self.fault(span.start, f"robot {span.robot} is {span.state}, in its hours {at_work:g} of the time")
 
     def check_flows(self, hours):
-        """Tasks become known within the hours of their flow."""
+        """Tasks are released within the hours of their flow."""
         for time, kind, _, task, *_ in self.rows:
             if kind == "released":
                 opening = hours.get(self.run.record.flows.get(task))
@@ -69,7 +69,7 @@ class Hours:
                     self.fault(time, f"task {task} is released outside the hours of its flow")
 
     def check_buffers(self, of):
-        """No buffer holds more than it has places, no more are worked on than workers, and each load unit once."""
+        """No buffer holds more load units than it has places, and each load unit is worked on once, where it is."""
         docked, held, put = {}, defaultdict(set), {}
         for time, kind, robot, task, node, *_ in self.rows:
             if kind == "docked":

@@ -1,8 +1,8 @@
-"""The part of the auditor that looks at lifts: one robot rides at a time, and the cabin is where it can be by then.
+"""The part of the auditor for lifts: one robot rides at a time, and no cabin is faster than it can be.
 
-The cabin is followed from passage to passage by what robots did: from where the last one got out, or from where it
-rests, or on its way there. Where rings turn it may have come before, at the earliest when it was free. People and
-repairs have it in between, as the log says: one after the other, and never while a robot has it.
+The cabin is followed from passage to passage: from where the last robot got out, from where it rests, or on its way
+there. If rings turn, it may have come earlier, but not before it was free. People and repairs have it in between, as
+logged, one after the other, and never while a robot has it.
 """
 
 import math
@@ -15,21 +15,21 @@ from tests.audit_nodes import Stay
 
 @dataclass
 class Passage:
-    """A robot has the cabin called to `node` at `called`, sets out for it at `there`, makes its `rides`, gets out.
+    """The use of a lift by a robot: it calls the cabin to `node` at `called`, drives in at `start`, rides, gets out.
 
-    Without time for doors two rides, one after the other, take as long as one, and a route may have either.
+    If doors take no time, two consecutive rides take as long as one, and a route may have either.
     """
 
     robot: int
     node: str
     called: float
-    there: float
+    start: float
     rides: list
     out: object
 
 
 def ride_times(ride):
-    """When a ride begins and ends; inf: it had not begun when the run ended."""
+    """Return when a ride begins and ends; inf if it had not begun when the run ended."""
     return ride.times[1:3] if len(ride.times) > 1 else (math.inf, math.inf)
 
 
@@ -39,15 +39,15 @@ class Lifts:
     def check_lifts(self):
         for lift in self.run.layout.lifts:
             name = lift.name
-            passages = sorted(self.passages_of(name, lift), key=lambda one: (one.there, one.called))
-            for one in passages:
-                for ride in one.rides:
+            passages = sorted(self.passages_of(name, lift), key=lambda passage: (passage.start, passage.called))
+            for passage in passages:
+                for ride in passage.rides:
                     self.check_ride(name, lift, ride)
-                self.check_way_out(name, one)
+                self.check_way_out(name, passage)
             self.check_cabin(name, lift, passages)
 
     def passages_of(self, name, lift):
-        """Every robot that set out for the cabin and got into it, as its visits and the rows of waiting say."""
+        """Yield the passage of every robot that drove into the cabin, by its visits and the rows of its waits."""
         calls = [row for row in self.run.record.rows if row[1] == "in_lift" and row[5][1] in lift.nodes]
         causes = {"collision", "waiting_closed", "waiting_person"}
         waits = [row for row in self.run.record.rows if row[1] in causes and row[4] in lift.nodes]
@@ -55,42 +55,42 @@ class Lifts:
             for rank, visit in enumerate(visits[:-1]):
                 if visit.edge[1] not in lift.nodes or visit.edge[0] in lift.nodes or visit.cleared:
                     continue
-                there, then = self.sets_out(visit), visits[rank + 1 :]
-                rides = list(takewhile(lambda ride: {*ride.edge} <= {*lift.nodes}, then))
+                start, later = self.sets_out(visit), visits[rank + 1 :]
+                rides = list(takewhile(lambda ride: {*ride.edge} <= {*lift.nodes}, later))
                 if not rides:
-                    self.fault(then[0].enter, f"robot {robot} drove through lift {name} on one floor")
+                    self.fault(later[0].enter, f"robot {robot} drove through lift {name} on one floor")
                     continue
-                early, late = visit.enter - self.delay, there + self.delay
+                early, late = visit.enter - self.delay, start + self.delay
                 began = [row[0] - row[6] for row in calls if row[2] == robot and row[5] == visit.edge]
                 held_up = [row[0] for row in waits if row[2] == robot and early <= row[0] <= late]
                 line = self.length(visit) - self.contact - self.slack
-                there_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), there)
+                line_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), start)
                 repaired = [time for time in self.repairs(robot) if early <= time <= late]
-                at_line = max([there_since, *held_up, *repaired])
-                called = next((time for time in began if early <= time <= late), min(at_line, there))
-                out = then[len(rides)] if len(rides) < len(then) else None
-                yield Passage(robot, visit.edge[1], called, there, rides, out)
+                at_line = max([line_since, *held_up, *repaired])
+                called = next((time for time in began if early <= time <= late), min(at_line, start))
+                out = later[len(rides)] if len(rides) < len(later) else None
+                yield Passage(robot, visit.edge[1], called, start, rides, out)
 
     def repairs(self, robot):
-        """When a robot went on after each of its breakdowns: its states by the log, one after the other."""
+        """Return the times at which a robot continued after its breakdowns."""
         states = [(row[0], row[1]) for row in self.run.record.rows if row[2] == robot and row[1] in STATES]
         return [then for (_, state), (then, _) in pairwise(states) if state in BROKEN]
 
     def check_ride(self, name, lift, ride):
-        """Check that a ride takes as long as doors and cabin do."""
+        """A ride takes as long as doors and cabin take."""
         begin, until = ride_times(ride)
         takes = 2 * lift.doors + lift.ride * abs(lift.nodes.index(ride.edge[0]) - lift.nodes.index(ride.edge[1]))
         if math.isfinite(until) and abs(until - begin - takes) > self.delay:
             self.fault(begin, f"robot {ride.robot} rides in lift {name} for {until - begin:g}, not {takes:g}")
 
-    def check_way_out(self, name, one):
-        """Each ride begins where and when the one before it ended, and the robot gets out where the last did."""
-        for ride, then in pairwise([*one.rides, *([one.out] if one.out else [])]):
+    def check_way_out(self, name, passage):
+        """Each ride begins where the previous ride ended, not before, and the robot gets out at the last stop."""
+        for ride, then in pairwise([*passage.rides, *([passage.out] if passage.out else [])]):
             if then.edge[0] != ride.edge[1] or then.enter < ride_times(ride)[1] - self.delay:
-                self.fault(then.enter, f"robot {one.robot} left lift {name} before it was there")
+                self.fault(then.enter, f"robot {passage.robot} left lift {name} before it was there")
 
     def users_of(self, lift):
-        """Rides of people and repairs, in order of time: from when, up to when, and on which floor they end."""
+        """Yield uses by people and repairs, in order of time: begin, end, last node, least duration, and wait."""
         for begin, kind, _, _, node, edge, waited, until, _ in self.run.record.rows:
             if kind == "lift_fails" and node in lift.nodes:
                 yield begin, until, lift.rests or node, 0.0, 0.0
@@ -99,7 +99,7 @@ class Lifts:
                 yield begin, until, edge[1], way + 4 * lift.doors, waited
 
     def check_users(self, name, lift, after, before, users, floor):
-        """Play what others did with it when it was free, up to a call; where it stood then, and when it was free."""
+        """Replay uses by people and repairs up to a call; return the floor of the cabin, and when it was free."""
         while users and users[0][0] < before:
             begin, until, node, least, waited = users.pop(0)
             if begin < after - self.delay or waited < 0 or until - begin < least - self.delay:
@@ -108,28 +108,30 @@ class Lifts:
         return floor, after
 
     def check_cabin(self, name, lift, passages):
-        """It is called when it is free, comes from where it is, and nobody else is in it."""
+        """The cabin is called when it is free, comes from where it is, and serves one robot at a time."""
         floor, free, rings = float(lift.nodes.index(lift.rests or lift.nodes[0])), -math.inf, self.run.record.rings
         users = list(self.users_of(lift))
-        for one in passages:
-            floor, called = self.check_users(name, lift, free, one.there, users, floor)
+        for passage in passages:
+            floor, called = self.check_users(name, lift, free, passage.start, users, floor)
             others, free = called > free, called
-            to = lift.nodes.index(one.node)
-            early = one.called - self.start_time - self.delay
-            in_ring = any(early <= time <= one.called + self.delay for time in self.trains[one.robot])
-            if one.called < free - self.delay and not in_ring and not others:
-                self.fault(one.called, f"robot {one.robot} calls lift {name}, which is free at {free:g}")
-            begin = max(one.called, free)
+            to = lift.nodes.index(passage.node)
+            early = passage.called - self.start_time - self.delay
+            in_ring = any(early <= time <= passage.called + self.delay for time in self.trains[passage.robot])
+            if passage.called < free - self.delay and not in_ring and not others:
+                self.fault(passage.called, f"robot {passage.robot} calls lift {name}, which is free at {free:g}")
+            begin = max(passage.called, free)
             rests = floor if lift.rests is None else lift.nodes.index(lift.rests)
             at = floor + math.copysign(min((begin - free) / lift.ride, abs(rests - floor)), rests - floor)
-            there = begin + abs(to - at) * lift.ride + lift.doors
-            if rings and to == floor and in_ring:  # as one gets out the next gets in
-                there = one.called
+            ready = begin + abs(to - at) * lift.ride + lift.doors
+            if rings and to == floor and in_ring:  # as one robot gets out, the next gets in
+                ready = passage.called
             elif rings:
-                there = min(there, max(free, 0.0) + min(abs(to - floor), abs(to - rests)) * lift.ride + lift.doors)
-            if one.there < there - self.delay:
-                self.fault(one.there, f"lift {name} is at {one.node} for robot {one.robot}, not before {there:g}")
-            floor, free = float(lift.nodes.index(one.rides[-1].edge[1])), math.inf
-            if one.out is not None:
-                free = self.clear(Stay(left=one.out.enter, away=one.out)) + lift.doors
+                ready = min(ready, max(free, 0.0) + min(abs(to - floor), abs(to - rests)) * lift.ride + lift.doors)
+            if passage.start < ready - self.delay:
+                self.fault(
+                    passage.start, f"lift {name} is at {passage.node} for robot {passage.robot}, not before {ready:g}"
+                )
+            floor, free = float(lift.nodes.index(passage.rides[-1].edge[1])), math.inf
+            if passage.out is not None:
+                free = self.clear(Stay(left=passage.out.enter, away=passage.out)) + lift.doors
         self.check_users(name, lift, free, math.inf, users, floor)

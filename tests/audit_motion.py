@@ -1,7 +1,7 @@
-"""The part of the auditor that looks at speeds: no robot exceeds what it can reach by accelerating and braking.
+"""The part of the auditor for speeds: no robot is faster than its acceleration and braking allow.
 
-Between two instants at which a robot stands for certain (it loads, unloads, is in a bay or station) it takes at least
-the time of the fastest drive over what it has driven, from a stand to a stand.
+Between two instants at which a robot certainly stands (it loads, unloads, or is in a bay or station), it takes at least
+the time of the fastest drive over its distance, from rest to rest.
 """
 
 import math
@@ -19,13 +19,13 @@ class Motion:
     """Checks of how fast robots drive, for `Audit`."""
 
     def speed_of(self, robot, state):
-        """Its speed on the way in a state."""
+        """Return the speed of a robot in a state."""
         spec = self.robots[robot]
         return spec.loaded_speed if state == "loaded" else spec.speed
 
     @cached_property
     def start_time(self):
-        """The most that gathering speed takes, and braking: what the robots of a ring wait for each other."""
+        """The longest time for gathering speed and braking, for which the robots of a ring may wait for each other."""
         fastest = max(self.speed_of(i, state) for i in range(len(self.robots)) for state in ("loaded", "empty"))
         gathers, brakes = zip(*(one.motion for one in self.robots), strict=True)
         return fastest * (max(gathers) + max(brakes)) / 2
@@ -39,10 +39,10 @@ class Motion:
                 self.check_stretches(robot, mine)
 
     def check_braking(self, first, then):
-        """On one edge `then` can stop D behind `first` at any time, if it keeps its braking distance.
+        """A robot that keeps its braking distance can always stop D behind the robot ahead on its edge.
 
-        That is shorter while it gathers speed, and before a stand. A ring of robots turns as one, D apart. At the
-        instant at which `first` is cleared, or steps beside the lane, `then` may go on.
+        Its braking distance is shorter while it gathers speed, and before a stop. The robots of a ring turn together, D
+        apart. At the instant at which `first` is cleared or steps beside the lane, `then` may drive on.
         """
         robot = self.robots[then.robot]
         if robot.keeps != "braking" or self.in_ring(then) or self.in_ring(first):
@@ -61,7 +61,7 @@ class Motion:
                     return
 
     def drives_of(self, visit):
-        """From where to where a robot drives on an edge, and when; where it stood before it, and stands after it."""
+        """Yield the drives of a robot on an edge: begin, end, start, target, and its stands before and after."""
         pieces = self.pieces_of(visit)
         stands = [place for begin, end, place, to in pieces if to == place and end > begin + self.delay]
         stands += visit.places[-1:] if visit.cleared else []
@@ -72,14 +72,14 @@ class Motion:
                 yield begin, end, place, to, stood, min((stand for stand in stands if stand >= to), default=math.inf)
 
     def pieces_of(self, visit):
-        """From when to when, and from where to where, with the stand at the end."""
+        """Return the pieces of a visit as begin, end, start and target, with the stand at the end."""
         pieces = list(zip(visit.times, visit.times[1:], visit.places, visit.places[1:], strict=False))
         if visit.leave > visit.times[-1] + self.delay:
             pieces.append((visit.times[-1], visit.leave, visit.places[-1], visit.places[-1]))
         return pieces
 
     def run_before(self, visit):
-        """How far a robot has driven since it stood when it comes onto an edge, for short edges one after the other."""
+        """Return how far a robot has driven since its last stand when it enters an edge, over several short edges."""
         visits = self.visits[visit.robot]
         index = next(i for i, other in enumerate(visits) if other is (visit.whole or visit))
         driven = 0.0
@@ -95,12 +95,12 @@ class Motion:
         return driven
 
     def in_ring(self, visit):
-        """Whether a ring turned with the robot while it was on the edge, or came to it."""
+        """Whether the robot turned with a ring while it was on the edge, or as it came onto it."""
         begin = visit.enter - self.start_time - TOL
         return any(begin <= time <= visit.leave + TOL for time in self.trains[visit.robot])
 
     def check_stretches(self, robot, rows):
-        """From stand to stand, each as long as it takes at least."""
+        """No drive from stand to stand is faster than possible."""
         gathers, brakes = self.robots[robot].motion
         state, since, pieces, place = "idle", 0.0, [], {}
         for time, kind, _, _, _, edge, value, *_ in rows:
@@ -126,6 +126,6 @@ class Motion:
                     pieces, since = [], time
 
     def started_at(self, robot, edge):
-        """Where it stood on an edge at the start of the run."""
+        """Return the position of a robot on an edge at the start of the run."""
         places = self.run.model.fleet.start_on_lanes[robot : robot + 1]
         return next((place.offset for place in places if getattr(place, "edge", None) == edge), 0.0)

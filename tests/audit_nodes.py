@@ -1,7 +1,7 @@
-"""The part of the auditor that looks at intersections: one robot at a time, and the paper's rule for the next.
+"""The part of the auditor for intersections: one robot at a time, and the paper's rule for the next robot.
 
-Nodes joined by edges shorter than D are one intersection: a robot is in it from the moment at which it sets out for
-its first node until it leaves its last.
+Nodes joined by edges shorter than D are one intersection. A robot is in it from when it sets out for the first node
+until it leaves the last.
 """
 
 import math
@@ -33,7 +33,7 @@ class Stay:
         return next(visit.robot for visit in (self.via, *self.inside, self.away) if visit is not None)
 
     def visit(self, time):
-        """The visit that it is on at a time, of those before it left."""
+        """Return the robot's visit at a time before it left."""
         visits = [visit for visit in (self.via, *self.inside) if visit is not None]
         return next((visit for visit in visits if time < visit.leave), visits[-1])
 
@@ -42,7 +42,7 @@ class Nodes:
     """Checks of intersections, for `Audit`, which knows where robots were."""
 
     def check_nodes(self):
-        """A robot that crosses an intersection keeps its distance from all that have left it."""
+        """A robot that crosses an intersection keeps its distance from all robots that have left it."""
         for node, stays in self.stays().items():
             near = []
             for stay in sorted(stays, key=lambda stay: (stay.left, stay.begin)):
@@ -52,7 +52,7 @@ class Nodes:
                 near.append(stay)
 
     def joined(self):
-        """The name of its intersection for every node."""
+        """Return the name of the intersection of every node."""
         lengths = self.graph.edges(data="length")
         close = nx.Graph((one, other) for one, other, length in lengths if self.is_below(length, self.contact))
         for zone in self.run.model.traffic.zones.values():
@@ -64,50 +64,50 @@ class Nodes:
 
     @staticmethod
     def is_below(length, exact):
-        """Whether an edge is shorter than a length at which other rules begin, and not just by rounding."""
+        """Whether an edge is shorter than a limit by more than rounding."""
         return length < exact and abs(length - exact) > TOL
 
     def closed(self):
-        """Edges in a zone of one robot, by which no robot leaves the intersection."""
+        """Return the edges in zones for one robot, on which a robot is still in the intersection."""
         zones = self.run.model.traffic.zones.values()
         drawn = [one for zone in zones if zone.rule == "one-robot" for one in zone.members if not isinstance(one, str)]
         return {edge for a, b in drawn for edge in ((a, b), (b, a))}
 
     def stays(self):
-        """All stays by intersection."""
+        """Return all stays by intersection."""
         of, inside = self.joined(), self.closed()
-        found = defaultdict(list)
+        stays = defaultdict(list)
         for visits in self.visits.values():
             stay = None
             for before, visit in pairwise([None, *visits]):
                 start, end = of[visit.edge[0]], of[visit.edge[1]]
                 follows = before is not None and abs(before.leave - visit.enter) <= TOL
-                if before is None and visit.enter < 0:  # it starts on the edge
+                if before is None and visit.enter < 0:  # the robot starts on the edge
                     stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
-                    self.add(found[end], stay)
+                    self.add(stays[end], stay)
                     continue
                 if stay is None or not follows:  # out of a bay
                     stay = Stay(begin=self.comes_out(before, visit))
-                    found[start].append(stay)
+                    stays[start].append(stay)
                 if start == end and (visit.edge in inside or self.length(visit) < 2 * self.contact - TOL):
                     stay.inside.append(visit)
                     stay.left = visit.leave
                     continue
                 stay.left, stay.away = visit.enter, visit
                 stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
-                self.add(found[end], stay)
+                self.add(stays[end], stay)
         for robot, node, begin, end in self.loads_on_nodes():
-            self.add_load(found[of[node]], robot, begin, end)
-        return found
+            self.add_load(stays[of[node]], robot, begin, end)
+        return stays
 
     @staticmethod
     def add(stays, stay):
-        """Of a robot on its way to a node, unless it never sets out for it, or is cleared off the edge before."""
+        """Add the stay of a robot on its way to a node, unless it never sets out for it or is cleared off before."""
         if math.isfinite(stay.begin) and not (stay.via.cleared and stay.begin >= stay.via.leave):
             stays.append(stay)
 
     def comes_out(self, before, visit):
-        """When a robot is on the node from which it enters an edge: at the start of the run one that starts there."""
+        """Return when a robot is on the node from which it enters an edge: 0 if it starts there, or else on entry."""
         places = self.run.model.fleet.start_on_lanes[visit.robot : visit.robot + 1]
         if before is not None or not any(hasattr(place, "node") for place in places):
             return visit.enter
@@ -119,13 +119,13 @@ class Nodes:
         return 0.0 if next(mine)[1] == "enter" else visit.enter
 
     def add_load(self, stays, robot, begin, end):
-        """A robot that came out of a bay is on the node from the time at which it loads there, or longer."""
+        """Add the stay of a robot that came out of a bay and loads on the node, if no stay covers the load."""
         mine = (stay for stay in stays if stay.robot == robot)
         if not any(stay.begin <= begin + TOL and stay.left >= end - TOL for stay in mine):
             stays.append(Stay(begin=begin, left=end, who=robot))
 
     def loads_on_nodes(self):
-        """Robots that load standing on a node: robot, node, from when to when they are there for certain."""
+        """Yield the loads of robots that stand on a node: robot, node, and the interval in which it is surely there."""
         good, begun = {}, {}
         for time, kind, robot, task, _, _, value, *_ in sorted(self.run.record.rows, key=lambda row: row[0]):
             if kind == "released" and value >= 0:
@@ -141,12 +141,12 @@ class Nodes:
         return self.graph.edges[visit.edge]["length"]
 
     def sets_out(self, via):
-        """When a robot leaves the stop line, D before the end of its edge; inf: it never does."""
+        """Return when a robot leaves the stop line, D before the end of its edge; inf if it never does."""
         line = self.length(via) - self.contact + TOL
         return next((t for t, p in zip(via.times, via.places[1:], strict=False) if p > line), via.leave)
 
     def clear(self, stay):
-        """When a robot that has left is D beyond its node; in a bay it is so at once."""
+        """Return when a robot that has left is D beyond its node, or in a bay."""
         away = stay.away
         if away is None:
             return stay.left
@@ -156,7 +156,7 @@ class Nodes:
         return away.leave
 
     def check_passage(self, node, stay, other):
-        """Whether the robot of `other` has left before that of `stay`."""
+        """The robot of `stay` crosses after the robot of `other` has left, and keeps its distance."""
         robot, leaver = stay.robot, other.robot
         away = other.away
         if stay.via is None:
@@ -183,13 +183,13 @@ class Nodes:
                 self.literal(time, via, away)
 
     def follows(self, time, via, away):
-        """In a rotation robots follow each other as a train, D apart along the way."""
+        """In a rotation, robots follow each other as a train, D apart along their route."""
         gap = self.length(via) - via.at(time) + away.at(time)
         if via.edge[1] == away.edge[0] and gap < self.contact - self.slack:
             self.fault(time, f"robot {via.robot} on {via.edge} is {gap:g} behind robot {away.robot} on {away.edge}")
 
     def literal(self, time, via, away):
-        """The paper's rule for the robot on `via` and the one on `away`, where edges are drawn straight."""
+        """The robot on `via` obeys the paper's rule with respect to the robot on `away`, if edges are straight."""
         if not (self.is_straight(via) and self.is_straight(away)):
             return
         (x1, y1), (x2, y2) = self.point(via, time), self.point(away, time)
@@ -208,7 +208,7 @@ class Nodes:
             )
 
     def is_straight(self, visit):
-        """Whether its edge is as long as it is drawn; on others a robot's position in the plane is unknown."""
+        """Whether an edge is as long as drawn; on other edges a robot's position in the plane is unknown."""
         ends = [self.run.layout.position(visit.edge, along) for along in (0.0, self.length(visit))]
         return abs(math.dist(*ends) - self.length(visit)) <= TOL
 

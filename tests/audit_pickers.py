@@ -1,4 +1,4 @@
-"""The part of the auditor that looks at pickers: where they are, by whom, when and where each load is handled."""
+"""The part of the auditor for pickers: where they are, and by whom, when and where each load is handled."""
 
 import math
 from collections import Counter, defaultdict
@@ -29,7 +29,7 @@ class Pickers:
     # Where pickers are
 
     def check_ways(self, spec, acts):
-        """Each does one thing at a time, begins where he was, walks at his speed, in his hours, and in his zone."""
+        """Each picker does one thing at a time, starts where he was, and walks at his speed, in his hours and zone."""
         free, place, mine = defaultdict(float), {}, {}
         zone_of = {}
         places_at = Counter((place.edge, place.offset) for place in self.run.layout.storage)
@@ -55,7 +55,7 @@ class Pickers:
             free[number], place[number], mine[number] = until, spot, robot
 
     def on_foot(self, start, goal):
-        """The shortest way along the lanes, as a graph with both spots as nodes of it."""
+        """Return the shortest distance on foot along the lanes, by a graph in which both spots are nodes."""
         one_aisle = set(start[0]) == set(goal[0])
         lengths = {self.graph.edges[edge]["length"] for edge, _ in (start, goal) if edge[0] != edge[1]}
         if one_aisle and (len(lengths) < 2 or max(lengths) - min(lengths) < TOL * max(lengths)):
@@ -68,13 +68,13 @@ class Pickers:
         return nx.shortest_path_length(ways, "start", "goal", weight="weight")
 
     def from_first(self, edge, offset):
-        """How far a spot is from the end of its aisle that is first by name."""
+        """Return the distance of a spot from the end of its aisle that comes first by name."""
         return offset if edge[0] <= edge[1] else self.graph.edges[edge]["length"] - offset
 
     # What they handle
 
     def check_picks(self, spec):
-        """Each load at a storage place is handled by one picker, while the robot loads or unloads, where it lies."""
+        """Each load at a storage place is handled there by one picker, while the robot loads or unloads."""
         spots = self.run.layout.storage
         places = {row[3]: spots[int(row[6])] for row in self.rows if row[1] == "released" and row[6] >= 0}
         stored = {task: (place.edge, place.offset) for task, place in places.items()}
@@ -99,23 +99,23 @@ class Pickers:
                 self.fault(self.run.record.end, f"task {task} was put away by nobody")
 
     def picks(self):
-        """When which robot was picked, of which task and where, and what it did; it goes on when that is done."""
-        doing, due, found = {}, {}, []
+        """Return all picks as time, robot, task, edge, offset and act; a robot continues when its pick is done."""
+        doing, due, picks = {}, {}, []
         for time, kind, robot, task, _, edge, offset, until, _ in self.rows:
             if kind == "picking":
                 due[robot] = until
                 act, since = doing[robot]
                 if act not in {"loading", "unloading"} or since != time:
                     self.fault(time, f"robot {robot} is picked while {act}")
-                found.append((time, robot, task, edge, offset, act))
+                picks.append((time, robot, task, edge, offset, act))
             elif kind in self.run.record.robots[0]:
                 if abs(due.pop(robot, time) - time) > self.delay:
                     self.fault(time, f"robot {robot} goes on before, or after, it is picked")
                 doing[robot] = kind, time
-        return found
+        return picks
 
     def stops_in_storage(self):
-        """Whether rows of files may have stops at storage places on their way."""
+        """Whether tasks from files may have stops at storage places on their way."""
         return any("orders" in type(flow.when).model_fields for flow in self.run.model.tasks.flows.values())
 
     def serves(self, spec, task):
@@ -125,7 +125,7 @@ class Pickers:
     # Whom they leave waiting
 
     def check_calls(self, spec):
-        """No robot waits at a place with nobody sent while a picker of its zone stands free in his hours."""
+        """No robot waits at a place without a picker on his way while a picker is free in his hours."""
         if spec.zones > 1 or spec.stay == "order":
             return
         hours, busy = self.run.model.hours(spec.hours), defaultdict(list)
@@ -139,8 +139,8 @@ class Pickers:
                     self.fault(begin, f"robot {robot} waits for {gap:g} while a picker is free")
 
     def alone(self):
-        """From when until when robots wait at a place with nobody sent there."""
-        since, sent, found = {}, defaultdict(list), []
+        """Return the waits of robots at a place to which no picker was sent, as robot, begin and end."""
+        since, sent, waits = {}, defaultdict(list), []
         for time, kind, robot, *_ in [
             *self.rows,
             *((self.run.record.end, "loading", one) for one in range(len(self.robots))),
@@ -152,11 +152,11 @@ class Pickers:
             elif kind in {"loading", "unloading"} and robot in since:
                 begin = since.pop(robot)
                 if not any(time <= begin and self.on_way(robot, time, begin) for time in sent[robot]):
-                    found.append((robot, begin, min([time, *(one for one in sent[robot] if one >= begin)])))
-        return found
+                    waits.append((robot, begin, min([time, *(one for one in sent[robot] if one >= begin)])))
+        return waits
 
     def on_way(self, robot, time, begin):
-        """Whether the picker sent at a time was not sent elsewhere, nor done there, before the robot came."""
+        """Whether the picker sent at a time was neither sent elsewhere nor done before the robot came at `begin`."""
         row = next(row for row in self.rows if row[1] == "walking" and row[2] == robot and row[0] == time)
         later = [one for one in self.rows if one[1] == "walking" and one[8] == row[8] and row[0] < one[0] <= begin]
         picked = [one for one in self.rows if one[1] == "picking" and one[2:4] == row[2:4] and row[0] <= one[0] < begin]
@@ -164,7 +164,7 @@ class Pickers:
 
 
 def idle(spans, begin, end):
-    """The longest time within an interval in which none of some spans is under way."""
+    """Return the longest time within an interval that none of some spans covers."""
     now, longest = begin, 0.0
     for start, until in sorted(spans):
         if until <= now:

@@ -1,13 +1,13 @@
-"""What must hold of pods, read from the rows of a log by a reader of its own that shares no code with the world.
+"""The auditor of pods, which reads the rows of a log without any code of the world.
 
-It keeps where every pod is, what each holds, and which orders a station works on.
+It follows the place and the content of every pod, and the orders at each station.
 """
 
 from collections import Counter, defaultdict
 
 
 def audit_pods(run):
-    """The faults of a run with pods, as texts."""
+    """Return the faults of a run with pods, as texts."""
     reader = Reader(run.model, run.history.log, run.history.layout)
     for row in run.history.rows("released", "assigned", "returned", "lifted", "docked", "delivered", "stored"):
         getattr(reader, row.kind)(row)
@@ -17,7 +17,7 @@ def audit_pods(run):
 
 
 class Reader:
-    """Follows the rows of one run; a pod is on a place, or with a robot."""
+    """Follow the rows of a run, in which each pod is on a place or carried by a robot."""
 
     def __init__(self, model, log, layout):
         self.pods, self.flows, self.log = model.pods, model.tasks.flows, log
@@ -92,7 +92,7 @@ class Reader:
         self.at.pop(row.robot, None)
 
     def orders(self):
-        """No station works on more orders than it may: of those one line is done or with a robot, and one is not."""
+        """No station works on too many orders; an order is open from its first assigned to its last done line."""
         lines, begun = defaultdict(list), {}
         for task, flow in self.log.flows.items():
             lines[flow, self.log.orders.get(task, f"#{task}")].append(task)
@@ -117,7 +117,7 @@ class Reader:
                     break
 
     def pickers(self):
-        """No picker is quicker than the shortest handling allows, where the model fixes it."""
+        """No picker is faster than the shortest handling time, if the model fixes these times."""
         fixed = [flow.stop_time for flow in self.flows.values()]
         if not all(isinstance(time, int | float) for time in fixed):
             return

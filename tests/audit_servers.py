@@ -1,4 +1,4 @@
-"""The part of the auditor that looks at servers: each keeps a robot until it has handled all that it came for."""
+"""The part of the auditor for servers, each of which serves a robot until all its loads are handled."""
 
 import math
 from collections import defaultdict
@@ -11,7 +11,7 @@ WAITS = {"queueing", "closed"}
 
 @dataclass
 class Turn:
-    """A robot that wants a server since `asked`, has one from `begin` at the latest, and is done with it at `end`."""
+    """A robot's turn at a server: it queues from `asked`, is served from `begin` at the latest, and done at `end`."""
 
     robot: int
     asked: float
@@ -20,7 +20,7 @@ class Turn:
 
 
 class Servers:
-    """Checks of who is served when, for `Audit`."""
+    """Checks of the order in which robots are served, for `Audit`."""
 
     def check_servers(self):
         stations = self.run.layout.stations
@@ -31,11 +31,11 @@ class Servers:
                 self.check_order(node, turns, stations[node].servers)
 
     def turns(self):
-        """The turns of robots at servers, by station, in the order in which they asked.
+        """Return the turns of robots at servers by station, in the order in which they asked.
 
-        A robot that comes out and loads, or unloads, at a storage place on the node needs no server.
+        A robot that comes out and loads or unloads at a storage place on the node needs no server.
         """
-        found, docked, turn, stored = defaultdict(list), {}, {}, set()
+        turns, docked, turn, stored = defaultdict(list), {}, {}, set()
         visits = self.run.model.pods is not None
         joins = "assigned" if visits else None  # a line that joins a visit
         for time, kind, robot, task, node, edge, value, *_ in self.rows:
@@ -47,11 +47,11 @@ class Servers:
             elif robot not in docked or (kind == "loading" and task in stored):
                 continue
             elif kind == "delivered" and edge is not None:
-                found[docked.pop(robot)].remove(turn.pop(robot))
+                turns[docked.pop(robot)].remove(turn.pop(robot))
             elif kind in HANDLES | WAITS:
                 if robot not in turn:
                     turn[robot] = Turn(robot, time)
-                    found[docked[robot]].append(turn[robot])
+                    turns[docked[robot]].append(turn[robot])
                 turn[robot].end = None
                 if kind in HANDLES and turn[robot].begin is None:
                     turn[robot].begin = time
@@ -63,15 +63,15 @@ class Servers:
                 if kind in {"enter", "parked"}:
                     del docked[robot]
         self.picked_from(docked, turn)
-        return found
+        return turns
 
     def picked_from(self, docked, turn):
-        """A pod that is still there when the run ends has more lines."""
+        """Reopen the turns of robots whose pods are at a station when the run ends, as these have more lines."""
         for robot in docked.keys() & turn.keys() if self.run.model.pods is not None else ():
             turn[robot].end = None
 
     def check_turns_of(self, node, turns, servers):
-        """No more robots than servers are between their first load and their last."""
+        """No more robots are between their first and last load than there are servers."""
         changes = []
         for turn in turns:
             if turn.begin is not None:
@@ -84,7 +84,7 @@ class Servers:
                 return
 
     def check_order(self, node, turns, servers):
-        """First come, first served, as soon as a server is free."""
+        """Robots are served first come, first served, as soon as a server is free."""
         free = [0.0] * servers
         for turn in sorted(turns, key=lambda turn: (turn.asked, math.inf if turn.begin is None else turn.begin)):
             free.sort()

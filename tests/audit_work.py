@@ -1,4 +1,4 @@
-"""The part of the auditor that looks at work: tasks, places in bays and stations, batteries, tallies."""
+"""The part of the auditor for work: tasks, places in bays and stations, batteries, tallies."""
 
 from collections import Counter, defaultdict
 from itertools import groupby
@@ -30,12 +30,12 @@ NO_ENERGY = {
 
 
 class Work:
-    """Checks of what robots did, for `Audit`, which knows where they were."""
+    """Checks of the work of robots, for `Audit`, which knows where they were."""
 
     def check_work(self):
         self.rows = self.run.record.rows
         self.check_tasks()
-        if self.run.model.pods is None:  # of pods audit_pods says it
+        if self.run.model.pods is None:  # audit_pods checks models with pods
             self.check_loading()
             self.check_loads_on_board()
             self.check_stops()
@@ -45,12 +45,12 @@ class Work:
         self.check_tallies()
 
     def check_tasks(self):
-        """Each task is released, given out, perhaps given back, and delivered once, by the robot that has it.
+        """Each task is released, assigned, perhaps returned, and delivered once, by the robot that has it.
 
-        A robot is given the tasks of a tour all at once, while it has none, and no more than it carries; lines may join
-        the visit of a pod.
+        A robot without tasks gets all tasks of a tour at once, and no more than it can carry. Lines may join the visit
+        of a pod.
         """
-        state, hands, given = {}, defaultdict(set), {}
+        state, hands, assigned_at = {}, defaultdict(set), {}
         most = [robot.capacity for robot in self.run.model.fleet.robots()]
         follows = {
             "released": {None},
@@ -66,22 +66,22 @@ class Work:
             state[task] = kind
             if kind == "assigned":
                 joins = self.run.model.pods is not None
-                if hands[robot] and not joins and (given[robot] != time or len(hands[robot]) == most[robot]):
+                if hands[robot] and not joins and (assigned_at[robot] != time or len(hands[robot]) == most[robot]):
                     held = ", ".join(f"task {one}" for one in sorted(hands[robot]))
                     self.fault(time, f"robot {robot} was given task {task} while it had {held}")
                 hands[robot].add(task)
-                given[robot] = time
+                assigned_at[robot] = time
             elif kind != "released":
                 if task not in hands[robot]:
                     self.fault(time, f"task {task} was {kind} by robot {robot}, which did not have it")
                 hands[robot].discard(task)
-                given[robot] = None
+                assigned_at[robot] = None
         self.delivered = sum(1 for kind in state.values() if kind == "delivered")
         if len(state) - len(done(self.run)) != self.run.kpis["backlog"]:
             self.fault(self.run.record.end, "tasks were lost or made up")
 
     def check_loading(self):
-        """A robot loads where its good is, D clear of the nodes, and unloads only what it has loaded."""
+        """A robot loads where its good is, and delivers only tasks that it has loaded."""
         good, loaded = {}, set()
         for time, kind, robot, task, _, _, value, *_ in self.rows:
             if kind == "released":
@@ -99,7 +99,7 @@ class Work:
                 self.fault(time, f"task {task} was delivered and never loaded")
 
     def check_loads_on_board(self):
-        """A robot carries no more than it can, nothing that it does not carry, and does no flow of other kinds."""
+        """A robot never exceeds its capacity, and carries only its load types and the flows of its kind."""
         model, on_board = self.run.model, defaultdict(set)
         robots, kinds = model.fleet.robots(), model.fleet.kinds_of_robots()
         for time, kind, robot, task, *_ in self.rows:
@@ -119,7 +119,7 @@ class Work:
                 on_board[robot].discard(task)
 
     def check_stops(self):
-        """Between loading and unloading a task stops where its flow says, in that order, and is unloaded there."""
+        """A task makes the stops of its flow, in order, and is unloaded at a destination of the flow."""
         flows, layout = self.run.model.tasks.flows, self.run.layout
         stops, nodes, states = defaultdict(list), {}, defaultdict(list)
         for time, kind, robot, task, node, edge, *_ in self.rows:
@@ -145,7 +145,7 @@ class Work:
                     self.fault(time, f"task {task} was brought to {node}, not to {ends}")
 
     def is_docked(self, time, robot):
-        """Whether the last place that a robot was at is a station."""
+        """Whether a robot is in a station at a time."""
         seen = ("docked", "parked", "enter")
         last = [row[1] for row in self.rows if row[2] == robot and row[1] in seen and row[0] <= time + TOL]
         return last[-1:] == ["docked"]
@@ -157,7 +157,7 @@ class Work:
             return
         here = (visit for visit in self.visits[robot] if visit.enter <= time + TOL and visit.leave >= time - TOL)
         ends = [place.edge]
-        if self.graph.edges[place.edge].get("two_way"):  # it is picked in either direction
+        if self.graph.edges[place.edge].get("two_way"):  # robots load in either direction
             ends.append(place.edge[::-1])
         visit = next((visit for visit in here if visit.edge in ends), None)
         if visit is None:
@@ -171,14 +171,14 @@ class Work:
             return
         ahead = [v.at(time) - at for v in self.all_visits() if v.edge == visit.edge and v.enter <= time <= v.leave]
         if 0 < short < self.contact and any(TOL < gap <= self.contact + TOL for gap in ahead):
-            return  # in a full ring it handles its good from where it stands, close behind the next robot
+            return  # in a full ring a robot loads from where it stands, close behind the next robot
         self.fault(time, f"robot {robot} loads good {place.number} at {at:g}, not at {offset:g}")
 
     def all_visits(self):
         return (visit for visits in self.visits.values() for visit in visits)
 
     def check_places(self):
-        """Robots leave a bay by its node, and no bay or station ever holds more robots than it has places."""
+        """Robots leave a bay by its node, and no bay or station holds more robots than it has places."""
         fleet, layout = self.run.model.fleet, self.run.layout
         start = fleet.homes(layout.bays)
         homes = Counter(start)
@@ -202,16 +202,13 @@ class Work:
                     if edge[0] != left:
                         self.fault(time, f"robot {robot} was in a bay at {left} and came out onto {edge}")
                 elif kind == "cleared" or (kind == "broken" and inside.get(robot, ("",))[0] == "parked"):
-                    inside.pop(robot, None)  # none breaks down in a bay: it was on the node, about to enter a lane
+                    inside.pop(robot, None)  # no robot breaks down in a bay: it was on the node, about to enter a lane
             for place, robots in Counter(inside.values()).items():
                 if robots > room.get(place, 0):
                     self.fault(time, f"{robots} robots are {place[0]} at {place[1]}, which has {room.get(place, 0)}")
 
     def check_energy(self):
-        """Never flat, never more than full, drawn and charged at no more than the rates of its battery.
-
-        And charged where there are chargers for its kind.
-        """
+        """No battery is flat or more than full; it is drawn and charged within its rates, at chargers for its kind."""
         model = self.run.model
         if model.battery is None:
             return
@@ -253,7 +250,7 @@ class Work:
             self.fault(self.run.record.end, f"state shares add up to {total}")
 
     def check_tallies(self):
-        """What is counted is what is logged."""
+        """The tallies of each robot are the counts of its rows in the log."""
         count = Counter()
         for time, kind, robot, _, node, *_ in self.rows:
             if time < self.run.record.begin:

@@ -1,8 +1,8 @@
-"""An auditor that rebuilds what happened from the log alone and says what cannot have happened.
+"""An auditor that reconstructs a run from its log alone, and lists everything that is impossible.
 
-It shares no code with the traffic model: lanes are checked by positions over time, intersections by the
-paper's literal rule (a robot that drives towards another which is nearer than D and within theta of its
-heading should have stopped). In a gridlock rotation robots follow each other as a train, D apart along the way.
+It shares no code with the traffic model. Lanes are checked by positions over time, intersections by the literal rule of
+the paper: a robot must stop for a robot that is nearer than D and within theta of its heading. In a gridlock rotation
+robots follow each other as a train, D apart along their route.
 """
 
 import math
@@ -28,7 +28,7 @@ TOL = 1e-6
 
 @dataclass
 class Visit:
-    """One robot on one edge: piecewise linear positions; `leave` inf while it is still there."""
+    """A robot on an edge, with piecewise linear positions; `leave` is inf while it is still there."""
 
     robot: int
     edge: tuple[str, str]
@@ -44,7 +44,10 @@ class Visit:
     stood: bool = False
 
     def part(self, begin, end, *, stands, stood):
-        """Only so much of it: from where it stood, or up to where it stands, if that is beside the lane."""
+        """Return the part of the visit between two times.
+
+        `stood`, `stands`: whether the robot stood beside the lane before, or stands there afterwards.
+        """
         inside = [(time, place) for time, place in zip(self.times, self.places, strict=True) if begin < time < end]
         points = [(begin, self.at(begin)), *inside, *([(end, self.at(end))] if end < math.inf else [])]
         if not stood and self.times[0] >= begin:
@@ -66,7 +69,7 @@ class Visit:
 
 
 class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Pickers):
-    """Problems found in a run, one line each; an empty list is a clean bill."""
+    """The checks of a run; `check` returns its faults, one line each, and an empty list for a valid run."""
 
     def __init__(self, run):
         self.run = run
@@ -77,11 +80,11 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
         speeds = [speed for robot in self.robots for speed in (robot.speed, robot.loaded_speed)]
         self.state = defaultdict(lambda: "idle")
         widest = 2 * max(robot.radius for robot in self.robots)
-        self.contact = widest + fleet.robot.margin  # the largest pair's, for all
+        self.contact = widest + fleet.robot.margin  # D, for all robots that of the largest pair
         limits = [limit for *_, limit in run.layout.graph.edges(data="speed")]
         slowest = min([*speeds, *limits, *(slow.speed for slow in model.traffic.slow.values())])
-        self.slack = TOL * (1 + max(speeds))  # lengths and times are the same within TOL: what that makes in length
-        self.delay = TOL * (1 + 1 / slowest)  # and in time
+        self.slack = TOL * (1 + max(speeds))  # tolerance of lengths, if lengths and times agree within TOL
+        self.delay = TOL * (1 + 1 / slowest)  # tolerance of times
         self.theta = math.radians(model.traffic.collision_angle)
         self.graph = run.layout.graph
         self.visits = defaultdict(list)
@@ -128,7 +131,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
         where = {}
         self.rows_by_robot = defaultdict(list)
         for robot, place in enumerate(self.run.model.fleet.start_on_lanes):
-            if hasattr(place, "edge"):  # it has been there from the beginning
+            if hasattr(place, "edge"):  # the robot is there from the start
                 where[robot] = Visit(robot, place.edge, -math.inf, times=[0.0], places=[place.offset])
                 self.visits[robot].append(where[robot])
         for time, kind, robot, _, node, edge, value, until, _ in rows:
@@ -182,8 +185,8 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
         visit.places += [place, value]
 
     def stands_on(self, time, robot):
-        """The nodes on which a robot stands at an instant, or beside which it is in a bay; none: it is on an edge."""
-        found = set()
+        """Return the nodes on which a robot stands at a time, or beside which it is in a bay; empty on an edge."""
+        nodes = set()
         last = None
         for visit in self.visits[robot]:
             if visit.enter > time:
@@ -191,22 +194,22 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
             last = visit
             if visit.leave >= time - TOL:
                 if visit.enter >= time - TOL:
-                    found.add(visit.edge[0])
+                    nodes.add(visit.edge[0])
                 if abs(visit.at(time) - self.graph.edges[visit.edge]["length"]) <= TOL:
-                    found.add(visit.edge[1])
+                    nodes.add(visit.edge[1])
         if last is None:
-            found.add(self.starts()[robot])
+            nodes.add(self.starts()[robot])
         elif last.leave < time:
-            found.add(last.edge[1])
-        return found
+            nodes.add(last.edge[1])
+        return nodes
 
     def starts(self):
-        """The node at which each robot starts, in a bay or on the node, or to which the edge leads on which it does."""
+        """Return the node at which each robot starts, in a bay or on the lanes, or to which its edge leads."""
         fleet = self.run.model.fleet
         homes = fleet.start or tuple(self.run.layout.bays)
-        found = [homes[number % len(homes)] for number in range(fleet.size)]
+        nodes = [homes[number % len(homes)] for number in range(fleet.size)]
         for robot, place in enumerate(fleet.start_on_lanes):
-            found[robot] = place.node if hasattr(place, "node") else place.edge[1]
+            nodes[robot] = place.node if hasattr(place, "node") else place.edge[1]
         first = {}  # robots of a settled fleet begin where they charge
         for time, kind, robot, _, node, *_ in self.run.record.rows:
             if time > 0:
@@ -214,8 +217,8 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
             if kind == "idle" and node is not None:
                 first.setdefault(robot, node)
         for robot, node in first.items():
-            found[robot] = node
-        return found
+            nodes[robot] = node
+        return nodes
 
     def by_edge(self):
         edges = defaultdict(list)
@@ -244,16 +247,16 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
                     break
 
     def one_behind_the_other(self, visits):
-        """Each with the one before it, and where that was cleared off the edge with the one before that, too."""
+        """Yield each visit with the visit before it; if that was cleared off the edge, also with earlier visits."""
         before = []
         for visit in visits:
             yield from ((first, visit) for first in before)
             before = [*(before if visit.cleared else ()), visit]
 
     def check_turns(self):
-        """Between the end of an edge and the next a robot spends the time at the node, and that of its turn.
+        """Between two edges a robot spends at least the time of the node and of its turn.
 
-        A robot that loads within the tolerance of the end of a short edge is there already, and spends none.
+        A robot that loads within the tolerance of the end of a short edge is already there, and spends no time.
         """
         traffic = self.run.model.traffic
         heading = self.run.layout.headings
@@ -272,9 +275,9 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
                     self.fault(visit.enter, f"robot {visit.robot} spends {spent:g} of {least:g} at {visit.edge[0]}")
 
     def check_two_way(self, edges):
-        """A two-way lane is used in one direction at a time, and no robot stands on it nearer than D to a node.
+        """A two-way lane is used in one direction at a time, and no robot stands on it within D of a node.
 
-        As robots are D apart there, too, it never holds more than floor(length / D) - 1 that stand.
+        As robots are D apart, no more than floor(length / D) - 1 robots stand on it.
         """
         for a, b in self.run.layout.two_way:
             for visit in (*edges.get((a, b), ()), *edges.get((b, a), ())):
@@ -299,15 +302,14 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
                 self.fault(begin, f"robot {visit.robot} stands on {visit.edge}, {near:g} from a node")
 
     def check_zones(self, edges):
-        """In a zone of one robot there is one, in a zone of one direction no two face each other."""
+        """In a zone for one robot there is at most one, and in a zone for one direction no two face each other."""
         for name, zone in self.run.model.traffic.zones.items():
             drawn = [tuple(member) for member in zone.members if not isinstance(member, str)]
             both = [edge for a, b in drawn for edge in ((a, b), (b, a))]
             parts = (part for edge in both for visit in edges.get(edge, ()) for part in self.parts(visit))
-            found = sorted(parts, key=lambda visit: visit.enter)
             signs = directions(drawn) if zone.rule == "one-direction" else {}
             present = []
-            for visit in found:
+            for visit in sorted(parts, key=lambda visit: visit.enter):
                 present = [other for other in present if other.leave > visit.enter + self.delay]
                 for other in present:
                     apart = zone.rule == "one-robot" or signs[visit.edge] != signs[other.edge]
@@ -317,7 +319,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts, Asides, Picker
 
 
 def directions(edges):
-    """+1 or -1 for both directions of every edge of a line: along it, or back."""
+    """Return +1 for each edge along a line, and -1 for each edge back."""
     line = nx.Graph(edges)
     start = next(node for node in line if line.degree(node) == 1)
     order = list(nx.dfs_preorder_nodes(line, start))
@@ -325,5 +327,5 @@ def directions(edges):
 
 
 def audit(run):
-    """All that cannot have happened in a run of level `all`, one line each."""
+    """Return all faults of a run with `log: all`, one line each."""
     return Audit(run).check()

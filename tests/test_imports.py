@@ -21,7 +21,7 @@ def imports():
     return {name: imported(path, own) for name, path in own.items()}
 
 
-def test_what_is_imported_where(tmp_path):
+def test_imports_at_run_time_and_for_typing_are_told_apart(tmp_path):
     own = {name: tmp_path / name for name in ("p", "p.a", "p.b", "p.c", "p.d", "p.e", "p.f")}
     path = tmp_path / "some.py"
     path.write_text(

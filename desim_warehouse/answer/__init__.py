@@ -1,1 +1,1 @@
-"""Answers: their value, their words and numbers, and how the terminal prints them. It knows no study."""
+"""Answers as values, with their words and numbers, and their forms as text and page; independent of studies."""

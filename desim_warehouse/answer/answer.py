@@ -1,6 +1,6 @@
-"""The answer to a question: plain data that prints, shows and saves itself.
+"""The answer to a question: plain data that can be printed, shown and saved.
 
-For what every question returns in Python, and for `--json` of its command.
+For the values that questions return in Python, and for `--json` of their commands.
 """
 
 from __future__ import annotations
@@ -23,18 +23,24 @@ if TYPE_CHECKING:
 class Answer(AnswerData):
     """The answer to a question.
 
-    `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
-    none; only then there are `tiles`. `nearest`: for each demand the option that is enough beside that which nearly is.
-    `measures`: by what numbers of options are `of`, what people call it. `promise`: what holds with which `confidence`
-    (None: nothing is judged). `command`: as it was typed.
+    Attributes:
+        answer: sentences, the first of which answers the question.
+        options: the designs that were tried.
+        measures: titles of the measures of options (`SaidNumber.of`) by name.
+        about: the design that the sentences recommend or describe, or None.
+        tiles: large numbers of this design; empty if `about` is None.
+        nearest: for each demand, a figure of the recommended option beside the option that only just fails.
+        promise: the statement that holds with the given `confidence` (None if nothing is judged).
+        runs: number of runs.
+        command: the command as typed.
     """
 
     def save(self, folder: str | Path) -> None:
-        """Write answer.json, from which `desim report` makes the page."""
+        """Write answer.json, from which `desim report` makes the page, into a folder."""
         write_whole(Path(folder, ANSWER), self.model_dump_json(indent=1) + "\n")
 
     def keep(self, folder: str | Path | None, command: str) -> Answer:
-        """Return the answer with the command that asked for it, written to the folder of its runs if there is one."""
+        """Return the answer with its command, and save it in the folder of its runs if this exists."""
         answer = self.model_copy(update={"command": command})
         if folder is not None and Path(folder).is_dir():
             answer.save(folder)
@@ -42,10 +48,10 @@ class Answer(AnswerData):
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each option: design, what it sets, each number with the ends of its interval, verdict, runs.
+        """A row for each option: design, its settings, each number with the ends of its interval, verdict, runs.
 
-        Ends are named as the number, with `_low` and `_high`; keys have _ instead of dots. Numbers are in the units of
-        the model, also where the text has others.
+        Ends have the name of the number with `_low` and `_high`; keys have _ instead of dots. Numbers are in the units
+        of the model, even if the text uses other units.
         """
         from desim_warehouse.answer.frame import frame
 
@@ -58,7 +64,7 @@ class Answer(AnswerData):
         return f"Answer({self.question})"
 
     def _repr_html_(self) -> str:
-        """Show the page, without drawings of a run, in a frame of its own."""
+        """Return the page, without drawings of a run, in a frame for Jupyter."""
         from desim_warehouse.answer.page import page
         from desim_warehouse.look.web import StillPage
 
@@ -66,10 +72,7 @@ class Answer(AnswerData):
 
 
 class Answering:
-    """The value that a question returns: prints as the text of its `answer`, and shows itself as a page in Jupyter.
-
-    `repr` is one line.
-    """
+    """Base of values that questions return: `print` prints the `answer`, Jupyter shows its page, `repr` is one line."""
 
     if TYPE_CHECKING:
 
@@ -93,7 +96,7 @@ class Answering:
         return f"{type(self).__name__}({self.in_short()})"
 
     def _repr_html_(self) -> str:
-        """Show the page of the answer in a frame."""
+        """Return the page of the answer in a frame for Jupyter."""
         return self.answer._repr_html_()
 
 
@@ -105,10 +108,10 @@ class Answered(Answering):
 
 
 def load(folder: str | Path) -> Answer:
-    """Return the answer in a folder.
+    """Load the answer saved in a folder.
 
     Raises:
-        ReportError: where it is damaged, or of another version than this one can read.
+        ReportError: it is damaged, or another version wrote it in another format.
     """
     path = Path(folder, ANSWER)
     try:

@@ -1,4 +1,4 @@
-"""The sentence of all answers on the busiest group and scarce resources: of a run, and of a forecast.
+"""Sentences on the busiest group and scarce resources of a run or a forecast.
 
 For the answers of `desim run`, `check`, `plan` and `why`, and for the live page and the replay.
 """
@@ -16,13 +16,13 @@ from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.loads import loads
 
 _WORK = {"robots", "people", "pickers"}
-"""Kinds that work; others are in use."""
+"""Kinds of groups that are `at work`; other groups are `in use`."""
 _SHOWN = 0.005
-"""Loads below are not listed beside others."""
+"""Least load that is listed beside others, as a share of the time."""
 
 
 def of_run(history: History, kpis: Mapping[str, float]) -> str:
-    """Return the sentences that say who was busiest in a run, and how long robots waited in traffic."""
+    """Return the sentences on the busiest group of a run, and on the time that robots waited in traffic."""
     measured = loads(history, kpis)
     line = was(measured)
     if any(load.group.kind == "lanes" for load in busiest(measured)[:1]):  # the line says how long
@@ -31,9 +31,9 @@ def of_run(history: History, kpis: Mapping[str, float]) -> str:
 
 
 def was(measured: Iterable[Load]) -> str:
-    """Return the sentence on the busiest group, such as `The robots were the busiest, at work 77 % of the time.`.
+    """Return the sentence on the busiest group; empty if no group worked.
 
-    It is empty where nobody worked.
+    Such as `The robots were the busiest, at work 77 % of the time.`
     """
     measured = list(measured)
     most = busiest(measured)
@@ -48,16 +48,15 @@ def was(measured: Iterable[Load]) -> str:
 
 
 def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") -> str:
-    """Return the words on the groups busiest in a forecast: `the robots are busiest: 77 % of the time; packers 48 %`.
+    """Return a clause on the busiest groups of a forecast: `the robots are busiest: 77 % of the time; packers 48 %`.
 
-    They are empty where nobody works.
-
-    Of several groups that are busiest each share stands behind its name. Lifts with one share are named together.
+    It is empty if no group works. If several groups are busiest, each share follows the name of its group. Lifts with
+    equal shares are named together.
 
     Args:
         foreseen: the loads of all groups.
-        time: what shares of the time are of.
-        where: what the sentence begins with, such as `with 6 robots`.
+        time: the time of which shares are given.
+        where: the start of the sentence, such as `with 6 robots`.
     """
     listed = ranked(foreseen)
     most = busiest(listed)
@@ -80,7 +79,7 @@ def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") ->
 
 
 def _alike(listed: Iterable[Load]) -> list[list[Load]]:
-    """Put lifts with one share, as written, together; all other loads stand alone."""
+    """Group lifts whose shares are equal as written; every other load is a group of its own."""
     together: dict[tuple[str, ...], list[Load]] = {}
     for load in listed:
         lift = (whole_percent(load.mean), whole_percent(load.need)) if load.group.is_lift else (load.group.name,)
@@ -89,22 +88,22 @@ def _alike(listed: Iterable[Load]) -> list[list[Load]]:
 
 
 def _named(together: Sequence[Load]) -> str:
-    """Name a load, or lifts together."""
+    """Return the name of a load, or of several lifts."""
     return called([load.group.zone for load in together]) if together[0].group.is_lift else together[0].group.name
 
 
 def _the(load: Load) -> str:
-    """Return the article of a load in a sentence; the name of a lift has none."""
+    """Return the article before the name of a load; lifts have none."""
     return "" if load.group.is_lift else "the "
 
 
 def whole_percent(share: float) -> str:
-    """Write a share, in whole per cent where that says something."""
+    """Format a share in whole per cent, or with a decimal close to 0 and 100 %."""
     return f"{100 * share:.0f} %" if 0.01 <= share <= 0.99 or share > 1 else _percent(share)  # noqa: PLR2004
 
 
 def _spent(load: Load) -> str:
-    """Return the words for the share of time that a group worked in a run, and for work beyond its capacity."""
+    """Return a phrase for the share of time that a group worked in a run, and for demand beyond its capacity."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
     capacity = f"of {_its(load)} capacity"
     line = f"{verb} {_percent(load.mean)} of the time"
@@ -116,7 +115,7 @@ def _spent(load: Load) -> str:
 
 
 def _share(load: Load, time: str, number: int) -> str:
-    """Say which share of the time a group is busy, or each of a `number` of lifts."""
+    """Return a phrase for the share of the time that a group, or each of a `number` of lifts, is busy."""
     if load.group.kind == "lanes":
         return f"robots wait in traffic {whole_percent(load.mean)} {time}".strip()
     share, each = whole_percent(load.mean), "" if number == 1 else " each"

@@ -1,8 +1,8 @@
-"""The course of a run on a page: a lane for each curve of `outcome.day` on one clock, and its worst stretch in words.
+"""The course of a run on a page: curves of `outcome.day` in lanes over a common time axis, and the worst stretch.
 
 For the page and answer of a run, and for its replay.
 
-Reports and the replay show this one drawing; its words are HTML, so that they can be read on a phone.
+Reports and the replay share this drawing; its text is HTML, so that it is legible on a phone.
 """
 
 from __future__ import annotations
@@ -38,27 +38,27 @@ _HELD = {
     "pickers": "robots waited for pickers",
     "no task": "robots were given no task",
 }
-"""What robots did while deliveries stood still, by the cause of `outcome.halts`."""
+"""Main activity of robots in a standstill of deliveries, by the causes of `outcome.halts`."""
 WIDTH, HEIGHT = 1000, 100
-"""Steps across and down in which lanes are drawn: less than a pixel on most screens."""
+"""Horizontal and vertical resolution of lanes, in steps; a step is less than a pixel on most screens."""
 _OPEN = "Open tasks"
-"""The lane that a course in short has below that of robots; where work never ends it has deliveries."""
+"""The second lane of a short course, below the lane of robots; where work never ends it shows deliveries instead."""
 _LOW = 4
-"""Steps down by which low lanes differ: less than two pixels there."""
+"""Vertical resolution of low lanes, in steps: less than two pixels there."""
 _TICKS = 8
-"""The most times below the lanes."""
+"""Largest number of times below the lanes."""
 _STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 21600, 43200, 86400)
-"""Seconds between them."""
+"""Intervals between these times, in seconds."""
 _BY_HOURS, _BY_MINUTES = 7200, 600
-"""Seconds from which times are said in hours and minutes, or in minutes."""
+"""Lengths of a window from which times are given in hours and minutes, or in minutes, in seconds."""
 _NUMBERED = 100
-"""More robots than this are not told apart by number."""
+"""Largest fleet whose robots are shown by number."""
 _SEEN = 0.01
-"""Part of the fleet from which on a part of the day shows what it does."""
+"""Least share of the fleet in an activity for it to be shown."""
 
 
 class Layer(NamedTuple):
-    """An area in a lane of the drawing: its class in the style, its path, and what it is (None: the lane says it)."""
+    """An area in a lane of the drawing: its CSS class, its SVG path, and its label (None: the name of the lane)."""
 
     kind: str
     words: str | None
@@ -66,7 +66,7 @@ class Layer(NamedTuple):
 
 
 class CourseLane(NamedTuple):
-    """A lane of the drawing, with a curve over the clock or several stacked: name, unit, and number at its top."""
+    """A lane of the drawing, with one curve or several stacked: name, unit, and the number at its top."""
 
     name: str
     unit: str
@@ -75,7 +75,7 @@ class CourseLane(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """A curve below the lane of robots: its name and unit, its class in the style, its values, and its top."""
+    """A curve below the lane of robots: its name, unit, CSS class (`kind`), values, and the value at the top."""
 
     name: str
     unit: str
@@ -85,14 +85,14 @@ class Curve(NamedTuple):
 
     @property
     def top_text(self) -> str:
-        """The number at the top of the lane, as it is written beside it."""
+        """The number at the top of the lane, as text."""
         return numbers.PERCENT.value(self.top) if self.kind == "battery" else numbers.measured(self.top)
 
 
 def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
-    """Return the sentence that says when deliveries stood still and why.
+    """Return the sentence on a standstill of deliveries, with its time and its cause.
 
-    `times`: how many halts have this cause; `halt` is the longest of them.
+    `times`: number of standstills with this cause, of which `halt` is the longest.
     """
     start, end = moment(model, halt.start), moment(model, halt.end)
     more = f" (the longest of {times} times)" if times > 1 else ""
@@ -101,7 +101,7 @@ def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
 
 
 def worst(day: Day, model: Model, chargers: int) -> str:
-    """Return the sentences on the worst stretch of a run, or one that says that none stands out."""
+    """Return the sentences on the worst stretch of a run, or a sentence that none stands out."""
     worst = day.worst
     if worst is None:
         return "No part of the run stands out."
@@ -114,7 +114,7 @@ def worst(day: Day, model: Model, chargers: int) -> str:
 
 
 def _as_on_axis(model: Model, time: float) -> str:
-    """Return a time of a run of hours as its axis has it: `14:35`."""
+    """Return a time of a run in hours and minutes, as on the axis: `14:35`."""
     if model.run.start != "00:00":
         return time_of_day(model, time)
     minutes = round(time * model.units.seconds / 60)
@@ -122,19 +122,19 @@ def _as_on_axis(model: Model, time: float) -> str:
 
 
 def flag(day: Day) -> str:
-    """Return the label of the worst stretch, `nothing delivered` or `most tasks open`; empty where the day has none."""
+    """Return the label of the worst stretch, `nothing delivered` or `most tasks open`; empty without one."""
     return "" if day.worst is None else "nothing delivered" if isinstance(day.worst, Halt) else "most tasks open"
 
 
 def moment(model: Model, time: float) -> str:
-    """Return a time of a run in words: of day where it starts by the clock, else since its start."""
+    """Return a time of a run in words: the time of day if it starts by the clock, else the time since its start."""
     return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
 
 
 def worst_hour(day: Day, model: Model) -> str:
-    """Return the sentence on the hour of the evaluation period in which most tasks were open; empty under two hours.
+    """Return the sentence on the hour of the evaluation period with the most open tasks; empty below two hours.
 
-    Where work never ends, it is the hour in which least was delivered.
+    If tasks are always available, it is the hour with the fewest deliveries.
     """
     endless, hour = isinstance(model.tasks.goods, SaturatedGoods), model.units.hour
     starts, end = day.bounds[:-1], float(day.bounds[-1])
@@ -172,10 +172,10 @@ def figure(
     Args:
         day: the course.
         model: the warehouse.
-        chargers: how many it has.
-        shown: draw the part between two times alone.
-        named: what the run is among others, `the worst of 33 days, 94.5 % on time`.
-        in_short: draw two lanes alone, and name the worst hour also where no stretch stands out.
+        chargers: the number of its chargers.
+        shown: start and end of the part that is drawn; None for the whole run.
+        named: the rank of the run among others, such as `the worst of 33 days, 94.5 % on time`.
+        in_short: draw two lanes only, and name the worst hour if no stretch stands out.
     """
     start, end = shown or (float(day.bounds[0]), float(day.bounds[-1]))
     part = numbers.duration(float((day.bounds[1:] - day.bounds[:-1]).max()), model.units.time)
@@ -198,7 +198,10 @@ def figure(
 
 
 def by_robot(shares: dict[str, Floats]) -> Markup:
-    """Draw what robots do, stacked parts of their time: robots by number, or of many those at work most first."""
+    """Draw the stacked shares of the activities of each robot, by number or, for a large fleet, the busiest first.
+
+    `shares`: a value for each robot, by activity (`outcome.day.DOING`).
+    """
     count = len(next(iter(shares.values())))
     few = count <= _NUMBERED
     order = np.arange(count) if few else np.argsort(-shares.get("work", np.zeros(count)), kind="stable")
@@ -216,7 +219,7 @@ def by_robot(shares: dict[str, Floats]) -> Markup:
 
 
 def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
-    """Return the curves that a run has below the lane of robots."""
+    """Return the curves of a run that are drawn below the lane of robots."""
     most = float(day.queue.max())
     workers = any(station.work_time is not None for station in model.layout.stations.values())
     listed = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
@@ -233,7 +236,7 @@ def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
 
 
 def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> list[CourseLane]:
-    """Return the lanes that a run has, each between two times."""
+    """Return the lanes of a run between two times."""
     inside = (day.bounds[1:] > start) & (day.bounds[:-1] < end)
     ends = [_across(time, start, end) for time in (*day.bounds[:-1][inside], day.bounds[1:][inside][-1])]
     fleet, below, layers = model.fleet.size, np.zeros(len(ends) - 1), []
@@ -254,7 +257,7 @@ def _top(values: Floats) -> float:
 
 
 def ticks(model: Model, start: float, end: float) -> list[tuple[float, str]]:
-    """Return round times between two times: each with its position across, in per cent, and in words."""
+    """Return round times between two times, as pairs of the horizontal position in per cent and the text."""
     seconds, begin = model.units.seconds, clock_of(model.run.start)
     first, last = begin + start * seconds, begin + end * seconds
     step = next(
@@ -277,7 +280,7 @@ def _across(time: float, start: float, end: float) -> int:
 
 
 def _area(values: Floats, ends: Sequence[int], top: float, step: int = 1) -> str:
-    """Return the SVG path of the area below a curve of steps; neighbours of one height are drawn as one step."""
+    """Return the SVG path of the area below a step function; adjacent steps of equal height are merged."""
     heights = [step * round(HEIGHT / step * min(float(value) / top, 1.0)) for value in values]
     path, across, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0
     for start, high in zip(ends, heights, strict=False):

@@ -1,7 +1,4 @@
-"""An answer as a table of pandas, for its `table` in Python: a row for each option with its numbers.
-
-Each number has the ends of its interval beside it.
-"""
+"""An answer as a pandas table, for `Answer.table`: a row for each option, with its numbers and their intervals."""
 
 from __future__ import annotations
 
@@ -15,11 +12,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _BESIDE = {"same_as": str, "group": str, "p": float, "annual_cost": float}
-"""Columns that are left out where no option has anything in them."""
+"""Columns that are left out if they are empty for all options."""
 
 
 def frame(answer: AnswerData) -> pd.DataFrame:
-    """Make the table of an answer: a row for each option, names of keys with _ instead of dots."""
+    """Make the table of an answer: a row for each option; columns of keys have _ instead of dots."""
     import pandas as pd
 
     rows = [_row(option) for option in answer.options]
@@ -29,7 +26,7 @@ def frame(answer: AnswerData) -> pd.DataFrame:
 
 
 def number_columns(name: str, mean: float | None, low: float | None, high: float | None) -> dict[str, float | None]:
-    """Name the columns of a number and of the ends of its interval."""
+    """Return the columns of a number and of the ends of its interval: `NAME`, `NAME_low`, `NAME_high`."""
     return {name: mean, f"{name}_low": low, f"{name}_high": high}
 
 

@@ -1,9 +1,9 @@
-"""Formatting of numbers for people: only significant digits, shares in per cent, times in a suitable unit.
+"""Format numbers for people, with significant digits only, shares in per cent, and times in a suitable unit.
 
 For all sentences, tables and pages.
 
-Only an end of an interval that would look equal to the target gets more digits: one more digit for all three numbers
-widened tables, and with more digits everywhere nobody reads them.
+Only an end of an interval that would look equal to the target gets more digits. Another digit for all three numbers
+made tables wider, and numbers with many digits are not read.
 """
 
 from __future__ import annotations
@@ -17,30 +17,30 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.values.units import SECONDS
 
 NONE = "–"
-"""Where there is no value."""
+"""The text for a missing value."""
 _SMALLEST_P = 0.001
 _NEAR = 0.01
-"""Shares nearer to none or all than this have more than one decimal."""
+"""Distance from 0 or 100 % within which shares have more than one decimal."""
 _EXACT = 1e-4
-"""An interval narrower than this part of the mean is none."""
+"""Half-width, relative to the mean, up to which an interval does not set the digits."""
 _FEW = 5
-"""Runs below which it is said beside an interval that there are so few, where they all agree."""
+"""Number of runs below which an interval of equal runs is shown with their number."""
 _MORE = 3
-"""The most decimals more that an end of an interval has so that it does not look like 0."""
+"""Decimals, in per cent, of shares that are close to 0 or 100 % but not equal."""
 _SAME = 1e-11
-"""Numbers that differ by less, as a part of them, are the same."""
+"""Tolerance within which numbers count as equal."""
 _FINEST = 12
-"""The most decimals of what lies close to a target."""
+"""Largest number of decimals for a value close to a target."""
 _LIMITS = {"s": 90.0, "min": 5400.0, "h": 129_600.0}
-"""The seconds up to which times are said in a unit."""
+"""Longest time for which a unit is used, in seconds."""
 _MOMENT = 0.01
-"""Times that last no longer, in any unit, have no digits worth saying."""
+"""Shortest duration that is written with its digits, in its unit."""
 _LONG_NAME = 4
-"""Letters from which the name of a unit is a word, with a plural."""
+"""Number of letters from which the name of a unit is a word, with a plural."""
 
 
 class Mean(Protocol):
-    """A mean with its interval, as `study.statistics.Estimate` is one."""
+    """A mean with its interval, such as `study.statistics.Estimate`."""
 
     @property
     def n(self) -> int:
@@ -68,7 +68,10 @@ class Mean(Protocol):
 
 
 def number(value: float, digits: int | None = None) -> str:
-    """Format a number with separated thousands: four significant digits, or so many decimals (−2: whole hundreds)."""
+    """Format a number with separated thousands.
+
+    `digits`: number of decimals (−2: whole hundreds); None for four significant digits.
+    """
     if not value:
         return "0"
     if not math.isfinite(value):
@@ -84,7 +87,7 @@ def number(value: float, digits: int | None = None) -> str:
 
 
 def measured(value: float) -> str:
-    """Format a value of one run: three significant digits, and all before the point."""
+    """Format a value of one run with three significant digits, or all digits before the point."""
     if not value or not math.isfinite(value):
         return number(value)
     shown = number(value, max(0, 2 - math.floor(math.log10(abs(value)))))
@@ -92,14 +95,14 @@ def measured(value: float) -> str:
 
 
 def decimals(half_width: float) -> int:
-    """Decimals at which a half-width shows two significant digits; below 0 where these stand before the point."""
+    """Return the decimals for two significant digits of a half-width; negative if these are before the point."""
     if not half_width or not math.isfinite(half_width):
         return 0
     return 1 - math.floor(math.log10(abs(half_width)))
 
 
 def within(mean: float, low: float, high: float) -> str:
-    """Format a mean with the ends of its interval, to the digits that its width allows: `1.299 (1.298 to 1.301)`."""
+    """Format a mean with the ends of its interval, with digits by its width: `1.299 (1.298 to 1.301)`."""
     if math.isnan(low):
         return measured(mean)
     half = (high - low) / 2
@@ -109,7 +112,7 @@ def within(mean: float, low: float, high: float) -> str:
 
 
 def p_value(p: float | None) -> str:
-    """Format a p-value: three decimals are enough for any decision."""
+    """Format a p-value with three decimals, which are enough for any decision."""
     if p is None:
         return NONE
     return f"< {_SMALLEST_P}" if p < _SMALLEST_P else "1" if p > 1 - _SMALLEST_P / 2 else f"{p:.3f}"
@@ -121,7 +124,7 @@ def percent(share: float, digits: int = 1) -> str:
 
 
 def least(value: float, digits: int, whole: float = math.inf) -> str:
-    """Format a number, but never as 0 or the whole where it is not quite: `under 0.1`, `over 99.9`."""
+    """Format a number, but as 0 or as the whole only if it is exact, else as `under 0.1` or `over 99.9`."""
     step = 10.0**-digits
     if 0 < value < step / 2:
         return f"under {number(step, digits)}"
@@ -132,7 +135,7 @@ def least(value: float, digits: int, whole: float = math.inf) -> str:
 
 @dataclass(frozen=True)
 class Scale:
-    """How the values of an indicator are written: `by` times as large, with their unit; shares as per cent."""
+    """A format for the values of an indicator, which are multiplied by `by` and shown with `unit`."""
 
     unit: str = ""
     by: float = 1.0
@@ -147,11 +150,11 @@ class Scale:
         return least(100 * value, 1, 100) if self.is_share else measured(self.by * value)
 
     def single(self, value: float) -> str:
-        """Format a value for the cell of a table whose head has the unit; a share has `%` in the cell instead."""
+        """Format a value for a cell below a head with the unit; shares have `%` in the cell instead."""
         return self.value(value) if self.is_share else self.bare(value)
 
     def estimate(self, mean: Mean, target: float | None = None) -> str:
-        """Return a mean with its unit and the ends of its confidence interval: `97.4 % (97.1 to 97.7)`.
+        """Format a mean with its unit and its confidence interval: `97.4 % (97.1 to 97.7)`.
 
         An end that would look equal to `target` gets more digits.
         """
@@ -161,9 +164,9 @@ class Scale:
         return self.within(mean.mean, *mean.interval, target) + few
 
     def within(self, mean: float, low: float, high: float, target: float | None = None) -> str:
-        """Return a mean with its unit and the ends of its interval, to the digits needed: `97.4 % (97.1 to 97.7)`.
+        """Format a mean with its unit and the ends of its interval, to the digits needed: `97.4 % (97.1 to 97.7)`.
 
-        None of them is written as the target, or as 0 or 100 %, that is not exactly so.
+        A number looks like the target, 0 or 100 % only if it is equal to it.
         """
         unit = plural(self.unit, self.by * mean)
         digits = self._digits(mean, low, high)
@@ -178,11 +181,11 @@ class Scale:
         return min(max(decimals(self.by * (high - low) / 2) - 1, 0), most) if high > low else 1
 
     def _apart(self, value: float, digits: int, target: float | None) -> str:
-        """Format a value with at least `digits` decimals, and enough to differ from the target, 0 and 100 %."""
+        """Format a value with at least `digits` decimals, and enough to distinguish it from the target, 0 and 100 %."""
         aims = [aim for aim in (target, *((0.0, 1.0) if self.is_share else ())) if aim is not None]
         others = [self.by * aim for aim in aims if not math.isclose(value, aim, rel_tol=_SAME, abs_tol=_SAME)]
         if self.is_share and _SAME < value < 1 - _SAME and round(100 * value, _MORE) in {0.0, 100.0}:
-            step = 10.0**-_MORE  # beyond it nobody cares, but it is not all or none
+            step = 10.0**-_MORE  # more digits do not matter, but the share is not 0 or 100 %
             return number(step if value < 0.5 else 100 - step, _MORE)  # noqa: PLR2004
         while digits < _FINEST and any(round(self.by * value, digits) == round(aim, digits) for aim in others):
             digits += 1
@@ -199,13 +202,13 @@ PERCENT = Scale("%", 100.0, is_share=True)
 
 
 def plural(unit: str, value: float) -> str:
-    """Return a unit behind a number: words have a plural (`2 steps`), abbreviations have none (`2 min`)."""
+    """Return the unit after a number; words have a plural (`2 steps`), abbreviations have none (`2 min`)."""
     is_word = unit.isalpha() and len(unit) >= _LONG_NAME and not unit.endswith("s")
     return f"{unit}s" if is_word and value != 1 else unit
 
 
 def times(unit: str, values: Iterable[float]) -> Scale:
-    """Return the scale for times in a unit of a model: s, min, h or d by the largest of them; any other unit stays."""
+    """Return the scale for times in a unit of a model: s, min, h or d by the largest value; other units stay."""
     if unit not in SECONDS:
         return Scale(unit)
     in_seconds = float(SECONDS[unit])
@@ -215,7 +218,7 @@ def times(unit: str, values: Iterable[float]) -> Scale:
 
 
 def duration(time: float, unit: str) -> str:
-    """Return a time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
+    """Format a duration: `4 h`, `3.7 min`, `8.1 s`."""
     scale = times(unit, (time,))
     value = scale.by * time
     if 0 < value < _MOMENT:
@@ -231,5 +234,5 @@ def sentence(line: str) -> str:
 
 
 def capital(line: str) -> str:
-    """Return a sentence with a capital."""
+    """Return a line with a capital first letter."""
     return f"{line[:1].upper()}{line[1:]}"

@@ -1,8 +1,8 @@
-"""The one maker of pages: an answer's sentences and figures, everything tried, and how sure it is.
+"""The page of an answer: its sentences and figures, all options tried, and its confidence.
 
 For `--page` of commands, and for `desim report`.
 
-If a run is shown with the answer, the caller passes its drawings and tables, since this module knows no runs.
+If a run is shown with the answer, the caller passes its drawings and tables, as this module does not know runs.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     Drawing = Rows | PairGrid | Points | Markup | Axes
 
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
-"""Cells of a grid; of what was not tried they are empty."""
+"""Cells of a grid; cells of untried options are empty."""
 _WIDE, _HIGH, _EDGE = 1000, 380, 0.06
-"""Size of a figure of points, and the part of it on each side that is left free."""
+"""Width and height of a figure of points, and the margin on each side as a share of them."""
 _LEAD = 160
-"""Letters of a description that stands before the answer; a longer one, as of imported plants, stands after it."""
+"""Longest description that is put before the answer, in letters; longer ones, as of imported plants, follow it."""
 
 
 def page(
@@ -41,12 +41,13 @@ def page(
     of_run: Sequence[Folded] = (),
     replay: str = "",
 ) -> str:
-    """Compose the page, self-contained, without scripts and external links.
+    """Compose the self-contained page of an answer, without scripts and external links, as HTML.
 
     Args:
         answer: the answer.
-        drawings: by the title of the table above which they stand, folded away with it; of "" below the answer.
-        of_run: tables of a run of the design that the answer is about; the drawings of "" are of that run, too.
+        drawings: drawings by the title of the table above which they are shown, folded with it; those under "" are
+            shown below the answer.
+        of_run: tables of a run of the design that the answer is about, of which the drawings under "" are too.
         replay: name of the file beside the page that replays the run.
     """
     now = datetime.now(UTC).astimezone()
@@ -88,7 +89,7 @@ def _drawn(drawing: Drawing) -> Markup:
 
 
 def _points(figure: Points) -> Markup:
-    """Draw options by two indicators; options that stand out are drawn last, over the others."""
+    """Draw options by two indicators; options that stand out are drawn last, on top of the others."""
     xs, ys = [*(point.x for point in figure.points), figure.at], [point.y for point in figure.points]
 
     def place(value: float, values: Sequence[float], size: int) -> float:
@@ -101,7 +102,7 @@ def _points(figure: Points) -> Markup:
 
 
 def _alike(figures: Sequence[Rows]) -> list[Markup]:
-    """Draw figures of one indicator on one scale, with the meaning of their lines once below all."""
+    """Draw figures of one indicator on a common scale, with one key for all."""
     ends = _ends(figures)
     return [_rows(figure, ends) for figure in figures]
 
@@ -115,7 +116,7 @@ def _ends(figures: Sequence[Rows]) -> tuple[float, float]:
 
 
 def _rows(figure: Rows, ends: tuple[float, float] | None = None) -> Markup:
-    """Draw intervals, or bars from 0, one below the other, between the ends of the scale (None: their own)."""
+    """Draw intervals, or bars from 0, in rows, on a scale between `ends` (None: the ends of the figure itself)."""
     low, high = ends or _ends([figure])
     room = 0.04 * (high - low) if figure.at is not None else 0.0
     low, span = low - room, (high - low + 2 * room) or 1.0
@@ -123,7 +124,7 @@ def _rows(figure: Rows, ends: tuple[float, float] | None = None) -> Markup:
 
 
 def _options(answer: AnswerData) -> Iterator[tuple[str, list[str], list[list[str]], int]]:
-    """Yield the name of each group of options, the head and rows of its table, and how many columns are words."""
+    """Yield the name of each group of options, the head and rows of its table, and its number of text columns."""
     for group, options in answer.groups().items():
         head, rows = table(answer.measures, options)
         yield capital(group), head, rows, 2 + sum(column in answer.measures.values() for column in head)

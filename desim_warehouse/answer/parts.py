@@ -1,11 +1,10 @@
 """The parts of an answer as plain data: numbers, options, figures, tables, and the answer that holds them.
 
 All views of an answer are made from these values, so that the terminal (`text`), `--json`, the file answer.json and the
-page (`page`) cannot differ. Keys of a single question stand beside the common ones.
+page (`page`) cannot differ. Keys of a single question are added to the common keys.
 
-Numbers have no commands of their own to reproduce them: `what-if` looks once and a verdict repeatedly (interim
-analyses), so that such a command would print another interval. The original command gives the same answer from the
-same runs.
+No command reproduces a single number: `what-if` looks once, but a verdict repeatedly (interim analyses), so that such a
+command would print another interval. The original command gives an identical answer from the stored runs.
 """
 
 from __future__ import annotations
@@ -32,12 +31,20 @@ class SaidNumber(_Plain):
 
 
 class Option(_Plain):
-    """A design that was tried, one row; `same`: designs with equal runs.
+    """A design that was tried: a row of the table.
 
-    `also`: further numbers of it. `days`: the worst of its days, and how many miss the target. `said`: instead of a
-    number, such as what an option delivers that cannot keep up. `set`: what makes the model into it. `group`: for which
-    demand, or in which indicator, where there are several. `cost`: a year, in the currency of the model. `p`: of a
-    difference.
+    Attributes:
+        name: the design in words.
+        standing: its standing with respect to the target or the other options.
+        number: its main number, and `also` its further numbers.
+        days: the worst of its days, and the number of days that miss the target.
+        said: text instead of a number, such as the deliveries of an option that cannot keep up.
+        runs: number of runs.
+        cost: annual cost, in the currency of the model.
+        p: p-value of a difference.
+        group: the demand or indicator of the row, if there are several.
+        set: overrides that turn the model into the design.
+        same: names of designs with equal runs.
     """
 
     name: str
@@ -66,7 +73,7 @@ class Option(_Plain):
     @property
     def full_name(self) -> str:
         """The option's name, with the names of options with equal runs."""
-        return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
+        return f"{self.name} (same results: {', '.join(self.same)})" if self.same else self.name
 
 
 class BigNumber(_Plain):
@@ -78,7 +85,7 @@ class BigNumber(_Plain):
 
 
 class Bar(_Plain):
-    """A row of a figure: an interval, or a bar from 0 where there is only a mean."""
+    """A row of a figure: an interval, or a bar from 0 if there is only a mean."""
 
     label: str
     mean: float
@@ -89,7 +96,7 @@ class Bar(_Plain):
 
 
 class Rows(_Plain):
-    """A figure of intervals below one another on one scale, with a line at `at`: a target, or 0 for no effect."""
+    """A figure of intervals in rows on a common scale, with a line at `at`: a target, or 0 for no effect."""
 
     title: str
     at: float | None = None
@@ -98,7 +105,7 @@ class Rows(_Plain):
 
 
 class PairGrid(_Plain):
-    """A figure of the pairs of two counts that are enough: a panel for each demand, a row for each count of `down`."""
+    """A figure of the standings of pairs of counts: a panel for each demand, with rows `down` and columns `across`."""
 
     title: str
     across: tuple[str, ...]
@@ -118,7 +125,7 @@ class Dot(_Plain):
 class Points(_Plain):
     """A figure of options by two indicators, `across` and `up`, with a line at `at` across: the target.
 
-    `ends`: the least and the largest value across, then up, as they stand at the axes.
+    `ends`: labels of the least and the largest value on the horizontal axis, then on the vertical axis.
     """
 
     title: str
@@ -131,10 +138,10 @@ class Points(_Plain):
 
 
 class Folded(_Plain):
-    """A table that is folded away on the page; without a head each row is a name and a fact, or a sentence.
+    """A table that is folded on the page; without a head each row is a name and a fact, or a sentence.
 
-    `printed`: the terminal has it, too, and the page shows it unfolded. `on_sheet`: the page alone has it, unfolded and
-    beside others like it, as the one sheet that is printed. `numbers`: all columns but the first hold some.
+    `printed`: the terminal also prints it, and the page shows it unfolded. `on_sheet`: only the page has it, unfolded
+    beside other such tables, as the sheet for printing. `numbers`: all columns but the first hold numbers.
     """
 
     title: str
@@ -147,16 +154,16 @@ class Folded(_Plain):
 
 
 class ShownDay(_Plain):
-    """A day that a page shows: its seed, and its place among the days, `the worst of 33 days, 94 % on time`."""
+    """A day that a page shows: its seed, and its rank among the days, such as `the worst of 33 days, 94 % on time`."""
 
     words: str
     seed: int
 
 
 class Subject(_Plain):
-    """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown.
+    """The design that a page shows: its name, the content of its model file, and the seed of the run shown.
 
-    `day`: what that run is among the days simulated; empty: the first of them. `worst`: the worst of them.
+    `day`: rank of this run among the simulated days; empty for the first day. `worst`: the worst day.
     """
 
     name: str
@@ -167,7 +174,7 @@ class Subject(_Plain):
 
 
 class AnswerData(_Plain):
-    """The content of an answer, which `text` and `page` show; `answer.Answer` says what its fields hold."""
+    """The content of an answer, which `text` and `page` show; see `answer.Answer` for its fields."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
@@ -192,7 +199,7 @@ class AnswerData(_Plain):
     made: dict[str, str] = {}
 
     def content(self, **more: Any) -> dict[str, Any]:
-        """Return the content that `--json` prints: all but the model itself."""
+        """Return the content that `--json` prints: everything but the model."""
         return self.model_dump(mode="json", exclude={"about": {"model"}}) | more
 
     def groups(self) -> dict[str, list[Option]]:

@@ -1,4 +1,4 @@
-"""The roots of waiting (the ends of chains of robots that wait) in words.
+"""Roots of waits (the ends of chains of waiting robots) in words.
 
 For the answers of `desim run` and `desim why`, and for the replay.
 """
@@ -17,11 +17,11 @@ _PLACES = {
 }
 """Roots that are places (see `outcome.chains`)."""
 _HANDLING = (Phase.LOADING, Phase.UNLOADING)
-"""What robots do at nodes and stations, not in the bays beside them."""
+"""Phases of robots at nodes and in stations, not in the bays beside them."""
 
 
 def root(origin: Root, model: Model) -> str:
-    """Name a root of waiting: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
+    """Name the root of a wait: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
     if origin.cause in _PLACES:
         return _PLACES[origin.cause].format(_with_names(origin.at, model))
     if origin.cause in ANYWHERE:
@@ -42,7 +42,7 @@ def root(origin: Root, model: Model) -> str:
 
 
 def _apart(origin: Root, model: Model) -> str:
-    """Name a root that is no robot: a closed lane, a person, or a lift by its name."""
+    """Name a root other than a robot: a closed lane, a person, or a lift with its name."""
     what, place = APART[origin.cause].doing.removeprefix("waiting "), _with_names(origin.at, model)
     if origin.cause == IN_LIFT:
         return f"{what.replace('a lift', f'lift {_lift_at(origin.at, model)}')} ({place})"
@@ -50,7 +50,7 @@ def _apart(origin: Root, model: Model) -> str:
 
 
 def _lift_at(place: str, model: Model) -> str:
-    """Return the name of the lift at a node, or of the one that a lane or ride leads to or from."""
+    """Return the name of the lift at a node, or of the lift to or from which an edge leads."""
     return next(
         lift.name
         for lift in model.floor.lifts

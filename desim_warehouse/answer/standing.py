@@ -1,4 +1,4 @@
-"""The standings of options: one list of words for terminal, pages, files and the live page.
+"""Standings of options, with the words for terminal, pages, files and the live page.
 
 For the options of `desim plan`, `best`, `size`, `what-if` and `serve`.
 """
@@ -57,12 +57,12 @@ WORDS: dict[Standing, str] = {
     "differs": "differs",
     "alike": "not shown to differ",
 }
-"""What an option was shown to be, for people. `edge`: better than the target by so little that no run will tell."""
+"""Words for standings. `edge`: so close to the target (in the indifference zone) that no number of runs will decide."""
 BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}
 
 
 _SHORT = re.compile(r"^not settled: |( in the counted time)?(;|: not sustainable).*$")
-"""What is left out of a verdict in a row."""
+"""The parts of a verdict that a row omits."""
 
 
 class Judged(Protocol):
@@ -74,19 +74,19 @@ class Judged(Protocol):
 
     @property
     def within_zone(self) -> bool:
-        """Whether the mean is so close to the target that no run will decide."""
+        """Whether the mean is in the target's indifference zone, so that no number of runs will decide."""
 
 
 def standing(judged: Judged) -> Standing:
     """Return the standing of a design with respect to a target, such as met or not met.
 
-    A design that cannot go on in the long run has another standing (`lasts_not`).
+    A design that cannot last in the long run has another standing (`lasts_not`).
     """
     return "edge" if judged.within_zone else BY_VERDICT[judged.verdict]
 
 
 def lasts_not(wrong: Iterable[Verdict]) -> Standing | None:
-    """Return the standing of a design that cannot go on in the long run; None if nothing speaks against it."""
+    """Return the standing of a design that cannot last in the long run; None if no verdict says so."""
     codes = [verdict.code for verdict in wrong if verdict.is_lasting]
     return "overloaded" if PILES_UP in codes else "drained" if codes else None
 

@@ -1,4 +1,4 @@
-"""An answer as text: its sentences, tables that fit into the width of the terminal, and how sure it is.
+"""An answer as text: its sentences, tables within the width of the terminal, and its confidence.
 
 For the terminal, and for `print` in Python.
 """
@@ -15,25 +15,24 @@ from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.errors import number_of
 
 WIDTH = 100
-"""Columns where the output is no terminal."""
+"""Width of output that is not a terminal, in characters."""
 MOST = 2000
-"""Bytes: about a screen, and what a cell of a notebook or a log can hold."""
+"""Longest text of an answer in bytes: about a screen, or a cell of a notebook."""
 FEWEST = 3
-"""Options that are shown in any case."""
+"""Fewest options that are shown, however long the text."""
 _SHOWN = {"first", "met", "best", "differs"}
 _OUT = {"worse", "same", "alike", "apart", "untried", "overloaded", "drained", "fails"}
 _NAME = 28
-"""The fewest columns of the names of options, as far as they are so long."""
+"""Width that the column of option names keeps, in characters, if the names are that long."""
 _GAP = 2
 _NUMBERS = {"p", "runs", "a year", "effect", "value"}
-"""Heads of columns whose cells end below one another."""
+"""Heads of right-aligned columns."""
 
 
 def printed(answer: AnswerData, width: int = WIDTH) -> str:
-    """Return the lines of an answer in so many columns, of at most `MOST` bytes where it has options.
+    """Return the text of an answer, `width` characters wide, and at most `MOST` bytes long if possible.
 
-    Of more options those are left out that say least, with a line on where all are; and where a few are still too long
-    beside its other tables, those are left out, too.
+    If it is too long, the least important options are left out, then other tables, with a line on where to find them.
     """
     text = _printed(answer, answer.options, width)
     if len(text.encode()) <= MOST or not answer.options:
@@ -54,7 +53,7 @@ def printed(answer: AnswerData, width: int = WIDTH) -> str:
 
 
 def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short: bool = False) -> str:
-    """Return the lines of an answer with some of its options; `short`: of each group one table, and no others."""
+    """Return the text of an answer with some of its options; `short`: with one table for each group, and no others."""
     parts = ["\n".join(answer.answer)]
     printed = [part for part in answer.tables if part.printed and not short]
     parts += [printed_table(part.title, part.head, part.rows, width) for part in printed]
@@ -71,7 +70,7 @@ def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short
 
 
 def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return the lines of a table of at most `MOST` bytes, with a line on how many rows are left out."""
+    """Return the text of a table, at most `MOST` bytes long, with a line on how many rows are left out."""
     text, many = printed_table(title, heads, rows), len(rows)
     while len(text.encode()) > MOST and many > 1:
         many = min(many - 1, int(many * MOST / len(text.encode())))
@@ -82,22 +81,22 @@ def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
 
 
 def _rank(sentences: str, option: Option) -> int:
-    """Return how early an option is left out: the later, the more it matters; last the options that sentences name."""
+    """Return the rank of an option: 0 for options that sentences name or that stand out, 2 for the least important."""
     if option.name in sentences or option.standing in _SHOWN:
         return 0
     return 2 if option.standing in _OUT else 1
 
 
 def how_sure(answer: AnswerData) -> str:
-    """Return the promise of an answer (its confidence), and its number of runs."""
+    """Return the promise of an answer, with its confidence, and the number of runs."""
     runs = f"{number_of(answer.runs, 'run')}." if answer.runs else ""
     return f"{answer.promise} {runs}".strip()
 
 
 def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:
-    """Return the head and rows of a table of options: name, a column for each measure, then verdict, runs and cost.
+    """Return the head and rows of a table of options: name, measures, verdict, worst day, p-value, runs and cost.
 
-    Words that replace a number stand in the first of these columns. A column without a value is left out.
+    Text that replaces a number is in the first column of measures. Columns without values are left out.
     """
     with_numbers = {reading.of for option in options for reading in option.numbers}
     shown = [measure for measure in measures if measure in with_numbers] or list(measures)[:1]
@@ -105,7 +104,7 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
     heads = ["option", *(measures[measure] for measure in shown)]
     more: list[tuple[str, list[str]]] = [
         ("", [WORDS[option.standing] for option in options]),
-        ("worst day, missed", [option.days for option in options]),
+        ("worst day, days missed", [option.days for option in options]),
         ("p", [p_value(option.p) if option.p is not None else "" for option in options]),
         ("runs", [number(option.runs) for option in options]),
         ("a year", ["" if option.cost is None else number(option.cost) for option in options]),
@@ -124,7 +123,7 @@ def _cells(option: Option, shown: Sequence[str]) -> list[str]:
 
 
 def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], width: int) -> Iterator[str]:
-    """Yield a table, or several one below the other where not all measures fit into the width."""
+    """Yield a table, or several tables if not all measures fit into the width."""
     fit = _that_fit(measures, options, width)
     first = dict(list(measures.items())[:fit])
     yield printed_table(title, *table(first, options), width)
@@ -138,7 +137,7 @@ def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], 
 
 
 def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int) -> int:
-    """Return how many measures fit into the width, at least one."""
+    """Return the number of measures that fit into the width, at least one."""
     for many in range(len(measures), 1, -1):
         heads, rows = table(dict(list(measures.items())[:many]), options)
         widths = [max(map(len, column)) + _GAP for column in zip(heads, *rows, strict=True)]
@@ -148,7 +147,7 @@ def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int
 
 
 def printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], width: int = WIDTH) -> str:
-    """Return the lines of a table below its title; columns of numbers, such as `runs`, stand at the right."""
+    """Return the text of a table below its title; columns of numbers, such as `runs`, are right-aligned."""
     from rich.console import Console
     from rich.table import Table
 
@@ -163,8 +162,8 @@ def printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]
         width=width,
         highlight=False,
         markup=False,
-        force_jupyter=False,  # it would show the table there, and leave the text empty
-        force_terminal=False,  # nor do variables such as FORCE_COLOR belong into a text
+        force_jupyter=False,  # else Jupyter shows the table, and the text is empty
+        force_terminal=False,  # else variables such as FORCE_COLOR colour the text
         color_system=None,
     )
     plain.print(made)

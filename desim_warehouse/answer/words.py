@@ -1,4 +1,4 @@
-"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`.
+"""Names and units for people, shared by figures, tables and sentences; `numbers` formats numbers.
 
 For all sentences, tables, figures and pages.
 """
@@ -31,9 +31,9 @@ class HasMean(Protocol):
 
 
 _COLUMNS = {"run_time": ("Computing time of a run", "s")}
-"""Columns of a study table that are no indicators: name for people, and unit."""
+"""Titles and units of columns of a study table that are not indicators."""
 STATE_WORDS = {name: state.doing for name, state in TIMES.items()}
-"""State of a robot: what it does, for people."""
+"""Labels of the states of robots."""
 
 _OF_THE_MODEL = {
     "time": "{time}",
@@ -56,9 +56,9 @@ _AIMS = {
     "worker_utilisation": "worker utilisation {}",
     "charger_utilisation": "charger utilisation {}",
 }
-"""Targets that are said in a way of their own, by indicator."""
+"""Phrases of targets that differ from the indicator's name and value, by indicator."""
 _RATE = "tasks per hour"
-"""The kind of unit of rates: in a target `60 tasks an hour`, beside intervals and in tables `tasks/h`."""
+"""The unit of throughput, written `60 tasks an hour` in targets, and `tasks/h` beside intervals and in tables."""
 _POLICIES = {
     "allocation": {
         "in-order": "the first free robot",
@@ -83,15 +83,15 @@ _POLICIES = {
         "by-order": "tasks of an order together",
     },
 }
-"""Policies that are compared with one another, by what they choose."""
+"""Descriptions of policies by kind and name."""
 _SAID_ALONE = "relief"
-"""The factor of `desim why`: its cases say what they are, such as `one robot more`."""
+"""The factor of `desim why`, whose cases are shown without its name, such as `one robot more`."""
 _LONGEST = 44
-"""A label longer than this is cut."""
+"""Longest label, in characters; longer labels are cut."""
 
 
 def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
-    """Return the unit of a kind of quantity as the model names it; empty for counts and shares, and without a model."""
+    """Return the unit of a kind of quantity in the model; empty for counts and shares, or without a model."""
     if kind in ("count", "ratio", "share"):
         return ""
     if kind == "time" and seconds:
@@ -102,7 +102,7 @@ def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
 
 
 def indicator_kind(indicator: str) -> str:
-    """Return the kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
+    """Return the kind of unit of an indicator, such as time, length or count; empty for other columns."""
     measure = look_up(indicator)
     return measure.unit if measure else _COLUMNS.get(indicator, ("", ""))[1]
 
@@ -114,7 +114,7 @@ def is_share(indicator: str) -> bool:
 
 
 def indicator_name(indicator: str) -> str:
-    """Return an indicator's title; the column's own name if it is no indicator."""
+    """Return the title of an indicator; for other columns, their title or name."""
     measure = look_up(indicator)
     return measure.title if measure else _COLUMNS.get(indicator, (indicator, ""))[0]
 
@@ -132,19 +132,19 @@ def indicator_label(indicator: str, units: Units | None, seconds: bool = False) 
 
 
 def factor_unit(key: str, units: Units | None) -> str:
-    """Return the unit of a factor's values; empty where it has none, or is a case."""
+    """Return the unit of a factor's values; empty without a unit, and for cases."""
     factor = about(key)
     return unit(factor.kind, units) if factor else ""
 
 
 def factor_name(key: str) -> str:
-    """Name a factor for legends and heads of tables: `Chargers in parking`; the name of a case as it is."""
+    """Name a factor for legends and heads of tables: `Chargers in parking`; cases keep their names."""
     name = in_words(key)
     return name if name == key else f"{name[0].upper()}{name[1:]}"
 
 
 def in_words(key: str) -> str:
-    """Name a factor inside a sentence: `chargers in parking`; the name of a case as it is."""
+    """Name a factor inside a sentence: `chargers in parking`; cases keep their names."""
     factor = about(key)
     return factor.label if factor else key
 
@@ -155,7 +155,7 @@ def factor_head(key: str, units: Units | None) -> str:
 
 
 def factor_label(key: str, units: Units | None) -> str:
-    """Return a factor, its key where there is room, and its unit, for an axis: `Number of robots, fleet.size`."""
+    """Return a factor, its key if there is room, and its unit, for an axis: `Number of robots, fleet.size`."""
     name = factor_name(key)
     both = f"{name}, {key}"
     return with_unit(both if name != key and len(both) <= _LONGEST else name, factor_unit(key, units))
@@ -172,7 +172,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def level(value: Any) -> str:
-    """Return a value of a factor, short enough for a label."""
+    """Return a value of a factor as text, short enough for a label."""
     value = plain(value)
     if value is None:
         return "none"
@@ -183,7 +183,7 @@ def level(value: Any) -> str:
 
 
 def design_spoken(design: Mapping[str, Any]) -> str:
-    """Return a design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
+    """Return a design point in words: `6 robots and 2 chargers, battery threshold 2`."""
     counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
     others = [setting(key, v) for key, v in design.items() if not _counted(key, v)]
     return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
@@ -199,7 +199,7 @@ def setting(key: str, value: Any) -> str:
 
 
 def _counted(key: str, value: Any) -> str:
-    """Return the noun that a factor counts, in the singular; empty where it counts nothing that a design has."""
+    """Return the singular noun for the things that a factor counts; empty if it is not a count."""
     if not str(value).isdecimal():
         return ""
     return COUNTED.get("chargers" if key.endswith(".total_chargers") else key, "")
@@ -211,7 +211,7 @@ def in_unit(value: float, unit: str) -> str:
 
 
 def target(goal: Target) -> str:
-    """Return a target as people say it: `at least 95 % on time`, `cycle time, mean at most 5 min`."""
+    """Return a target in words: `at least 95 % on time`, `mean cycle time at most 5 min`."""
     return reached(goal.indicator, f"{_BOUNDS[goal.sense]} {amount(goal.indicator, goal.value, goal.unit)}")
 
 
@@ -224,7 +224,7 @@ def reached(indicator: str, value: str) -> str:
 
 
 def amount(indicator: str, value: float, unit: str = "") -> str:
-    """Return a bound of an indicator as the user asked for it; shares in per cent, times in a unit that fits."""
+    """Format a bound of an indicator, shares in per cent and times in a suitable unit."""
     if is_share(indicator):
         return f"{100 * value:.4g} %"
     kind = indicator_kind(indicator)
@@ -233,12 +233,12 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
 
 
 def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
-    """Return the scale of an indicator: shares in per cent, times in a unit that fits these values."""
+    """Return the scale of an indicator: shares in per cent, times in a unit that suits the values."""
     return PERCENT if is_share(indicator) else scale_of_kind(indicator_kind(indicator), model, values)
 
 
 def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
-    """Return the scale of a kind of quantity (time, share, money ...); times in a unit that fits these values."""
+    """Return the scale of a kind of quantity, such as time, share or money; times in a unit that suits the values."""
     if kind == "share":
         return PERCENT
     if kind == "time" and model is not None:
@@ -253,7 +253,10 @@ def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) 
 
 
 def value(indicator: str, value: float, model: Model) -> str:
-    """Format a value of a run with its unit; times in a unit of the model's own in seconds, too: `120 steps (6 s)`."""
+    """Format a value of a run with its unit; times in a unit of the model's own also in s, min or h.
+
+    Such as `120 steps (6 s)`.
+    """
     text = scale(indicator, model, (value,)).value(value)
     if indicator_kind(indicator) != "time" or model.units.time in SECONDS or not math.isfinite(value):
         return text
@@ -266,7 +269,7 @@ def scale_of(indicator: str, model: Model | None, estimates: Iterable[HasMean | 
 
 
 def head(indicator: str, scale: Scale) -> str:
-    """Return an indicator and the unit of its scale, for the head of a table; shares have theirs in the cells."""
+    """Return an indicator and the unit of its scale, for the head of a table; shares have `%` in the cells."""
     return with_unit(indicator_name(indicator), "" if scale.is_share else scale.unit)
 
 
@@ -281,18 +284,18 @@ def loads(model: Model) -> str:
 
 
 def money(model: Model | None) -> str:
-    """Return the currency of a model; empty where it names none."""
+    """Return the currency of a model; empty if it names none."""
     return (model.prices.currency or "") if model is not None and model.prices is not None else ""
 
 
 def policy(key: str, name: str) -> str:
-    """Describe a policy, with name and parameters: `the nearest robot (nearest)`; a user's own without its folder."""
+    """Describe a policy with its name and parameters: `the nearest robot (nearest)`."""
     description = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
     return named_policy(name) if description is None else f"{description} ({named_policy(name)})"
 
 
 def named_policy(name: str) -> str:
-    """Return the name of a policy with its parameters: `time-window, window 60`; one's own without its folder."""
+    """Return the name of a policy with its parameters: `time-window, window 60`; a user's policy without its folder."""
     base, _, parameters = name.partition("(")
     if not parameters or ".py:" in name:
         return _without_folder(name)
@@ -300,5 +303,5 @@ def named_policy(name: str) -> str:
 
 
 def _without_folder(name: str) -> str:
-    """Return the name of one's own policy, `folder/my_policies.py:Patient`, without the folder."""
+    """Return the name of a user's policy, such as `folder/my_policies.py:Patient`, without the folder."""
     return name.replace("\\", "/").rpartition("/")[2] if ".py:" in name else name

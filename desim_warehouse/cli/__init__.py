@@ -1,6 +1,6 @@
-"""The `desim` command: every subcommand is one call of the public API.
+"""The `desim` command, whose subcommands are each one call of the public API.
 
-Subcommands live in modules of this package and are imported when they are called, so `desim --help` is quick.
+Subcommands are modules of this package, imported when they are called, so that `desim --help` is fast.
 """
 
 from __future__ import annotations
@@ -45,26 +45,26 @@ COMMANDS = {
     "orient": ("orient", "Make two-way lanes one-way, or search for better directions of aisles."),
     "schema": ("schema", "Print the JSON Schema of model files, study files or answers."),
 }
-"""Subcommand: the module of this package with its function `command`, and its line in the overview."""
+"""The module of this package with the function `command`, and the line in the overview, by subcommand."""
 GONE = {
     "long-run": "desim what-if MODEL --replications 20: one interval over runs that do not depend on each other",
     "screen": "desim report FOLDER, which says which factor matters; docs/how-to/run-a-study.md has Sobol indices",
 }
-"""Subcommands that went, and what to type instead."""
+"""Replacements of removed subcommands."""
 
 
 _GARBAGE = 200_000
-"""New objects after which cycles are looked for: with Python's 700 that takes a tenth of a small run."""
+"""Number of new objects between garbage collections; with Python's 700 these take a tenth of a small run."""
 
 
 _TOGETHER = re.compile(r"(?<!\S)(--[\w-]+) (?=[^\s-])|(\d) (?=%)")
-"""An option with its value, or a number with its sign, in the text of a help page."""
+"""An option with its value, or a number before a per cent sign, in a help page."""
 _WHOLE = {"-": "\u2011", " ": "\u00a0"}
-"""Signs at which lines are folded, and those that look alike, at which none is."""
+"""Characters at which lines are folded, and their non-breaking equivalents."""
 
 
 class _Formatter(click.HelpFormatter):
-    """Folds help pages at spaces alone, and not between an option and its value, which people copy."""
+    """Formatter that folds help pages only at spaces, and not between an option and its value, which people copy."""
 
     def write_text(self, text: str) -> None:
         super().write_text(_whole(text))
@@ -80,7 +80,7 @@ class _Formatter(click.HelpFormatter):
 
 
 def _whole(text: str) -> str:
-    """Return the text with signs at which no line is folded in words, and between options and their values."""
+    """Replace hyphens, and spaces between options and their values, by non-breaking characters."""
     return _TOGETHER.sub(rf"\1\2{_WHOLE[' ']}", text).replace("-", _WHOLE["-"])
 
 
@@ -89,7 +89,7 @@ class _Context(click.Context):
 
 
 class _Commands(click.Group):
-    """Group of subcommands, which are imported from their modules when they are needed."""
+    """Group of subcommands, which are imported from their modules on use."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta["desim.typed"] = list(args)
@@ -164,7 +164,7 @@ class _Commands(click.Group):
 
 
 def _refuse_repeated(ctx: click.Context, args: list[str]) -> None:
-    """Refuse an option of one value that is typed twice: click would take the last one without a word."""
+    """Refuse an option that takes one value and is typed twice; click would silently use the last value."""
     _, _, order = ctx.command.make_parser(ctx).parse_args(list(args))
     single = [
         option
@@ -183,17 +183,17 @@ def desim() -> None:
 
 
 _OBEYED = re.compile("\x1b(?!\\[[0-9;]*m)|[\x00-\x08\x0b-\x0d\x0e-\x1a\x1c-\x1f\x7f-\x9f]")
-"""What a terminal obeys rather than shows, but for colours, tabs and line ends."""
+"""Control characters and sequences of a terminal, except colours, tabs and line ends."""
 
 
 class _Harmless:
-    """Standard output in which names from files and folders cannot steer the terminal."""
+    """Standard output through which names of files and folders cannot control the terminal."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
 
     def write(self, text: str) -> None:
-        """Write the text with control characters spelt out."""
+        """Write the text with control characters escaped."""
         self._stream.write(_OBEYED.sub(lambda match: repr(match[0])[1:-1], text))
 
     def __getattr__(self, name: str) -> Any:
@@ -201,7 +201,7 @@ class _Harmless:
 
 
 def main() -> None:
-    """Run the command; an error of the package is one clear message and exit status 2, never a traceback."""
+    """Run the command; errors of the package are printed as a message without traceback, with exit status 2."""
     from desim_warehouse.errors import WarehouseError, got, reason
 
     if "_DESIM_COMPLETE" in os.environ:
@@ -218,7 +218,7 @@ def main() -> None:
         desim(standalone_mode=True)
     except WarehouseError as error:
         message = str(error)
-    except OSError as error:  # a path that no file can have; the code that opens the file says more about it
+    except OSError as error:  # an impossible path; code that opens files reports other errors in more detail
         message = f"{got(str(error.filename))}: {reason(error)}" if error.filename else reason(error)
     except UnicodeEncodeError as error:
         message = f"{got(str(error.object))}: not text that can be written in {error.encoding.upper()}"

@@ -1,4 +1,4 @@
-"""The end of every command that asks a question: its answer is saved, and printed as text or JSON."""
+"""Save the answer of a command, and print it as text or JSON."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ COLOURS = {
     **dict.fromkeys(("needs more runs", "on the edge"), DOUBTFUL),
     **dict.fromkeys(("not met", "cannot keep up", "cannot last", "runs fail", "worse"), BAD),
 }
-"""The colours of the words of `answer.standing` that are good or bad news; a test holds them together."""
+"""Colours of the words of `answer.standing` for good and bad results; a test checks that the words agree."""
 _NARROWEST = 60
-"""Columns of a terminal below which tables are not made narrower."""
+"""Least width of tables, in characters."""
 
 
 def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
-    """Print an answer, and return it with the command as it was typed, kept in the folder of `--out`."""
+    """Print an answer, save it with the command as typed in the folder of `--out`, and return it."""
     from desim_warehouse.answer.text import printed
 
     answer = answer if answer.command else keep(answer, out)
@@ -41,19 +41,19 @@ def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None,
 
 
 def say(text: str) -> None:
-    """Print the text of an answer; on a terminal what options were shown to be is in colour."""
+    """Print the text of an answer; on a terminal the standings of options are in colour."""
     show(text, standings=COLOURS)
 
 
 def columns() -> int:
-    """Width of tables in columns: the terminal's, or the width of texts where the output is no terminal."""
+    """Return the width of tables in characters: the terminal's, or a fixed width if the output is not a terminal."""
     from desim_warehouse.answer.text import WIDTH
 
     return max(shutil.get_terminal_size().columns, _NARROWEST) if is_terminal(sys.stdout) else WIDTH
 
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:
-    """Save an answer with the command as typed in a folder, if there is one, and return it with the command."""
+    """Return an answer with the command as typed, and save it in a folder if this exists."""
     return answer.keep(out, typed())
 
 

@@ -107,7 +107,7 @@ def command(
 
 
 def _are_many(model: str, assignments: tuple[str, ...], factors: Mapping[str, Any], search: Search) -> bool:
-    """Whether the designs are too many for ten runs each; raises at the option whose values make no model."""
+    """Whether there are too many designs for ten runs each; raises at the option whose values are invalid."""
     from desim_warehouse.study.designs.best_of_many import are_few
 
     alone = [study_of(model, assignments, {key: values}, search, name="best") for key, values in factors.items()]
@@ -143,7 +143,7 @@ def _race(
 
 
 def _say_what_is_replaced(folder: str | Path | None) -> None:
-    """Print which other answer in a folder is about to be replaced, as a folder holds one answer."""
+    """Print which answer of another command in a folder is about to be replaced, as a folder holds one answer."""
     from desim_warehouse.answer.answer import load
     from desim_warehouse.folders import ANSWER
 

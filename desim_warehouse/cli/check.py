@@ -45,7 +45,7 @@ def command(model: str, assignments: tuple[str, ...], details: bool, as_json: bo
 
 
 def _colour(line: str) -> str:
-    """Return the colour of the verdict, which comes first, and of each finding."""
+    """Return the colour of a line: the verdict, which comes first, or a finding; "" for none."""
     if re.match(r"\d+ errors?\b|error: ", line):
         return BAD
     if re.match(r"no errors, |warning: |accepted error: ", line):
@@ -85,7 +85,7 @@ def _calculated(estimate: QuickEstimate) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Convert a value for JSON: infinite numbers become null."""
+    """Convert a value for JSON: infinite and undefined numbers become null."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Shell completion beyond commands and options: keys of a model, indicators, and files."""
+"""Shell completion of keys of a model, indicators and files."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ class AtPath(click.ParamType[str]):
     name = "path"
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
-        """Let the shell complete it."""
+        """Let the shell complete the path."""
         return [CompletionItem(incomplete, type="file")]
 
 
 class Bash(BashComplete):
-    """Completion for bash that goes on behind `fleet.` and `fleet.size=` without a space."""
+    """Completion for bash that adds no space after `fleet.` and `fleet.size=`."""
 
     source_template = BashComplete.source_template.replace(
         "    return 0", "    [[ ${COMPREPLY[0]} == *[.=] ]] && compopt -o nospace\n    return 0"
@@ -30,7 +30,10 @@ class Bash(BashComplete):
 
 
 def keys_then(end: str) -> Callable[[click.Context, click.Parameter, str], list[str]]:
-    """Complete dotted keys of a model, section by section, with the names in the model file earlier on the line."""
+    """Return a completion of dotted keys of a model, section by section, with names from the model file on the line.
+
+    `end`: the end of a complete key, such as `=`.
+    """
 
     def complete(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
         from desim_warehouse.model.schema import OUTLINE
@@ -46,14 +49,14 @@ def keys_then(end: str) -> Callable[[click.Context, click.Parameter, str], list[
 
 
 def indicators(_: click.Context, __: click.Parameter, incomplete: str) -> list[str]:
-    """Complete the name of an indicator."""
+    """Return the names of indicators that complete a word."""
     from desim_warehouse.outcome.indicators import INDICATORS
 
     return [name for name in INDICATORS if name.startswith(incomplete)]
 
 
 def _names(typed: Iterable[str], above: Iterable[str]) -> list[str]:
-    """Return the keys of a section of the model file on the line; none where it cannot be read."""
+    """Return the keys of a section of the model file on the line; empty if the file cannot be read."""
     from desim_warehouse.model.parse import read_yaml
 
     file = next((word for word in typed if Path(word).is_file()), None)

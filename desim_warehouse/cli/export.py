@@ -21,7 +21,7 @@ _RUN = {
     "trace": ("trace.json", "one file for ui.perfetto.dev or chrome://tracing"),
     "vda5050": ("states.jsonl", "VDA 5050 state messages, one per line"),
 }
-"""Formats of a run: the name of what is written, and what it is."""
+"""Formats of a run: the default name of the file or folder, and its description."""
 _MODEL = {
     "lif": (".lif", "JSON"),
     "rmf": (".building.yaml", "a building map of Open-RMF"),
@@ -30,7 +30,7 @@ _MODEL = {
     "csv": ("", "a folder with nodes.csv and edges.csv"),
     "svg": (".svg", "a drawing"),
 }
-"""Formats of a layout: the end of the name, and what it is."""
+"""Formats of a layout: the ending of the default name, and the description."""
 
 
 def _listed(formats: Mapping[str, tuple[str, str]]) -> str:

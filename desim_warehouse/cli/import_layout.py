@@ -75,7 +75,7 @@ because the file does not specify it.
 def command(
     file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None, **others: Any
 ) -> None:
-    """Make a model of a file; see `_HELP`."""
+    """Convert a layout into a model; see `_HELP`."""
     from desim_warehouse.plants import import_layout
 
     chosen = {option: value for option, value in others.items() if value not in {None, ()}}

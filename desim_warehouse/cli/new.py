@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _WORKED_OUT = "by a quick estimate"
 _OTHERS = ("file", "like", "schema", "force")
-"""Parameters of the command that are no words for a draft."""
+"""Parameters of the command that do not describe a draft."""
 
 
 @click.command("new")
@@ -102,7 +102,7 @@ def command(
 
 
 def _with_schema(model: Path, text: str) -> dict[Path, str]:
-    """Texts by path: a model file whose first line leads editors to the schema beside it, and the schema."""
+    """Return texts by path: the model, whose first line refers editors to the schema beside it, and the schema."""
     from desim_warehouse.model import json_schema
 
     beside = model.with_suffix(".schema.json")
@@ -111,7 +111,7 @@ def _with_schema(model: Path, text: str) -> dict[Path, str]:
 
 
 def _of_gallery(context: click.Context, like: str) -> str:
-    """Text of a model of the gallery; raises UsageError for words of a draft beside it, as they have no effect."""
+    """Return the text of a model of the gallery; raise UsageError for options of a draft, as they have no effect."""
     typed = ParameterSource.COMMANDLINE
     words = {str(option.name): option.opts[0] for option in context.command.params if option.name not in _OTHERS}
     flags = [flag for name, flag in words.items() if context.get_parameter_source(name) is typed]
@@ -141,7 +141,7 @@ def _words(wishes: dict[str, Any]) -> Draft:
 
 
 def _asked(defaults: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Prompt for the file and the words of a draft one by one; Enter alone takes the default in brackets."""
+    """Prompt for the file and the options of a draft one by one; Enter accepts the default in brackets."""
     file = click.prompt("Model file to write", default="warehouse.yaml")
     words = dict(defaults)
     words["size"] = click.prompt("Floor in metres, width x height", default=defaults["size"])
@@ -161,13 +161,13 @@ def _asked(defaults: dict[str, Any]) -> tuple[str, dict[str, Any]]:
 
 
 def _text(what: str, otherwise: str) -> str | None:
-    """Prompt for a text; None where the default is taken."""
+    """Prompt for a text; return None if the default is accepted."""
     reply: str = click.prompt(what, default=otherwise)
     return None if reply == otherwise else reply
 
 
 def _number(name: str, otherwise: str) -> int | None:
-    """Prompt for a whole number; None where the default is taken."""
+    """Prompt for a whole number; return None if the default is accepted."""
     while True:
         reply = click.prompt(f"How many {name}", default=otherwise)
         if reply == otherwise:

@@ -1,4 +1,4 @@
-"""Options of several subcommands."""
+"""Options that several subcommands share."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ with_force = click.option("--force", is_flag=True, help="Overwrite existing file
 
 
 def with_overrides(command: F) -> F:
-    """Add `--set`, `--unset` and `--accept`; the command is called with all as `assignments`."""
+    """Add `--set`, `--unset` and `--accept`; the command receives all of them as `assignments`."""
 
     @wraps(command)
     def call(
@@ -86,19 +86,19 @@ def with_overrides(command: F) -> F:
 
 
 def with_json(content: str = "") -> Callable[[F], F]:
-    """Add `--json`; `content` says what the object has."""
+    """Add `--json`; `content` describes the object in the help."""
     return click.option(
         "--json", "as_json", is_flag=True, help=f"Print one JSON object{': ' if content else ''}{content}."
     )
 
 
 class TimeIn(click.ParamType[float]):
-    """A time above 0 with a unit, such as `20 min`; a plain number is in the unit that the option says."""
+    """A time above 0 with a unit, such as `20 min`; a plain number is in the unit of the option."""
 
     name = "time"
 
     def __init__(self, unit: str, most: float = math.inf) -> None:
-        """`most`: a larger number without a unit is asked about."""
+        """Set the unit of plain numbers, and the number (`most`) above which a plain number gets a warning."""
         self.unit, self.most = unit, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
@@ -119,16 +119,17 @@ class TimeIn(click.ParamType[float]):
 
 
 def refuse_files(paths: Iterable[Path], *, force: bool) -> None:
-    """Refuse to write files that are there already, unless that is forced; raises ModelError."""
+    """Refuse to overwrite files without `force`; raises ModelError."""
     for path in paths if not force else ():
         if path.exists():
             raise ModelError([f"{path}: the file exists; choose another name, or overwrite it with --force"])
 
 
 def write_files(files: Mapping[Path, str], *, force: bool) -> None:
-    """Write a model file and what belongs to it; over files that are there only with `force`.
+    """Write a model file and the files that belong to it.
 
-    Raises ModelError where there is one, or none can be written.
+    Raises:
+        ModelError: a file that exists (without `force`) or cannot be written.
     """
     refuse_files(files, force=force)
     for path, text in files.items():
@@ -139,7 +140,7 @@ def write_files(files: Mapping[Path, str], *, force: bool) -> None:
 
 
 def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model:
-    """Load the model of a file that is to be simulated or checked, with `--set` applied, and before it `besides`."""
+    """Load the model of a file for a simulation or check, with the overrides `besides` and then `--set` applied."""
     from desim_warehouse.model import load, parse_assignment
 
     overrides: dict[str, Any] = {**besides, **dict(parse_assignment(text) for text in assignments)}
@@ -147,9 +148,10 @@ def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model
 
 
 def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Model | Run:
-    """Return the run of a folder, or the model of a file with `--set` applied, and before that `besides`.
+    """Return the run of a folder, or the model of a file with the overrides `besides` and then `--set` applied.
 
-    Raises ReportError where a run would have to be changed.
+    Raises:
+        ReportError: overrides of a finished run.
     """
     from desim_warehouse.questions.run import load_run
 
@@ -168,7 +170,10 @@ def run_of(
     until: Callable[[Model], float | None] = lambda _: None,
     **besides: Any,
 ) -> Run:
-    """Return the run of a folder, or of a model file simulated now, up to a moment; raises as `load_source`."""
+    """Return the run of a folder, or simulate a model file; raises as `load_source`.
+
+    `until`: returns the time at which a simulation of a model ends, None for its whole run.
+    """
     from desim_warehouse.questions.run import Run as Done
 
     start = load_source(source, assignments, **besides)
@@ -176,9 +181,9 @@ def run_of(
 
 
 def simulated(model: Model, seed: int, *, until: float | None = None) -> Run:
-    """Simulate a run of a model, up to a moment, with its settled fleet from the user's cache.
+    """Simulate a run of a model, up to `until` if given, with its settled fleet from the user's cache.
 
-    A terminal shows how far it is.
+    A terminal shows the progress.
     """
     from desim_warehouse.cli.waiting import Waiting
     from desim_warehouse.questions.run import Run

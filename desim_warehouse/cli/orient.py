@@ -111,7 +111,7 @@ def _by_distance(model: str, file: str, search: Search, *, force: bool) -> None:
 
 
 def _of_each(search: Search, floors: int) -> range:
-    """Seeds with which each floor is simulated."""
+    """Return the seeds with which each floor is simulated."""
     return range(search.seed, search.seed + (_RUNS if search.runs is None else search.runs // floors))
 
 
@@ -122,7 +122,7 @@ def _written(file: str) -> None:
 def _said(directions: Orientation) -> list[str]:
     lines = [f"{len(directions.kept)} two-way lanes are one-way now; trips between storage and stations are "]
     lines[0] += f"{directions.stretch:.2f} times as long"
-    if round(directions.stretch, 2) > _FAR:  # by the figure that is said
+    if round(directions.stretch, 2) > _FAR:  # rounded, as it is printed
         lines.append(f"warning: more than {_FAR} times as long; two-way lanes may serve better here")
     if directions.bridges:
         names = first_of(["-".join(lane) for lane in directions.bridges], _SHOWN)
@@ -131,7 +131,7 @@ def _said(directions: Orientation) -> list[str]:
 
 
 def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
-    """Write the best of the floors by paired runs, and print the results of each."""
+    """Write the best of the floors by paired runs, and print the results of each floor."""
     from desim_warehouse.answer import words
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
     from desim_warehouse.study.statistics.comparison import paired
@@ -164,7 +164,7 @@ def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
 
 
 def _judged_by(model: Model) -> str:
-    """Return the indicator that compares floors: throughput if tasks are always open, else mean cycle time, or T."""
+    """Return the indicator that compares floors: throughput if tasks are always open, else mean cycle time or T."""
     if model.tasks.never_end and not model.tasks.arrive:
         return _OPEN
     return "cycle_time_mean" if model.run.length else "T"
@@ -177,7 +177,7 @@ def _runs(floor: Model, key: str, seeds: range) -> list[float]:
 
 
 def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
-    """Compare the two floors by paired runs."""
+    """Return a sentence that compares the two floors by paired runs."""
     from desim_warehouse.answer import words
     from desim_warehouse.study.statistics.comparison import paired
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 ALL_YEAR = 8760.0
-"""Hours."""
+"""Hours of a year."""
 
 
 @click.command("plan")
@@ -175,7 +175,7 @@ def command(  # as long as its options are many
 
 
 def _none(plan: Plan | OptionsPlan) -> str:
-    """Say between which counts no fleet was shown to be enough, and which scarce people had only one."""
+    """Return the message that no fleet is enough, with the options that bound it, and scarce people not counted."""
     from desim_warehouse.model.facts.workers import scarce
     from desim_warehouse.study.fleet import ComparedOptions
     from desim_warehouse.study.fleet.people import SIZED
@@ -193,7 +193,7 @@ def _none(plan: Plan | OptionsPlan) -> str:
 
 
 def _priced(model: Model, **prices: float | None) -> Model:
-    """Set prices from options in the model; without a section `prices` it runs all year."""
+    """Return the model with prices from options; without a section `prices` it runs all year."""
     changes = {key: price for key, price in prices.items() if price is not None}
     before = {"hours": ALL_YEAR} if model.prices is None else model.prices.content()
     return model.replace({"prices": {**before, **changes}}) if changes else model
@@ -251,7 +251,7 @@ def _of_file(path: str) -> Mapping[str, Any]:
 
 
 def _best(plan: Plan, model: Model) -> Model | None:
-    """Model with the planned fleet for the last demand; None where no fleet is enough."""
+    """Return the model with the planned fleet for the last demand; None if no fleet is enough."""
     sized = plan.grown or plan.today
     return None if sized.best is None else model.replace({**sized.overrides, **sized.best.overrides})
 
@@ -264,9 +264,9 @@ def _give_with_thresholds(
     *,
     as_json: bool,
 ) -> None:
-    """Save and print a plan, then the thresholds of its fleet, so that a failure in the latter loses nothing.
+    """Save and print a plan, then the thresholds of its fleet, so that a failure of the latter loses nothing.
 
-    JSON is one object, which has the thresholds unless they fail.
+    With `as_json` print one object, with the thresholds unless they fail.
     """
     from desim_warehouse.questions.tipping import tipping_points, with_thresholds
 
@@ -291,10 +291,10 @@ def _give_with_thresholds(
 
 
 def _options(texts: tuple[str, ...], model: Model) -> dict[str, Model]:
-    """Read options as models: `A: prices.robot=6000; fleet.robot.speed=1.5`, `B: other.yaml`, or files of them.
+    """Read options as models: `A: prices.robot=6000; fleet.robot.speed=1.5`, `B: other.yaml`, or files that list them.
 
     Raises:
-        ModelError: no such option, one that is there twice, or what `load` refuses.
+        ModelError: a text that is no option, a duplicate name, or an invalid model.
     """
     options: dict[str, Model] = {}
     for text in texts:
@@ -306,7 +306,7 @@ def _options(texts: tuple[str, ...], model: Model) -> dict[str, Model]:
 
 
 def _named(text: str) -> Iterator[tuple[str, Any]]:
-    """Yield the options of a text: one, or all of a file."""
+    """Yield the name and content of the option in a text, or of all options in a file."""
     from desim_warehouse.model.parse import read_yaml
 
     name, colon, what = text.partition(":")

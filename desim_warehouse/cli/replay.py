@@ -71,7 +71,7 @@ def command(
 
 
 def _time(text: str | None, option: str, units: Units) -> float | None:
-    """Return a moment of a run, in the model's unit."""
+    """Return a time of a run in the model's unit."""
     from desim_warehouse.values.units import quantity
 
     try:

@@ -46,7 +46,7 @@ def command(
     indicators: tuple[str, ...],
     out: str | None,
 ) -> None:
-    """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
+    """Simulate MODEL once; print the result in a few sentences, and the indicators by which it is judged."""
     from desim_warehouse import __version__
     from desim_warehouse.answer.numbers import sentence
     from desim_warehouse.errors import SimulationError

@@ -69,7 +69,7 @@ def command(
 
 
 def _vary(texts: tuple[str, ...]) -> dict[str, Any]:
-    """Keys with their values; None: the usual values."""
+    """Return keys with their values, None for the usual values."""
     factors: dict[str, Any] = {}
     for text in texts:
         factors |= read_vary((text,)) if "=" in text else {text.strip(): None}
@@ -87,6 +87,6 @@ def _wait(live: Live, *, opens: bool) -> None:
         import webbrowser
 
         webbrowser.open(live.address)
-    while not ended.wait(0.5):  # an interrupt is seen between two waits everywhere
+    while not ended.wait(0.5):  # on some systems, a signal is handled only between two waits
         pass
     click.echo("stopped")

@@ -21,7 +21,7 @@ from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.limits import FIRST
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
-"""Keys of which the right value lies between too little and too much."""
+"""Keys whose best value may lie between values that are too small and too large."""
 
 
 @click.command("size")
@@ -71,7 +71,7 @@ def command(
     MODEL --key fleet.size --range 1..60 --target "throughput_per_hour >= 220"; desim size MODEL --key traffic.most_out
     --range 100..800..100
     """
-    values = values or _estimated(model, key, assignments)
+    values = _estimated(model, key, assignments) if values is None else values
     varied = f"--range {values} --key"
     sought = {"target": targets[0]} if targets else {"indicators": ["throughput_per_hour"]}
     factors = {key: _read_range(values)}
@@ -100,7 +100,7 @@ def command(
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:
-    """Range of fleets around the need by the quick estimate, as `desim plan` searches it."""
+    """Return the range of fleets around the need by the quick estimate, as `desim plan` searches it."""
     from desim_warehouse.study.fleet.designs import Designs
 
     if key != FLEET:
@@ -121,7 +121,7 @@ def _read_range(values: str) -> Any:
 
 
 def _see_upwards(values: str, searched: list[Any]) -> None:
-    """Refuse descending numbers: the first that meets the target would not be the smallest."""
+    """Refuse numbers that do not ascend, as the first that meets the target would not be the smallest."""
     numbers = [value for value in searched if isinstance(value, int | float)]
     if any(after <= before for before, after in pairwise(numbers)):
         raise click.UsageError(f"--range {values}: not ascending, expected the smallest value first")

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def _share(context: click.Context, option: click.Parameter, text: str | None) -> float | None:
-    """Read a share such as 0.95 or 95 %."""
+    """Return a share such as 0.95 or 95 % as a number."""
     if text is None:
         return None
     try:
@@ -90,7 +90,7 @@ def command(
 
 
 def _as_saved(study: str) -> Results | None:
-    """Results of a folder whose study another version finished, to be shown without simulating it anew."""
+    """Return the results of a folder whose study another version finished, which is shown as it is; None otherwise."""
     from desim_warehouse.questions.study import Results
 
     results = Results.load(study) if Path(study).is_dir() else None

@@ -1,4 +1,4 @@
-"""The options of subcommands about studies, and the study that they describe."""
+"""Options of subcommands for studies, and the study that they describe."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ with_page = click.option(
     "--page", metavar="FILE", help="Write a page with sliders that select a design, and with two designs side by side."
 )
 _STATED = ("confidence", "seed", "timeout")
-"""What a study file may say of its search, too."""
+"""Fields of a search that a study file may also set."""
 _OPTIONS: dict[Keys, str] = {
     ("replications",): "--replications",
     ("replications", "indicator"): "--until",
@@ -53,7 +53,7 @@ _OPTIONS: dict[Keys, str] = {
     ("warm_up",): "--warm-up",
     ("target",): "--target",
 }
-"""Key of a study: the option that gives it."""
+"""The options that set keys of a study."""
 _SEARCH: dict[str, Callable[[F], F]] = {
     "confidence": with_confidence,
     "seed": with_seed,
@@ -76,11 +76,11 @@ _SEARCH: dict[str, Callable[[F], F]] = {
         help="Time limit for each run, in seconds or with a unit, such as 5min.",
     ),
 }
-"""A field of `Search`: the option that gives it."""
+"""The options that set fields of `Search`."""
 BY_TARGET = f"{FIRST} for shares, else {FIRST_OF_MEANS}"
-"""The first look at a design by default: see `desim_warehouse.study.target.first_look`."""
+"""Default number of replications at the first look at a design: see `desim_warehouse.study.target.first_look`."""
 BY_DAYS = f"{COMMON_DAYS.cap}, {RARE_DAYS.cap} with rare failures"
-"""The most replications of a design by default: see `desim_warehouse.study.rare.days_needed`."""
+"""Default largest number of replications of a design: see `desim_warehouse.study.rare.days_needed`."""
 
 
 def study_of(
@@ -95,15 +95,15 @@ def study_of(
     """Return the study of MODEL that options describe.
 
     Args:
-        model: the file.
-        assignments: of `--set`.
-        factors: what is varied.
-        search: for confidence, seed, and the time that a run may take.
-        varied: the option that gives the factors, for messages.
+        model: the model file.
+        assignments: values of `--set`.
+        factors: values by varied key.
+        search: the search, for confidence, seed and time limit.
+        varied: the option that sets the factors, for messages.
         content: further keys of a study file.
 
     Raises:
-        ModelError: with every problem, each at its option.
+        ModelError: all problems, each with its option.
     """
     from desim_warehouse.questions.study import Study
     from desim_warehouse.study.reading import plan_of
@@ -121,15 +121,15 @@ def study_of(
 def with_search(
     *fields: str, first: int | str | None = None, cap: int | str | None = None, out: str = "--out"
 ) -> Callable[[F], F]:
-    """Add the options that say how runs are done; the command is called with all as one `search`.
+    """Add the options on how runs are done; the command receives all of them as one `search`.
 
-    Other options that bear the name of a field of `Search`, such as `--runs`, become part of it, too.
+    Other options that have the name of a field of `Search`, such as `--runs`, also become part of it.
 
     Args:
-        fields: those of confidence and seed for which there are options.
-        first: the default of `--first`, in words where it depends on the target; None: there is none.
-        cap: the default of `--cap`, in words where it depends on the model.
-        out: the option for the folder where runs are kept.
+        fields: the options to add among `confidence` and `seed`.
+        first: default of `--first`, in words if it depends on the target; None for no such option.
+        cap: default of `--cap`, in words if it depends on the model; None for no such option.
+        out: name of the option for the folder of runs.
     """
     looks = [] if first is None or cap is None else _looks(first, cap)
     options = [
@@ -167,7 +167,7 @@ def with_search(
 
 
 def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
-    """Options `--first` and `--cap`: the replications of a design to begin with, and the most."""
+    """Return the options `--first` and `--cap`: the first and the largest number of replications of a design."""
     count = click.IntRange(2, MOST_REPLICATIONS)
 
     def looked(option: str, default: int | str, text: str) -> Callable[[F], F]:
@@ -182,18 +182,18 @@ def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
 
 
 def at_home(search: Search, study: str) -> Search:
-    """Return the search with its folder: a study that is a folder is resumed there."""
+    """Return the search with a folder: a study in a folder is resumed there."""
     return replace(search, out=search.out or study) if Path(study).is_dir() else search
 
 
 def stated(search: Search) -> dict[str, Any]:
-    """Fields of a search that were typed as options and that a study file has, too."""
+    """Return the fields of a search that were typed as options and that a study file may also set."""
     source = click.get_current_context().get_parameter_source
     return {name: getattr(search, name) for name in _STATED if source(name) not in {None, ParameterSource.DEFAULT}}
 
 
 def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dict[str, Any]:
-    """Return the keys and values that an option such as `--set` gives."""
+    """Return the keys and values of an option such as `--set`."""
     from desim_warehouse.model import parse_assignment
 
     return dict(parse_assignment(text, option) for text in assignments)
@@ -232,7 +232,7 @@ def read_vary(vary: tuple[str, ...]) -> dict[str, Any]:
 
 
 def read_values(text: str, option: str, problems: list[str]) -> Any:
-    """Return the values of a factor: YAML with commas between them, or one range or section."""
+    """Return the values of a factor from YAML: a list with commas, a range or a section; add to `problems`."""
     from desim_warehouse.model.parse import read_yaml
 
     listed = read_yaml(f"[{text}]", option)
@@ -244,9 +244,9 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 
 @contextmanager
 def interruptible(study: Study | None, search: Search) -> Iterator[None]:
-    """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143.
+    """End on Ctrl-C with exit status 130, on SIGTERM with 143, and print where finished runs are kept.
 
-    `study` None: there are several.
+    `study`: the study, for the number of its runs; None for several studies.
     """
     from desim_warehouse.study.execution.signals import interrupt
 
@@ -264,7 +264,7 @@ def interruptible(study: Study | None, search: Search) -> Iterator[None]:
 
 
 def refuse_page(page: str | None, plan: StudyPlan) -> None:
-    """Refuse an impossible page before anything is simulated, and make its folder; raises ReportError."""
+    """Refuse a page that cannot be made before any simulation, and make its folder; raises ReportError."""
     if page is not None:
         from desim_warehouse.live.frozen import check
 
@@ -277,7 +277,7 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
 
 
 def write_page(page: str | None, results: Results) -> None:
-    """Write the page of `--page`, if given, and print its path."""
+    """Write the page of `--page`, if requested, and print its path."""
     if page is not None:
         from desim_warehouse.live.frozen import what_if_page
 

@@ -1,4 +1,4 @@
-"""Output of the subcommands: tables."""
+"""Tables in the output of subcommands."""
 
 from __future__ import annotations
 
@@ -21,24 +21,27 @@ if TYPE_CHECKING:
 
 
 NONE_MEETS = 3
-"""Exit status where nothing was shown to meet the target."""
+"""Exit status if no option was shown to meet the target."""
 _HEAD = 14
-"""Letters in a line of the head of a column; longer heads take several."""
+"""Longest line in the head of a column, in characters; longer heads take several lines."""
 _FITS = 100
-"""The most columns that a table takes up where nobody asked for its indicators."""
+"""Width of a table with sentences if the output is not a terminal, in characters."""
 _NAMED = 6
-"""Names in a row of remarks."""
+"""Largest number of names in a row of remarks."""
 
 
 def _factors(results: Results) -> list[str]:
-    """Column heads of the factors, with their units."""
+    """Return the column heads of the factors, with their units."""
     from desim_warehouse.answer import words
 
     return [words.factor_head(factor, results.base.units) for factor in results.factors]
 
 
 def show_quantiles(results: Results, share: float) -> None:
-    """Show a line for each design: factors, and a quantile over replications of each indicator, with its interval."""
+    """Print a row for each design: its factors, and the quantile over replications of each indicator with its interval.
+
+    `share`: the share of runs below the quantile.
+    """
     from desim_warehouse.answer import words
     from desim_warehouse.questions import sentences
     from desim_warehouse.study.statistics.intervals import replications_for_quantile
@@ -85,7 +88,7 @@ def _title(results: Results, shown: str) -> str:
 
 
 def show_failures(results: Results) -> None:
-    """Show the errors of runs, each once; raises StudyError where no run was finished."""
+    """Print the first five errors of runs, each once with its number of runs; raise StudyError if every run failed."""
     failures: dict[str, int] = {}
     for row in results.rows:
         if row.outcome.error is not None:
@@ -108,23 +111,23 @@ def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
 
 
 def show(table: Table, *, err: bool = False, markup: bool = True, fits: bool = False) -> None:
-    """Print a table; where the output is not a terminal at its full width, or, if it has sentences, so that it `fits`.
+    """Print a table; if the output is not a terminal, 200 characters wide, or 100 if it has sentences (`fits`).
 
-    Without `markup` brackets are text.
+    Without `markup`, brackets are text.
     """
     from rich.console import Console
 
     console = Console(stderr=err, highlight=False, markup=markup)
     if not console.is_terminal:
         console = Console(stderr=err, highlight=False, markup=markup, width=_FITS if fits else 200)
-    if table.title:  # not within the table: a title that is wider would be broken
+    if table.title:  # printed before the table, which would wrap a title wider than itself
         console.print(table.title, style="table.title", soft_wrap=True)
         table.title = None
     console.print(table)
 
 
 def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
-    """Show the remarks on a layout on its way from one program to another, a row for each."""
+    """Print the remarks on the conversion of a layout, a row for each."""
     from desim_warehouse.model.messages import printable
 
     table = sheet(None, "", "what", "why, and which", pad_edge=False)

@@ -1,4 +1,4 @@
-"""Showing text on a terminal: lines folded at its width, verdicts in colour; elsewhere plain."""
+"""Print text on a terminal with lines folded at its width and verdicts in colour; elsewhere as plain text."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ GOOD, DOUBTFUL, BAD = "green", "yellow", "red"
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Whether somebody watches a stream; nobody watches a stream that was closed before the program began."""
+    """Whether a stream is a terminal; False for a stream that was closed before the program began (None)."""
     return stream is not None and stream.isatty()
 
 
 def is_coloured() -> bool:
-    """Whether verdicts are in colour: on a terminal that knows colours, unless NO_COLOR is set (no-color.org)."""
+    """Whether verdicts are in colour: on a terminal with colours, unless NO_COLOR is set (no-color.org)."""
     return is_terminal(sys.stdout) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
@@ -31,8 +31,8 @@ def show(text: str, colour: Callable[[str], str] = lambda _: "", standings: Mapp
 
     Args:
         text: lines without colours.
-        colour: finds the colour of a line, which holds up to its first colon; "" for none.
-        standings: the colours of words that are cells of a table, or the end of a sentence.
+        colour: returns the colour of a line, applied up to its first colon; "" for none.
+        standings: colours of words that are cells of a table, or the end of a sentence.
     """
     if is_terminal(sys.stdout):
         width = shutil.get_terminal_size().columns
@@ -46,7 +46,7 @@ def show(text: str, colour: Callable[[str], str] = lambda _: "", standings: Mapp
 
 
 def _folded(line: str, width: int, colour: str) -> str:
-    """Fold a line of text into lines of at most `width` columns, the later ones indented; its label is in a colour."""
+    """Fold a line into lines of at most `width` characters, indented after the first, with its label in a colour."""
     parts = [line]
     if len(line) > width:
         indent = line[: len(line) - len(line.lstrip())] + "  "

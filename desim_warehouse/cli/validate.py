@@ -45,7 +45,7 @@ def command(
     assignments: tuple[str, ...],
     as_json: bool,
 ) -> None:
-    """Test MODEL against logs of real days: rank all measures of the real days jointly among those of simulated days.
+    """Test MODEL against logs of real days, whose measures are ranked jointly among the measures of simulated days.
 
     A LOG is a file of VDA 5050 state messages (JSON lines), a file of trips (CSV), or the folder of a run.
     """

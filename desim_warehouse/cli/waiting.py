@@ -1,4 +1,4 @@
-"""Progress of a command while somebody waits: one line on a terminal, from two seconds on; nothing elsewhere."""
+"""Progress of a command: a line on a terminal after two seconds, and nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -18,19 +18,22 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.events import Clock
 
 PATIENCE, EVERY = 2.0, 0.5
-"""Seconds until the line is shown, and between two states of it."""
+"""Time until the line is shown, and between its updates, in seconds."""
 _LEAST = 0.01
-"""The part of a run from which on the time that is left is said."""
+"""Least share of a run from which the remaining time is estimated."""
 _CLEAR = "\r\x1b[K"
 
 
 class Waiting(StopSignal):
-    """A line about work under way, on a terminal only; as the stop signal of a run it follows the run's clock."""
+    """A progress line of work under way, on a terminal only; as the stop signal of a run it follows the run's clock."""
 
     def __init__(
         self, what: str, model: Model | None = None, until: float | None = None, stream: TextIO | None = None
     ) -> None:
-        """`what` goes on, for a run of `model` up to `until`, where that is known; `stream`: default stderr."""
+        """Prepare the line: `what` is under way, for a run of `model` up to `until`, if these are given.
+
+        `stream`: the output, by default stderr.
+        """
         super().__init__()
         self.what = what
         self.model = model
@@ -56,12 +59,12 @@ class Waiting(StopSignal):
             self._thread.join()
 
     def obey(self, clock: Clock) -> None:
-        """Follow the clock of a run that is about to begin; raises StoppedError where a stop is already requested."""
+        """Follow the clock of a run that is about to begin; raise StoppedError if a stop is already requested."""
         self.clock = clock
         super().obey(clock)
 
     def line(self, lasted: float) -> str:
-        """Progress after so many seconds: the part of the run that is done, and an estimate of the time left."""
+        """Follow the clock of a run that is about to begin; raise StoppedError if a stop is requested already."""
         so_far = f"{numbers.duration(lasted, 's')} so far"
         if self.clock is None or self.model is None:
             return f"{self.what}: {so_far}"

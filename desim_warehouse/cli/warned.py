@@ -1,4 +1,4 @@
-"""Warnings of the check, in a line before the answer of every command that simulates a model."""
+"""Print warnings of the check, in a line before the answer of every command that simulates a model."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 def warn(
     model: Model, source: str | None = None, assignments: tuple[str, ...] = (), *, as_json: bool = False
 ) -> list[dict[str, str]]:
-    """Print the warnings of `desim check` for a model on standard error; with `as_json` only return them.
+    """Print the codes of warnings of `desim check` for a model on standard error, unless `as_json`.
 
-    `source` and `assignments` are what `desim check` takes to tell more; without a source the line does not name it.
+    The line names the `desim check` command for `source` and `assignments`, which prints details, if there is a source.
 
     Returns:
-        The warnings as JSON has them.
+        The warnings for JSON, each with code and text.
     """
     from desim_warehouse.model import options_of
 
@@ -35,7 +35,7 @@ def warn(
 
 
 def warn_of_target(text: str | None, model: Model) -> None:
-    """Warn on standard error of a target that no fleet can meet."""
+    """Print a warning on standard error if no fleet can meet a target."""
     from desim_warehouse.study.target import too_short
 
     if text is not None and (problem := too_short(text, model)):
@@ -49,7 +49,7 @@ def _line(warnings: list[Finding]) -> str:
 
 
 def _warnings(model: Model) -> list[Finding]:
-    """Find the warnings on a model; none where it is refused, as its errors are then said."""
+    """Return the warnings on a model; empty if the model is refused, as its errors are then reported."""
     from desim_warehouse.run.examined import examined
 
     findings, _ = examined(model)

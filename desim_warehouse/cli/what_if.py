@@ -119,7 +119,7 @@ def command(  # as long as its options are many
 
 
 def _until(indicator: str, often: Any, half_width: str, search: Search) -> dict[str, Any]:
-    """Stopping rule of `--until`, beginning with the replications given, or the usual number."""
+    """Return the stopping rule of `--until` for a study file; `often`: the first number of replications, if above 1."""
     from desim_warehouse.model.parse import read_yaml
 
     first = {"minimum": often} if isinstance(often, int) and often > 1 else {}

@@ -1,7 +1,6 @@
-"""Examination of whether a model can work, before it runs.
+"""Examination of a model before it runs: errors, warnings and the quick estimate.
 
-`examine` returns all findings for `desim check`, including those of the quick estimate; `refuse` raises the errors
-among them before a run.
+`examine` returns all findings, for `desim check`; `refuse` raises the errors among them before a run.
 """
 
 from __future__ import annotations
@@ -29,12 +28,11 @@ def examine(
 ) -> tuple[list[Finding], QuickEstimate | None]:
     """Return all findings, the worst first, and the quick estimate of the model.
 
-    The estimate is None where the layout has errors, where hours never come, or where a robot by itself does none of
-    the work.
+    The estimate is None if the layout has errors, if hours never come, or if a robot alone does none of the work.
     """
     use = _use(model, layout)
     findings = checks.examine(layout, use)
-    if model.pods is not None:  # more slots may do less there: pods.py speaks of them
+    if model.pods is not None:  # with pods, more slots may do less: see pods.py
         findings = [item for item in findings if item.code != "STATION_PLACES"]
     if any(item.level == "error" for item in findings):
         return findings, None
@@ -58,7 +56,7 @@ def examine(
 
 @lru_cache(maxsize=64)
 def errors(model: Model) -> tuple[Finding, ...]:
-    """Find the errors of a model, the accepted ones included; computed once for all runs of a model."""
+    """Return the errors of a model, accepted errors included; computed once for all runs of a model."""
     layout = model.floor
     layout_errors = checks.errors(layout, _use(model, layout))
     model = driven(model)
@@ -66,11 +64,11 @@ def errors(model: Model) -> tuple[Finding, ...]:
 
 
 def refuse(model: Model, layout: Layout) -> None:
-    """Raise the errors of a model that the model does not accept.
+    """Raise the errors of a model that it does not accept.
 
     Raises:
-        LayoutError: where the layout has some.
-        CheckError: where something else cannot work.
+        LayoutError: the layout has an error, accepted or not.
+        CheckError: otherwise.
     """
     refused = [item for item in errors(model) if item.code not in model.accept]
     if refused:

@@ -17,10 +17,10 @@ from desim_warehouse.model.sections.lines import shares_of
 
 
 def orders_asked_for(model: Model) -> Iterator[str]:
-    """Describe the demand of each flow whose orders have several lines, such as `250 orders an hour`.
+    """Yield a line on the demand of each flow whose orders have several lines, in orders, lines and trips an hour.
 
-    It has orders, lines and trips. A trip serves one line without pods. If tasks are batched by order, it serves as
-    many lines of an order as a robot carries, and with other batching at least as many.
+    With pods the trips are left out. If tasks are batched by order, a trip serves as many lines of an order as a robot
+    carries; with other batching the number of trips is a lower bound.
     """
     size, rates, batching = most_loads(model), flow_rates(model), model.policies.batching
     together = batching.params.get("orders", 1) if batching.name == "by-order" else 1
@@ -40,9 +40,9 @@ def orders_asked_for(model: Model) -> Iterator[str]:
 
 
 def orders_a_day(model: Model) -> Iterator[str]:
-    """Yield the line that says how many orders come in 24 h: `demand: orders 2,704, inbound 640 = 3,344 a day`.
+    """Yield the line on the number of orders in 24 h: `demand: orders 2,704, inbound 640 = 3,344 orders a day`.
 
-    The 24 h begin with the run. There is no line where no orders come at a rate, or where a unit of time has no known
+    The 24 h begin with the run. There is no line if no orders come at a rate, or if the unit of time has no known
     length.
     """
     tasks, hour = model.tasks, model.units.hour
@@ -63,7 +63,7 @@ def orders_a_day(model: Model) -> Iterator[str]:
 
 
 def most_loads(model: Model) -> int:
-    """Return the most loads of a tour; with a batching policy of the user's as many as a robot carries."""
+    """Return the most loads of a tour; with the user's own batching policy as many as a robot carries."""
     if model.policies.batching.name == "single":
         return 1
     most, size = model.fleet.largest_capacity, model.policies.batching.params.get("size")

@@ -1,9 +1,12 @@
-"""Finding of `desim check` that a whole fleet needs chargers at once, because equal batteries run low together.
+"""The finding that a whole fleet needs chargers at once, because equal batteries run low together.
 
-Batteries that start at equal levels in robots that never rest reach the charging threshold within a short time of each
-other, since they differ only by the power drawn in the states of a robot. If D is the difference of the largest and the
-smallest draw, the standard deviation of their energy is about D / 4 times the square root of the time worked times the
-time of a task. If all are low before the first robot is back, no robot works until then, however many chargers exist.
+Batteries that start at equal levels, in robots that never rest, reach the charging threshold at nearly the same time,
+since they differ only by the power drawn in the states of a robot. If d is the difference between the largest and the
+smallest power, the standard deviation of the energy drawn is about d / 4 times the square root of the time worked times
+the time of a task. If all batteries are low before the first robot is back, no robot works until then, however many
+chargers there are.
+
+For `desim check`.
 """
 
 from __future__ import annotations
@@ -22,11 +25,11 @@ from desim_warehouse.model.facts.demand import always_open
 ALWAYS_AT_WORK = 0.95
 """Share of its time at work from which on a fleet has no time to charge in between."""
 APART = 4.0
-"""Standard deviations between the first robot that is low and the last."""
+"""Time from the first robot that is low to the last, in standard deviations."""
 
 
 def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Warn of robots that are all low before the first of them has been charged."""
+    """Find fleets whose robots are all low before the first of them has been charged."""
     balance, thresholds, end = estimate.power, levels(model), model.run.end
     if (
         balance is None
@@ -65,7 +68,7 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _at_work(model: Model, estimate: QuickEstimate) -> float:
-    """Return the share of the fleet's time that its work takes, up to 1."""
+    """Return the share of the fleet's time that its work takes, at most 1."""
     if always_open(model):
         return 1.0
     return min(estimate.rate * estimate.cycle.time / estimate.robots, 1.0) if estimate.rate is not None else 0.0

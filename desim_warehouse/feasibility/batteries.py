@@ -1,4 +1,4 @@
-"""Faults of the batteries of a model: findings before a run, and the cause where a robot ran flat.
+"""Faults of the batteries of a model, as findings before a run and as the cause in the error of a flat battery.
 
 For `desim check`, and for the error that ends a run.
 """
@@ -27,13 +27,13 @@ from desim_warehouse.model.sections.flows import OrdersArrivals
 from desim_warehouse.model.sections.goods import RandomGoods
 
 DRAINS = {"NO_CHARGER", "THRESHOLD_TOO_LOW"}
-"""Findings from which it follows that a robot may run flat."""
+"""Findings that imply that a robot may run flat."""
 EPS = 1e-9
 MINUTE = 60.0
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find the errors of a model with batteries, for which `simulate` refuses it."""
+    """Find the errors of batteries, for which `simulate` refuses a model."""
     small = list(_battery_too_small(model, layout))
     small = small or [finding for finding in _charged_too_low(model, layout) if finding.level == "error"]
     yield from small
@@ -42,7 +42,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """Find faults of a model with batteries that a planner should know, though it can be simulated."""
+    """Find faults of batteries that a planner should know, although the model can be simulated."""
     yield from chargers_short(model, balance)
     yield from of_levels(model, layout, balance)
     length = model.run.length
@@ -53,7 +53,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
 
 
 def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """Find faults of batteries and of the levels between which they are charged, which a planner should know."""
+    """Find faults of batteries and of their charging levels that a planner should know."""
     battery, units = _battery(model), model.units
     yield from _threshold(model, layout)
     if not list(_battery_too_small(model, layout)):
@@ -72,10 +72,10 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
 def cause(
     model: Model, layout: Layout, started: float | None = None, *, drew: float = 0.0, resting: bool = False
 ) -> str:
-    """Return why a battery ran flat and what helps, in one line: for the error that ends a run.
+    """Return in one line why a battery ran flat and what helps, for the error that ends a run.
 
-    `started`: the energy that the robot held at the start, if less than a full battery and it has not been charged yet.
-    `drew`: the energy it drew per time unit so far. `resting`: it had no work.
+    `started`: the energy at the start of the run, if below a full battery and if the robot has not been charged since.
+    `drew`: mean energy that the robot drew per time unit so far. `resting`: whether the robot had no work.
     """
     chargers = chargers_at(model, layout)
     if not chargers:
@@ -83,10 +83,10 @@ def cause(
     if resting and sum(chargers.values()) < needed_at_rest(model):
         return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
     findings = [*errors(model, layout), *of_levels(model, layout, None)]
-    foresees = (known_levels := levels(model)) is not None and known_levels.margin is not None
-    drains = (
-        DRAINS if foresees else {*DRAINS, "BATTERY_TOO_SMALL"}
-    )  # a policy that looks ahead sends no robot out with such a battery
+    thresholds = levels(model)
+    looks_ahead = thresholds is not None and thresholds.margin is not None
+    # A policy that looks ahead sends no robot out with a battery that is too small.
+    drains = DRAINS if looks_ahead else {*DRAINS, "BATTERY_TOO_SMALL"}
     causes = [item for item in findings if item.code in drains]
     if causes:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in causes[:2])
@@ -96,7 +96,7 @@ def cause(
 def _no_charger_in_time(
     model: Model, layout: Layout, chargers: dict[str, int], started: float | None, drew: float, *, resting: bool
 ) -> str:
-    """Return why a robot came to no charger in time, where the model itself has no fault; arguments as in `cause`."""
+    """Return why a robot reached no charger in time, if the model itself has no fault; arguments as in `cause`."""
     battery, count, robots = _battery(model), sum(chargers.values()), number_of(model.fleet.size, "robot")
     zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
     text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {robots}"
@@ -119,13 +119,13 @@ def _no_charger_in_time(
 
 
 def too_small(model: Model, layout: Layout) -> str:
-    """Return which tasks no battery of the model lasts for, by arithmetic, and what helps; else an empty text."""
+    """Return which tasks exceed every battery of the model, by arithmetic, and what helps; empty if there are none."""
     findings = list(_battery_too_small(model, layout)) or list(_charged_too_low(model, layout))
     return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in findings)
 
 
 def _waits(model: Model) -> list[str]:
-    """List in words the waits that a robot of the model may have without a reserve in its battery for them."""
+    """Return, in words, the waits for which a robot of the model may have no reserve in its battery."""
     causes = {
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,
@@ -137,13 +137,13 @@ def _waits(model: Model) -> list[str]:
 
 
 def holds(model: Model, battery: BatterySpec) -> float:
-    """Return the most energy that a task may draw: a full battery, and the reserve if the policy has no look-ahead."""
+    """Return the most energy that a task may draw: a full battery, and the reserve unless the policy looks ahead."""
     thresholds = levels(model)
     return _full(model, battery) + (battery.reserve if thresholds is None or thresholds.margin is None else 0.0)
 
 
 def _full(model: Model, battery: BatterySpec) -> float:
-    """Return the highest level that a robot may begin a task with: at the start, or as charging leaves it."""
+    """Return the highest level at which a robot may begin a task: at the start, or as charging leaves it."""
     thresholds = levels(model)
     if thresholds is None or thresholds.margin is None:
         return battery.capacity
@@ -179,9 +179,9 @@ def _battery_too_small(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find tasks that a robot has energy for only before its first charge, because charging ends below a full battery.
+    """Find tasks that a robot has energy for only before its first charge, as charging ends below a full battery.
 
-    They are an error where a list has more of them than the batteries can do as the robots begin.
+    They are an error if a list has more of them than the batteries can do with their energy at the start.
     """
     thresholds, chargers = levels(model), chargers_at(model, layout)
     if thresholds is None or thresholds.margin is None or model.tasks.never_end or not chargers:
@@ -216,7 +216,7 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
-    """Warn of work without end whose evaluation period begins before battery levels are in steady state (settled)."""
+    """Find endless work whose evaluation period begins before battery levels are in steady state (settled)."""
     start_shares, units = start_energy(model), model.units
     if model.fleet.start_energy == "settled" or refills_overnight(model):
         return
@@ -237,9 +237,12 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
 
 
 def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Iterator[Finding]:
-    """Find batteries that are never charged, and from which the run draws `about` so much."""
+    """Find batteries that are never charged, and from which the run draws more than they have.
+
+    `drawn`: energy from each battery; `about`: the words `at least` or `about` before it.
+    """
     battery = _battery(model)
-    floor = _floor(model)
+    floor = floor_of(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
     has = starts - floor
     if has <= 0 and drawn > 0 and starts < battery.capacity:
@@ -274,33 +277,33 @@ def _ends(drawn: float, has: float) -> str:
 
 
 def _drawn_at_least(model: Model, layout: Layout) -> float:
-    """Return the least that the run draws from a robot that is never charged, robots sharing the work evenly."""
+    """Return the least that the run draws from a robot that is never charged, if robots share the work evenly."""
     draws, length, robots = _battery(model).draws, model.run.length, model.fleet.size
     working = min(draws.empty, draws.loaded, draws.handling)
     task, time = _least_task(model, layout, draws), _least_task(model, layout, TIME)
     if not model.tasks.never_end:
-        work = task * _count(model) / robots
+        work = task * tasks_asked(model) / robots
         return work if length is None else min(work, working * length)
     assert length is not None
     rate = arrival_rate(model)
     if rate is None or always_open(model):
         return working * length
     done = draws.standing * length + (task - draws.standing * time) * rate * length / robots
-    return min(done, max(working, draws.standing) * length)  # with more work than can be done, they always work
+    return min(done, max(working, draws.standing) * length)  # with too much work robots always work
 
 
 def _least_task(model: Model, layout: Layout, draws: Consumption) -> float:
-    """Return the least that the mean task draws from a robot: its part where several share their drives."""
+    """Return the least that the mean task draws from a robot; tasks that share a tour share its drives."""
     return least_needs(model, layout, draws, anywhere=True).mean / most_loads(model)
 
 
 def must_charge(model: Model, layout: Layout) -> bool:
-    """Whether the run draws more from a robot than it starts with above the level where it stops working."""
-    has = _battery(model).capacity * sum(start_energy(model)) / 2 - _floor(model)
+    """Return whether the run draws more from a robot than it starts with above the level where it stops working."""
+    has = _battery(model).capacity * sum(start_energy(model)) / 2 - floor_of(model)
     return _drawn_at_least(model, layout) > has * (1 + EPS)
 
 
-def _floor(model: Model) -> float:
+def floor_of(model: Model) -> float:
     """Return the level at which robots stop working."""
     thresholds = levels(model)
     return _battery(model).threshold if thresholds is None else thresholds.critical
@@ -337,14 +340,14 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
 
 
 def _give(chargers: int, gives: float, time: str) -> str:
-    """Return the words for how much energy chargers give in a time unit."""
+    """Return in words how much energy chargers give per time unit."""
     return f"{number_of(chargers, 'charger')} {'gives' if chargers == 1 else 'give'} {amount(gives)} per {time}"
 
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find thresholds so low that a robot just above may not get to a charger after its next task.
 
-    The robot then stands on the edge of the task's good, and does the task before it charges.
+    Such a robot stands on the edge of the task's good, and does the task before it charges.
     """
     battery, thresholds = _battery(model), levels(model)
     if thresholds is None or thresholds.margin is not None or not chargers_at(model, layout):
@@ -363,8 +366,8 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         )
 
 
-def _count(model: Model) -> int:
-    """Count the tasks that there will be, where they end."""
+def tasks_asked(model: Model) -> int:
+    """Return the number of tasks, if the work ends."""
     goods = model.tasks.goods
     if isinstance(goods, RandomGoods):
         return goods.random

@@ -1,6 +1,6 @@
 """Faults of closures, slow zones, people and breakdowns: unknown names, and places closed, cut off or blocked.
 
-For findings of `desim check`, and for the examination before every run.
+For `desim check`, and for the examination before every run.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from desim_warehouse.model.facts.disturbances import breakdowns, occupied, with_
 from desim_warehouse.values.distributions import mean_of
 
 LONGEST_BLOCKED = 300.0
-"""Seconds; a robot that stands in a lane for longer is pushed or carried away, as a rule."""
+"""Seconds after which a robot that stands in a lane is usually pushed or carried away."""
 MOST_OCCUPIED = 0.9
-"""An aisle in which people are for a larger share of the time is as good as closed."""
+"""Share of the time with people above which an aisle is practically closed."""
 
 
 def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
@@ -49,7 +49,7 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find aisles that are occupied by people nearly all the time, and lanes that broken robots block."""
+    """Find aisles that people occupy nearly all the time, and lanes that broken robots block for long."""
     yield from _blocked(model)
     for name, people in model.people.items():
         share = occupied(model, layout, people) or 0.0
@@ -90,7 +90,7 @@ def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge]) -> Itera
 
 
 def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find places that no robot could get to, or leave, at any time of the run."""
+    """Find places that no robot can reach, or leave, at any time of the run."""
     for name, closure in model.traffic.closures.items():
         begin, end = model.hours(closure.hours).following(0.0)
         if begin > 0 or end < model.run.end:

@@ -1,16 +1,16 @@
 """The quick estimate of a model: the capacity of its fleet, and the robots and chargers that demand requires.
 
-For `desim check`, the figures of `desim new`, and the fleet with which the search of `desim plan` begins.
-
-The cost of a task is measured with a single robot of each kind, and the throughput of a whole fleet with work always
+The time of a task is measured with a single robot of each kind, and the throughput of a whole fleet with work always
 waiting (`run/quick.py`). The capacities of robots, chargers and stations are upper bounds, by Little's law and the
 asymptotic bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978) 225-261).
 
 `Network` estimates queues for chargers, and the throughput of other numbers of robots, by mean value analysis of a
 closed network (Reiser and Lavenberg, Journal of the ACM 27 (1980) 313-322). Robots circulate: for a part of each task
-they are served at resources where others may queue, and for the rest they are delayed by nobody. Several servers are
-replaced by one server that is faster in proportion, and a delay without queues (Seidmann, Schweitzer and Shalev-Oren,
-LSOR 1987). Service times are assumed to be exponential; if they vary less, queues are shorter.
+they are served at resources where others may queue, and for the rest nobody delays them. Several servers are replaced
+by one server that is faster in proportion, and a delay without queues (Seidmann, Schweitzer and Shalev-Oren, LSOR
+1987). Service times are assumed to be exponential; if they vary less, queues are shorter.
+
+For `desim check`, the figures of `desim new`, and the fleet with which the search of `desim plan` begins.
 """
 
 from __future__ import annotations
@@ -27,44 +27,45 @@ from desim_warehouse.model.facts.lifts import called
 
 CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
 BUSIEST = 0.99
-"""Of the time that a place may be busy: beyond, queues grow so long that no number of robots is said to do."""
+"""Utilisation of a place up to which a number of robots is given; beyond it, queues grow too long for any number."""
 
 _DIGITS = 9
-"""To which limits of lifts are compared."""
+"""Decimals to which limits of lifts are compared."""
 MORE = 1.1
-"""What twice the robots do more than those at the knee."""
+"""Factor of throughput below which twice as many robots do hardly more: the knee."""
 LONGEST, STEPS = 2.0, 25
-"""Times the time of a task that it may take, and halvings of what it is sought between."""
+"""Upper bound of the time fitted to a measured throughput, as a multiple of the time of a task, and steps of bisection.
+"""
 APART = 0.95
-"""Of the bounds that a fleet reaches with its queues: with less both are said."""
+"""Share of its bound from which on a fleet's throughput with queues counts as equal to it; below, both are printed."""
 
 
 @dataclass(frozen=True)
 class QuickEstimate:
-    """The quick estimate of a model, in the model's own units; see the module for what is assumed.
+    """The quick estimate of a model, in the model's own units; the module describes its assumptions.
 
     Attributes:
         width: width of the floor, from the westernmost to the easternmost node; `height` from north to south.
-        metre: the length unit in metres; None where its name does not say.
+        metre: the length unit in metres; None if its name does not tell.
         lanes_hold: number of robots that can stand in the lanes at once.
         robots: size of the fleet; `at_work` of them can be on a task at a time, as station slots allow.
-        most_out: robots that may be under way at once (the key `traffic.most_out`); None: all.
+        most_out: number of robots that may be under way at once (the key `traffic.most_out`); None: all.
         cycle: the mean task, over robots of different kinds.
-        sample: number of tasks that were looked at.
-        rate: tasks per time unit demanded; None where the demand is a list, or work always waits (saturated).
-        charging: time that a robot charges for each task; None without battery, or where no robot has to charge.
+        sample: number of tasks in the measurement with single robots.
+        rate: tasks per time unit demanded; None if the demand is a list, or work always waits (saturated).
+        charging: time that a robot charges for each task; None without battery, or if no robot has to charge.
         fleet_capacity: tasks per time unit that the robots could do if nothing else limited them.
         stations: load of each node where goods are unloaded.
-        crossing: the intersection that most of the tasks pass; None where it was not determined.
+        crossing: the intersection that most of the tasks pass; None if it was not determined.
         crossing_capacity: tasks per time unit that this intersection lets through.
         power: the energy balance; None without battery.
-        peak: tasks per time unit demanded in the busiest hour, where arrivals change with the time of day.
+        peak: tasks per time unit demanded in the busiest hour; None if arrivals do not change with the time of day.
         on_duty: share of the run in which robots are in their hours and a station is open; capacities are means over
             the run.
         pile_on: lines picked at a visit of a pod; with pods `cycle` is the part of a visit that is for one line.
         unbroken: share of its time in which a robot is not broken (availability); `on_duty` contains it already.
-        measured: throughput of the fleet as a probe of all its robots measured it, in tasks per time unit: the least,
-            probably where work piles up, and the most; None where no probe was made.
+        measured: throughput of the fleet by a probe of all its robots, in tasks per time unit: a lower bound, the
+            likely value, from which on work piles up, and an upper bound; None if no probe was made.
     """
 
     width: float
@@ -89,11 +90,11 @@ class QuickEstimate:
     unbroken: float = 1.0
     measured: tuple[float, float, float] | None = None
     looked_at: int = 0
-    """Tasks of all robots together that were looked at."""
+    """Number of tasks in the measurement with all robots together."""
     lifts: tuple[LiftLoad, ...] = ()
     """The lifts that tasks use."""
     pickers: PickerLoad | None = None
-    """The people who pick into robots; None: robots load by themselves."""
+    """The people who pick into robots; None if robots load by themselves."""
 
     @property
     def peak_capacity(self) -> float:
@@ -102,12 +103,12 @@ class QuickEstimate:
 
     @property
     def _hours(self) -> float:
-        """The part of the run in which robots are in their hours."""
+        """The share of the run in which robots are in their hours; 1 if there is none."""
         return self.on_duty / self.unbroken or 1.0
 
     @property
     def round(self) -> float:
-        """The time that a robot spends on a task, with the time that it charges for it."""
+        """The time that a robot spends on a task, including the time that it charges for it."""
         return self.cycle.time + (self.charging or 0.0)
 
     @property
@@ -118,7 +119,7 @@ class QuickEstimate:
             for item in self.stations
             if item.serve_capacity
         ]
-        most = self.cycle.time  # alone a robot finds the cabin where it left it, which may be sooner
+        most = self.cycle.time  # a single robot finds the cabin where it left it
         places += [Place(called([item.name]), min(item.least, most), 1) for item in self.lifts]
         if self.pickers is not None:
             places.append(Place(PICKERS, min(self.pickers.time, most), self.pickers.count))
@@ -128,19 +129,19 @@ class QuickEstimate:
 
     @cached_property
     def queues(self) -> Network:
-        """The queueing network of the fleet by stations and chargers alone: robots hold each other up nowhere else."""
+        """The queueing network of the fleet with stations, lifts, pickers and chargers, the only places with delays."""
         return Network(self.round, self.places)
 
     @cached_property
     def network(self) -> Network:
-        """The queueing network of the fleet, with the delays on lanes and the choice of tasks that a probe measured."""
+        """The queueing network of the fleet, fitted to the throughput that a probe measured."""
         if self.measured is None or not self.on_duty:
             return self.queues
         return self.queues.doing(self.capacity / self.on_duty, min(self.robots, self.at_work))
 
     @property
     def places_limit(self) -> dict[str, float]:
-        """Limits that hold for any number of robots, in words, with the tasks per time unit that each lets through."""
+        """Limits that hold for any number of robots, by names in words: the tasks per time unit of each place."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         lifts: dict[float, list[LiftLoad]] = {}
         for item in self.lifts:
@@ -157,14 +158,14 @@ class QuickEstimate:
 
     @property
     def limits(self) -> dict[str, float]:
-        """The limits of the fleet as it is, in words, with tasks per time unit: the least of them is the capacity."""
+        """The limits of the present fleet, by names in words, in tasks per time unit; the least is the capacity."""
         limits = self.places_limit
         if CHARGERS in limits:
             limits[CHARGERS] = self._charged(self.robots)
         return {THE_ROBOTS: self.fleet_capacity, **limits}
 
     def _charged(self, robots: int) -> float:
-        """Return the tasks per time unit for which chargers give enough: more robots draw more while they wait."""
+        """Return the tasks per time unit for which chargers give enough; more robots draw more while they wait."""
         power = self.power
         if power is None or not power.chargers or not self.charging:
             return math.inf
@@ -188,7 +189,7 @@ class QuickEstimate:
         return self.throughput(self.robots) if self.measured is None else self.measured[1]
 
     def throughput(self, robots: int) -> float:
-        """Tasks per time unit that a number of robots can do, with the queues at stations and chargers."""
+        """Return the tasks per time unit that a number of robots can do, with queues at stations and chargers."""
         slots = self.at_work if self.at_work < self.robots else robots
         free = self.network.throughput(min(robots, slots)) * self.on_duty
         return min(free, self._charged(robots), *self.places_limit.values())
@@ -200,7 +201,7 @@ class QuickEstimate:
 
     @cached_property
     def robots_needed(self) -> float | None:
-        """The number of robots that can do the demand; inf where no number can, None if the demand has no rate."""
+        """The number of robots that meet the demand; inf if no number does, None if the demand has no rate."""
         return None if self.rate is None else self.robots_for(self.rate)
 
     @property
@@ -209,7 +210,7 @@ class QuickEstimate:
         return self.rate is not None and self.rate > (self.capacity if self.measured else self.fleet_capacity)
 
     def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
-        """Return the number of robots that do so many tasks per time unit, with fractions; inf where no number does."""
+        """Return the number of robots, with fractions, that do `rate` tasks per time unit; inf if no number does."""
         duty = self.unbroken if at_peak else self.on_duty
         if not duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf
@@ -218,7 +219,7 @@ class QuickEstimate:
 
     @cached_property
     def knee(self) -> tuple[int, str]:
-        """The number of robots from which twice as many do less than a tenth more, and what limits them, in words."""
+        """The number of robots from which on twice as many do less than a tenth more, and the cause, in words."""
         most, why = self.lanes_hold, "the room in the lanes"
         if self.at_work < min(most, self.robots):
             most, why = self.at_work, "the number of slots at the stations"
@@ -243,23 +244,23 @@ class QuickEstimate:
 
     @property
     def fullest(self) -> StationLoad | None:
-        """The station that is busiest with the rate; None without a rate, or where nothing takes time there."""
+        """The station with the highest utilisation; None without a rate, or if handling takes no time."""
         busy = [item for item in self.stations if item.busy is not None]
         return max(busy, key=lambda item: item.busy or 0.0, default=None)
 
     @property
     def narrowest(self) -> str:
-        """The place that lets the fewest tasks through, whatever the number of robots, in words."""
+        """The place that lets the fewest tasks through, for any number of robots, in words."""
         return min(self.places_limit, key=self.places_limit.__getitem__)
 
     @property
     def throughput_of_queues(self) -> float:
-        """Tasks per time unit of the fleet by its queues alone."""
+        """Tasks per time unit of the fleet, limited only by its queues."""
         return min(self.queues.throughput(min(self.robots, self.at_work)) * self.on_duty, self.most)
 
     @property
     def range(self) -> tuple[float, float]:
-        """The least and the most tasks per time unit of the fleet: as measured, else with queues and without queues."""
+        """The least and the most tasks per time unit of the fleet: as measured, else with and without queues."""
         return (self.capacity, self.most) if self.measured is None else self.measured[::2]
 
     def can_do(self, hour: float) -> str:
@@ -270,9 +271,9 @@ class QuickEstimate:
 
 @dataclass(frozen=True)
 class Place:
-    """A place where robots queue, a station of the queueing network: service time of a task, and number of servers.
+    """A place where robots queue: its service time of a task, and its number of servers.
 
-    `name` is what is said of it where it is the limit.
+    `name`: the place in words, for sentences on what limits the fleet.
     """
 
     name: str
@@ -281,14 +282,15 @@ class Place:
 
     @property
     def most(self) -> float:
-        """Tasks per time unit that it lets through, always busy."""
+        """Tasks per time unit that the place lets through when it is always busy."""
         return self.servers / self.time if self.time else math.inf
 
 
 class Network:
     """A closed queueing network of robots that always have work; `alone`: time of a task without any queue.
 
-    `even`: the part, up to 1, to which robots come so evenly that none queues before its place is always busy.
+    `even`: weight, from 0 to 1, of the bound without queues against the exponential model; robots that arrive evenly do
+    not queue until a place is always busy.
     """
 
     def __init__(self, alone: float, places: Sequence[Place], even: float = 0.0) -> None:
@@ -304,7 +306,7 @@ class Network:
         self._done = [0.0]
 
     def doing(self, rate: float, robots: int) -> Network:
-        """Return the network fitted to a known throughput of so many robots: queues, or time outside them, change."""
+        """Return the network fitted to a measured throughput of a number of robots, by its queues or by other time."""
         slow, fast = self.throughput(robots), min(robots / self.alone, self.most)
         if rate >= fast:
             return Network(robots / rate, self._all, float(fast > slow))
@@ -317,7 +319,7 @@ class Network:
         return Network(most, self._all)
 
     def throughput(self, robots: int) -> float:
-        """Return the tasks per time unit that so many robots do, by mean value analysis."""
+        """Return the tasks per time unit that a number of robots do, by mean value analysis."""
         if not self.alone:
             return math.inf
         if not self.places:
@@ -336,7 +338,7 @@ class Network:
         return self.places[int(self._queues.argmax())].name
 
     def robots_for(self, rate: float) -> float:
-        """Return the number of robots that do so many tasks per time unit, with fractions; inf where no number does."""
+        """Return the number of robots, with fractions, that do `rate` tasks per time unit; inf if no number does."""
         if rate > BUSIEST * self.most:
             return math.inf
         if not self.places:

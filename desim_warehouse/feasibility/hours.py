@@ -1,6 +1,6 @@
 """Hours of stations, robots and flows in an estimate: shares of time, and hours that leave no time for work.
 
-For the quick estimate (`run.quick`), and for findings of `desim check`.
+For the quick estimate (`run.quick`), and for `desim check`.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from desim_warehouse.values.calendars import ALWAYS, Hours, merged, repeat_toget
 def on_duty(model: Model) -> float:
     """Return the share of the run in which a robot can work, on average over the fleet.
 
-    It is in its hours then, one of the stations that tasks go to is open (tasks for closed stations are held back), and
-    pickers are at work, if each task needs one.
+    A robot can work in its hours while a station that tasks go to is open (tasks for closed stations are held back),
+    and pickers are at work if every task needs one.
     """
     layout, end = model.floor, model.run.end
     spec_of = specs(model, layout)
@@ -42,20 +42,23 @@ def on_duty(model: Model) -> float:
 
 
 def _share_of_all(robot: Hours, pickers: Hours, stations: Sequence[Hours], end: float) -> float:
-    """Return the part of the time in which a robot and pickers are at work and a station is open; see `Hours.share`."""
+    """Return the share of the time in which a robot and pickers are at work and a station is open.
+
+    A run without end is treated as in `Hours.share`.
+    """
     if ALWAYS in stations and pickers is ALWAYS:
         return robot.share(0.0, end)
     time = together = 0.0
     for begin, time in _between_changes((robot, pickers, *stations), 0.0, end):
         both = robot.is_open(begin) and pickers.is_open(begin) and any(station.is_open(begin) for station in stations)
-        if math.isinf(time):  # it stays so for ever; a state that ends counts until it ends
+        if math.isinf(time):  # the last state lasts for ever; if nobody works in it, it does not count
             return together / begin if begin and not both else float(both)
         together += (time - begin) * both
     return together / time
 
 
 def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Iterator[tuple[float, float]]:
-    """Yield the intervals up to an end between two openings or closings of any calendar, the first so many of them."""
+    """Yield the intervals up to `end` between consecutive openings or closings of any calendar, at most `STEPS`."""
     for _ in range(STEPS):
         if not time < end:
             return
@@ -64,7 +67,7 @@ def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Ite
 
 
 def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
-    """Yield the intervals of a run in which no robot is on duty, or no station is open that tasks go to."""
+    """Yield the intervals of a run in which no robot is on duty, or no station that tasks go to is open."""
     layout = model.floor
     spec_of = specs(model, layout)
     stations = {spec_of[node].hours if node in spec_of else None for node in destinations(model, layout)}
@@ -79,7 +82,7 @@ def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find calendars that never open where they are used, and calendars of robots and stations that do not meet."""
+    """Find calendars that never open where they are used, and calendars of robots and stations that never overlap."""
     end = model.run.end
     never = {place for place, name in _used(model) if not model.hours(name).following(0.0)[0] < end}
     for place in sorted(never):
@@ -97,7 +100,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _used(model: Model) -> list[tuple[str, str]]:
-    """Return the keys of a model that name a calendar, each with the name of its calendar."""
+    """Return the keys of a model that name a calendar, each with the calendar's name."""
     layout, fleet, tasks = model.layout, model.fleet, model.tasks
     places = [(f"layout.stations.{name}.hours", station.hours) for name, station in layout.stations.items()]
     places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]
@@ -109,7 +112,7 @@ def _used(model: Model) -> list[tuple[str, str]]:
 
 
 def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find schedules and files that ask for something after the hours of their flow are over for good."""
+    """Find schedules and files with tasks after the hours of their flow are over for good."""
     for name, flow in model.tasks.flows.items():
         if flow.hours is None:
             continue
@@ -129,10 +132,10 @@ def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
-    """Find places to which no robot can be sent, as one calendar or another is always in the way: all at once.
+    """Find all places to which no robot can ever be sent, because one calendar or another is always in the way.
 
-    A robot is sent when it is on duty, nothing that holds tasks back cuts the place off, and the station is open, or is
-    by the time at which the robot comes there.
+    A robot is sent when it is on duty, no closure that holds tasks back cuts the place off, and the station is open, or
+    will be when the robot arrives.
     """
     holding = {name: spec for name, spec in model.traffic.closures.items() if spec.tasks == "hold"}
     fleet = model.fleet
@@ -142,7 +145,7 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
         return
     spec_of = specs(model, layout)
     wanted = dict.fromkeys(destinations(model, layout))
-    met, reachable = set[str](), set[str]()  # a place cut off for ever is not waited for: robots are sent all the same
+    met, reachable = set[str](), set[str]()  # robots do not wait for a place that is cut off for ever
     seen = []
     for since, until, reached in _times(model, layout, end):
         seen.append(since)
@@ -181,10 +184,10 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
 
 
 def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, float | None, Collection[str]]]:
-    """Yield the times of a run at which calendars open or close, with the nodes that robots sent out then would reach.
+    """Yield the times at which calendars open or close, with the nodes that robots sent out then would reach.
 
-    Before the nodes stands the time at which these robots arrive, None where no robot is on duty. The first time is
-    when the first flow has a demand.
+    Before the nodes stands the time at which these robots have arrived, None if no robot is on duty. The first time is
+    when the first flow has demand.
     """
     slowest = min(robot.speed for robot in model.fleet.distinct())
     edges = [data for *_, data in layout.graph.edges(data=True)]
@@ -223,7 +226,7 @@ def _is_whole_course(model: Model, begin: float, end: float) -> bool:
 
 
 def _reached(layout: Layout, shut: Sequence[tuple[str, str]]) -> Collection[str]:
-    """Return the nodes that an open way joins to a bay."""
+    """Return the nodes that can be reached from a bay without the edges that are shut."""
     if not shut or not layout.bays:
         return set(layout.graph)
     import networkx as nx

@@ -1,4 +1,4 @@
-"""Expected utilisation of each group: the loads of `model.facts.workers`, by the quick estimate.
+"""Expected utilisation of each group of workers, by the quick estimate.
 
 For `desim check`, and for the loads of plans and their live page.
 """
@@ -14,9 +14,9 @@ from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, i
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
-    """Foresee the load of each group of workers, robots and chargers: by the demand or, without a rate, at capacity.
+    """Return the expected load of each group, such as robots or packers, at the demand or, without a rate, at capacity.
 
-    Places where robots unload without a station serve one robot at a time, and are groups of one.
+    Nodes at which robots unload without a station serve one robot at a time, and are groups of one.
     """
     rate = estimate.capacity if estimate.rate is None else estimate.rate
     if not math.isfinite(rate) or not rate:
@@ -47,7 +47,7 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
 
 
 def _of_robots(group: Group, estimate: QuickEstimate, rate: float, factor: float | None) -> Load | None:
-    """Foresee the load of robots, as a share of what they alone can do, whatever stations let through at the peak."""
+    """Return the load of robots relative to their own capacity, whatever stations let through at the peak."""
     if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
         return None
     mean = rate / estimate.fleet_capacity
@@ -55,6 +55,6 @@ def _of_robots(group: Group, estimate: QuickEstimate, rate: float, factor: float
 
 
 def _places(model: Model, stations: tuple[StationLoad, ...]) -> list[Group]:
-    """List the nodes without a station at which robots unload."""
+    """Return the nodes at which robots unload without a station, as groups."""
     bare = [item.node for item in stations if item.node not in model.floor.stations]
     return [Group("servers", node, nodes=(node,)) for node in bare]

@@ -1,6 +1,6 @@
 """Least energy of tasks: from a charger or a start to the good, the station, and a charger.
 
-For findings of `desim check` on batteries and on the starts of robots.
+For the findings of `desim check` on batteries and on the starts of robots.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from desim_warehouse.model.sections.flows import StorageEnd
 
 ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
 TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
-"""With this consumption what tasks draw is the time that they take."""
+"""With this consumption, the energy of a task is its time."""
 WITH_LOAD = Consumption(standing=0.0, empty=0.0, loaded=1.0, handling=1.0)
-"""With this consumption what tasks draw is the time from the good to its delivery."""
+"""With this consumption, the energy of a task is its time from the good to the delivery."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Needs:
     Attributes:
         worst: the task that draws most, in words.
         most: the energy that this task draws.
-        reach: energy to get to the edge of a good, of the task with the farthest good.
-        rest: energy from the edge of a good to a charger, of the task for which that is most.
+        reach: energy to get to the edge of a good, for the task with the farthest good.
+        rest: energy from the edge of a good to a charger, for the task with the largest.
         least: energy from the edge of a good on, for the quickest task of each flow ("" without flows).
         mean: energy of the mean task.
         of: for tasks of a list, by good and destinations: the energy of the whole task, and up to the good's edge.
@@ -56,9 +56,9 @@ class Needs:
 def least_needs(
     model: Model, layout: Layout, draws: Consumption, *, again: bool = False, anywhere: bool = False
 ) -> Needs:
-    """Return the least energy that tasks draw: by the fastest robot and routes, nearest charger and station.
+    """Return the least energy that tasks draw: by the fastest robot and routes, with the nearest charger and station.
 
-    Where work ends, a task may also begin at a robot's start and end in any bay, as it may be the robot's only task.
+    If the work ends, a task may also begin at a robot's start and end in any bay, as it may be the robot's only task.
     With `again` it may not: the battery has been charged before. `anywhere`: the drive to the good's edge, and the
     drive after the delivery, draw nothing.
     """
@@ -80,7 +80,7 @@ def least_needs(
 def _least_needs(
     model: Model, layout: Layout, draws: Consumption, begun: tuple[tuple[str, float], ...], ends: tuple[str, ...]
 ) -> Needs:
-    """Compute `least_needs`; `begun`: energy drawn already where robots come from, `ends`: nodes where they go."""
+    """Compute `least_needs`; `begun`: energy already drawn at the nodes robots come from, `ends`: nodes they go to."""
     floor = _Floor(model, layout, draws, dict(begun), ends)
     worst, most, reach, rest, mean = "", 0.0, 0.0, 0.0, 0.0
     least: dict[str, float] = {}
@@ -101,7 +101,7 @@ def _least_needs(
 
 
 class Places(NamedTuple):
-    """Storage places by `numbers`, or stations by `nodes`, with the share of all tasks that each of them has."""
+    """Storage places by `numbers`, or stations by `nodes`, with the share of all tasks that each has."""
 
     numbers: Sequence[int]
     nodes: Sequence[str]
@@ -113,7 +113,7 @@ class Places(NamedTuple):
 
 
 class Job(NamedTuple):
-    """Tasks of one flow ("": without flows) with equal places: picked at any of `picks`, over `via`, to any of `drops`.
+    """Tasks of one flow ("" without flows) with equal places: from any of `picks`, over `via`, to any of `drops`.
 
     Each pick has tasks, and a robot goes to the nearest drop. With `stores` each drop has tasks, fetched from the
     nearest pick. `via`: stops on the way, each with its nodes. `own`: the destinations of tasks of a list.
@@ -128,12 +128,12 @@ class Job(NamedTuple):
 
 
 def jobs(model: Model, layout: Layout) -> Iterator[Job]:
-    """Iterate over all tasks of a model; tasks with equal origins and destinations are together."""
+    """Yield all tasks of a model; tasks with equal origins and destinations are one job."""
     return _jobs_of_flows(model, layout) if model.tasks.flows else _jobs_of_goods(model, layout)
 
 
 def _places(end: Sequence[str] | None, shares: Any, weight: float) -> Places:
-    """Return stations among which tasks are shared evenly, or storage places with a share."""
+    """Return stations among which tasks are shared evenly, or storage places with their shares."""
     import numpy as np
 
     if end is not None:
@@ -143,7 +143,7 @@ def _places(end: Sequence[str] | None, shares: Any, weight: float) -> Places:
 
 
 def _jobs_of_goods(model: Model, layout: Layout) -> Iterator[Job]:
-    """Iterate over the goods, by their own destinations where they are listed."""
+    """Yield the jobs of goods, one for each set of destinations if goods are listed with their own."""
     import numpy as np
 
     goods, own = listed(model), own_destinations(model, layout)
@@ -157,7 +157,7 @@ def _jobs_of_goods(model: Model, layout: Layout) -> Iterator[Job]:
 
 
 def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
-    """Iterate over the routes of the flows."""
+    """Yield a job for each route of each flow."""
     import numpy as np
 
     def places(end: StorageEnd | tuple[str, ...], weight: float) -> Places:
@@ -176,18 +176,13 @@ def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
 
 
 class _Floor:
-    """Least energy on a floor: from where robots begin to its nodes, for tasks, and for the drive to a charger."""
+    """Least energy on a floor: from the beginnings of robots to its nodes, for tasks, and to a charger."""
 
     def __init__(
         self, model: Model, layout: Layout, draws: Consumption, begun: Mapping[str, float], ends: Sequence[str]
     ) -> None:
-        node_time, special = model.traffic.node_time, dict(model.traffic.node_times)
-        speed, edges = model.fleet.fastest, layout.graph.edges
-        self._paces = {edge: min(speed, data["speed"]) for edge, data in edges.items()}
-        self._times = {
-            edge: data["length"] / self._paces[edge] + data.get("takes", 0.0) + special.get(edge[1], node_time)
-            for edge, data in edges.items()
-        }
+        self._paces = paces(model, layout)
+        self._times = edge_times(model, layout)
         self._back_in_time = {edge[::-1]: time for edge, time in self._times.items()}
         self._layout, self._draws, self._clear = layout, draws, draws.empty * model.tasks.clear_time
         self._stops = handling_of(model, layout).means()
@@ -195,7 +190,7 @@ class _Floor:
         self._back = least_costs(self._back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
 
     def fetched(self, job: Job) -> tuple[Any, Any, Any]:
-        """Return the energy of tasks for each pick: in all, up to the good's edge, and on to the cheapest drop."""
+        """Return the energy of tasks for each pick: in all, up to the good's edge, and then on to the cheapest drop."""
         handled = self._handled(job, "unload", job.drops)
         goals = {node: self._back[node] + self._clear + handled[i] for i, node in enumerate(job.drops.nodes)}
         to_go = self._loaded(job, self._back_in_time, goals, job.via[::-1])
@@ -206,7 +201,7 @@ class _Floor:
         return (reach + rest).min(axis=0), reach.min(axis=0), rest.min(axis=0)
 
     def put_away(self, job: Job) -> tuple[Any, Any, Any]:
-        """Return the energy of tasks for each drop, by the cheapest pick: in all, before the pick's edge, and after."""
+        """Return the energy of tasks for each drop, by the cheapest pick: in all, up to the pick's edge, and after."""
         starts, ends, before, after = self._sides(job.picks)
         reach = _costs(self._reach, starts).min(axis=0)
         picked = self._draws.empty * before + self._handled(job, "load", job.picks) + self._draws.loaded * after
@@ -221,17 +216,17 @@ class _Floor:
         return reach.min() + rest, reach, rest
 
     def _handled(self, job: Job, act: Any, places: Places) -> Any:
-        """Return the energy of handling at each station; at storage places one number for all."""
+        """Return the energy of handling at each station; at storage places a single number."""
         import numpy as np
 
         times = [self._stops.at_stop(act, job.flow, node) for node in places.nodes or (None,)]
         return self._draws.handling * np.array(times)
 
     def _sides(self, places: Places) -> tuple[list[list[str]], list[list[str]], Any, Any]:
-        """Return start nodes and end nodes of the edges that places lie on, with the times before and behind the place.
+        """Return start and end nodes of the edges beside which places lie, and the times before and after the place.
 
-        The four tables have a row for each side from which a robot may come, two where lanes are two-way, and a column
-        for each place. The third has the time from the start of the edge to the place, the fourth from the place to the
+        The four tables have a row for each side from which a robot may come, two if lanes are two-way, and a column for
+        each place. The third has the time from the start of the edge to the place, the fourth from the place to the
         end.
         """
         import numpy as np
@@ -263,8 +258,25 @@ def _costs(least: Mapping[str, float], sides: Sequence[Sequence[str]]) -> Any:
     return np.array([[least[node] for node in side] for side in sides])
 
 
+def paces(model: Model, layout: Layout) -> dict[Edge, float]:
+    """Return the speed of the fastest robot on each edge."""
+    return {edge: min(model.fleet.fastest, data["speed"]) for edge, data in layout.graph.edges.items()}
+
+
+def edge_times(model: Model, layout: Layout) -> dict[Edge, float]:
+    """Return the time that the fastest robot takes for each edge and the node at its end, without turns."""
+    node_time, special, speed = model.traffic.node_time, dict(model.traffic.node_times), paces(model, layout)
+    return {
+        edge: data["length"] / speed[edge] + data.get("takes", 0.0) + special.get(edge[1], node_time)
+        for edge, data in layout.graph.edges.items()
+    }
+
+
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:
-    """Return the least cost of every node: its start's, and `rate` per time unit on the way (Dijkstra); else inf."""
+    """Return the least cost of every node: the cost at its start and `rate` per time unit on the way (Dijkstra).
+
+    Nodes that cannot be reached have cost inf.
+    """
     onward: dict[str, list[tuple[str, float]]] = {}
     for (source, target), time in times.items():
         onward.setdefault(source, []).append((target, rate * time))

@@ -1,8 +1,8 @@
 """Faults of batteries where kinds of robots differ in battery, charging policy or chargers.
 
-For findings of `desim check`.
-
 Each kind is examined as if all robots were of this kind, with only its chargers (`as_kind`).
+
+For `desim check`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TOO_SMALL = "BATTERY_TOO_SMALL"
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find the errors of kinds: a kind that runs flat without a charger, or tasks for which no kind's battery lasts."""
+    """Find errors of kinds: a kind that runs flat without a charger, or tasks too long for the batteries of all."""
     if charge_alike(model):
         yield from batteries.errors(model, layout)
         return
@@ -58,7 +58,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
 
 
 def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find faults of slots at chargers, for all kinds together."""
+    """Find faults of slots at chargers, over all kinds."""
     yield from _no_spare(model, layout)
     yield from _waiting(model, layout)
     yield from _without_slots(model, layout)
@@ -70,12 +70,12 @@ def _errors(model: Model) -> dict[str, list[Finding]]:
 
 
 def _for_all(errors_by_kind: dict[str, list[Finding]]) -> bool:
-    """Whether no kind has a battery that lasts for all tasks."""
+    """Return whether every kind has a battery that is too small for some task."""
     return all(any(finding.code == TOO_SMALL for finding in findings) for findings in errors_by_kind.values())
 
 
 def _of(model: Model, kind: str, finding: Finding) -> Finding:
-    """Place a finding of a kind at the key that this kind has of its own."""
+    """Return a finding of a kind with its place at the kind's own key, if it has one."""
     own, place = model.fleet.kinds.get(kind), finding.place
     if own is not None and own.battery is not None and place.startswith("battery"):
         place = f"fleet.kinds.{kind}.{place}"
@@ -84,11 +84,11 @@ def _of(model: Model, kind: str, finding: Finding) -> Finding:
     return replace(finding, place=place, text=f"{said(kind)}: {finding.text}")
 
 
-# Slots of all kinds together: where robots wait for a charger, and where none can change its slot
+# Slots over all kinds: robots that wait for a charger, and robots that cannot change places
 
 
 def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find slots in which robots wait for a charger, and do not work meanwhile."""
+    """Find slots in which robots wait for a charger instead of working."""
     homes, slots, spare = Counter(model.fleet.homes(layout.bays)), slots_at(model, layout), Counter[str]()
     for node, chargers in chargers_at(model, layout).items():
         spare[layout.bays[node].zone] += max(slots[node] - max(chargers, homes[node]), 0)
@@ -106,7 +106,7 @@ def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _without_slots(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find chargers that no robot can stand at, because their bay has fewer slots than chargers."""
+    """Find chargers that no robot can use, because their bay has fewer slots than chargers."""
     slots, idle = slots_at(model, layout), Counter[str]()
     for node, bay in layout.bays.items():
         idle[bay.zone] += max((bay.chargers or 0) - slots[node], 0)
@@ -124,8 +124,8 @@ def _without_slots(model: Model, layout: Layout) -> Iterator[Finding]:
 def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find fleets with as many slots as robots, not all at chargers: while all rest, none can change places.
 
-    A robot that rests without a charger goes to one while the robot whose slot that is works. Where all robots can rest
-    at chargers there is no danger.
+    A robot that rests without a charger goes to a charger while the robot whose slot it is works. There is no danger if
+    all robots can rest at chargers.
     """
     kinds = Counter(model.fleet.kinds_of_robots())
     slots = slots_at(model, layout)
@@ -153,7 +153,7 @@ def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _at_chargers(layout: Layout, kinds: Counter[str], slots: dict[str, int]) -> int:
-    """Return how many robots can rest at chargers for their kind, all at once."""
+    """Return the number of robots that can rest at chargers for their kind at once, by a maximum flow."""
     flow = nx.DiGraph()
     for kind, count in kinds.items():
         flow.add_edge("robots", ("kind", kind), capacity=count)

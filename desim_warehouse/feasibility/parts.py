@@ -14,15 +14,15 @@ from desim_warehouse.errors import number_of
 
 @dataclass(frozen=True)
 class MeanTask:
-    """The mean task of a robot that always has a next one: the mean time of each part, in time units, and the energy.
+    """The mean task of a robot that always has a next one: mean time of each part, in time units, and energy.
 
     Attributes:
         empty: the drive to the good.
         loaded: the drive to the station.
-        other: all else: drives to chargers and back, waiting there, for people and for the next decision.
+        other: all else: drives to chargers and back, waiting there, for people, and for the next decision.
         charging: time at chargers, which `time` does not contain.
         energy: energy drawn from the battery.
-        calm_time: time of a task that no other task waits for, so that it begins and ends in a bay.
+        calm_time: time of a task without another waiting task, so that it begins and ends in a bay.
         calm_energy: energy of such a task.
     """
 
@@ -43,7 +43,7 @@ class MeanTask:
 
 
 def mixed(tasks: Mapping[str, MeanTask], count: Mapping[str, int]) -> MeanTask:
-    """Return the mean task of a fleet with so many robots of each kind: kinds weigh by the tasks that they do.
+    """Return the mean task of a fleet with `count` robots of each kind, weighted by the tasks that each kind does.
 
     The less time a kind needs for a task, the more tasks it does.
     """
@@ -58,12 +58,15 @@ class StationLoad:
     """The load of a station: its share of all tasks, its servers, and the tasks per time unit that it can serve.
 
     Attributes:
-        busy: utilisation of its servers, rate x unloading time / servers: above 1 its queue grows; None without a rate.
-        workers: number of people who work on what is put down; 0: none.
-        work_capacity: tasks per time unit that these can do.
+        serve_busy: utilisation of its servers, rate x handling time / servers: above 1 its queue grows; None without a
+            rate.
+        workers: number of people who work on loads put down; 0: none.
+        work_capacity: tasks per time unit that these people can do.
         work_busy: utilisation of these people.
+        open: share of the run in which the station is open.
+        handling: what its servers do, in words.
 
-    Where the station has hours, all of that is for the run as a whole, closed times included.
+    If the station has hours, all numbers are means over the run, closed times included.
     """
 
     node: str
@@ -81,7 +84,7 @@ class StationLoad:
 
     @property
     def limited_by_work(self) -> bool:
-        """Whether the station is limited by the people who work on loads, not by its servers."""
+        """Whether the people who work on loads limit the station, rather than its servers."""
         return self.work_capacity < self.serve_capacity
 
     @property
@@ -91,27 +94,27 @@ class StationLoad:
 
     @property
     def busy(self) -> float | None:
-        """The utilisation of the station's servers, or of its people where they limit it; None without a rate."""
+        """The utilisation of the station's servers, or of its people if they limit it; None without a rate."""
         return self.work_busy if self.limited_by_work else self.serve_busy
 
     @property
     def doing(self) -> str:
-        """The work that limits it, in words."""
+        """The work that limits the station, in words."""
         return f"{'work' if self.limited_by_work else self.handling} at {self.node}"
 
     @property
     def staff(self) -> str:
-        """The servers or workers that limit it, and their number."""
+        """The servers or workers that limit the station, with their number, in words."""
         count, who = (self.workers, "worker") if self.limited_by_work else (self.servers, "server")
         return number_of(count, who)
 
 
 @dataclass(frozen=True)
 class LiftLoad:
-    """The load of a lift: `share`, its rides for each task, and `time`, for which one ride keeps it busy on average.
+    """The load of a lift: `share`, its rides per task, and `time`, for which a ride keeps it busy on average.
 
-    People and repairs lengthen that time by what they take. `crowd`: time for which a task keeps it busy where many
-    tasks wait, so that robots choose those for which they ride less; None: not measured.
+    `time` is longer by the share that people and repairs take. `crowd`: time for which a task keeps the lift busy if
+    many tasks wait, so that robots choose tasks with fewer rides; None: not measured.
     """
 
     name: str
@@ -121,28 +124,31 @@ class LiftLoad:
 
     @property
     def least(self) -> float:
-        """The least time for which a task keeps it busy."""
+        """The least time for which a task keeps the lift busy."""
         alone = self.share * self.time
         return alone if self.crowd is None else min(alone, self.crowd)
 
     def busy(self, rate: float) -> float:
-        """Return the utilisation of the lift by a rate of tasks: as soon as robots queue, they choose and ride less."""
+        """Return the utilisation of the lift at a rate of tasks.
+
+        Once robots queue, they choose tasks with less riding.
+        """
         alone = rate * self.share * self.time
         return alone if alone <= 1 else max(rate * self.least, 1.0)
 
     @property
     def capacity(self) -> float:
-        """Rides per time unit that it can do."""
+        """Rides per time unit that the lift can do."""
         return 1 / self.time if self.time else math.inf
 
 
 @dataclass(frozen=True)
 class PickerLoad:
-    """The load of pickers who come to robots at storage places: how many they are, and how much of the run they work.
+    """The load of pickers who come to robots at storage places: their number, and the share of the run that they work.
 
-    `open`: the share of the run in which they work. `share`: stops of a task that need a picker, on average. `pick`:
-    mean time of picking at one of these. `walks`: mean time of the walk to a stop for the nearest of 1, 2, ... free
-    pickers of a zone, or from a picker to the nearest of as many waiting robots. `in_duty`: each task needs a picker,
+    `open`: the share of the run in which they work. `share`: mean number of stops of a task that need a picker. `pick`:
+    mean time of picking at such a stop. `walks`: mean time of the walk to a stop for the nearest of 1, 2, ... free
+    pickers of a zone, or from a picker to the nearest of as many waiting robots. `in_duty`: every task needs a picker,
     so that robots can work only within the pickers' hours.
     """
 
@@ -159,25 +165,26 @@ class PickerLoad:
         return self.open * self.count / self.pick if self.pick else math.inf
 
     def most_tasks(self, on_duty: float) -> float:
-        """Return the tasks per time unit of pickers who never walk, with robots that are on duty for such a part."""
+        """Return the tasks per time unit if pickers never walk, with robots on duty for a share of the run."""
         part = on_duty if self.in_duty else on_duty * self.open
         return part * self.count / self.pick / self.share if self.pick and self.share else math.inf
 
     @property
     def least(self) -> float:
-        """The stops per time unit that pickers can serve if each is as far from the last as two random places."""
+        """The stops per time unit that pickers can serve if each walk is between two random places."""
         time = self.pick + self.walks[0]
         return self.open * self.count / time if time else math.inf
 
     @property
     def time(self) -> float:
-        """The mean time of a picker for a task, with the walk of the nearest where all are free."""
+        """The mean time of a picker for a task, with the walk of the nearest while all are free."""
         return self.share * (self.pick + self.walks[-1])
 
     def busy(self, rate: float) -> float:
-        """Return the utilisation of pickers by a rate of tasks: the fewer are free, the farther the nearest walks.
+        """Return the utilisation of pickers at a rate of tasks; the fewer are free, the farther the nearest walks.
 
-        Where all are busy, robots wait, and walks are shorter again: the load is 1 up to what they do without a step.
+        If all are busy, robots wait, and walks get shorter again: the utilisation is 1 up to what pickers do without
+        walking.
         """
         stops = rate * self.share / self.open if self.open else math.inf
         for percent in range(101):
@@ -190,10 +197,10 @@ class PickerLoad:
 
 @dataclass(frozen=True)
 class PileOn:
-    """Lines picked at a visit of a pod, as measured with `few` lines waiting, and with `many` to choose a pod by.
+    """Lines picked per visit of a pod, as measured with few waiting lines (`few`), and with many (`many`).
 
-    `policy` chooses the pods. `pick`: mean time of picking a line, `change`: time from one pod to the next, `servers`:
-    servers of all stations.
+    `policy`: the policy that chooses pods. `pick`: mean time of picking a line.
+    `change`: time from one pod to the next. `servers`: servers of all stations.
     """
 
     few: float

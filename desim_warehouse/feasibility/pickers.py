@@ -1,6 +1,6 @@
-"""The work of pickers by the quick estimate: how often a task needs one, what that takes, and how far they walk.
+"""The work of pickers by the quick estimate: how often a task needs a picker, for how long, and how far they walk.
 
-For `desim check`, where a model has pickers.
+For `desim check`, if a model has pickers.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from desim_warehouse.model.sections.pickers import need_one
 from desim_warehouse.values.distributions import mean_of
 
 WALKS = 400
-"""Walks that are looked at: they give a mean to about 3 %."""
+"""Number of sampled walks: they give a mean to about 3 %."""
 MOST = 30
-"""Pickers among whom the nearest is looked for, at most."""
+"""Largest number of pickers among whom the nearest is determined."""
 
 
 @lru_cache(maxsize=64)
@@ -40,7 +40,7 @@ def picker_load(model: Model) -> PickerLoad | None:
 
 
 def _stops(model: Model) -> Iterator[tuple[float, float]]:
-    """Iterate over the kinds of stops that need a picker: how many of them a task has on average, and their time."""
+    """Yield for each kind of stop that needs a picker its mean number per task, and its time."""
     tasks, pickers = model.tasks, model.pickers
     if not tasks.flows:
         yield 1.0, mean_of(tasks.load_time)
@@ -58,9 +58,9 @@ def _stops(model: Model) -> Iterator[tuple[float, float]]:
 
 
 def _mean_walks(model: Model, most: int) -> list[float]:
-    """Return the mean distance from a place of the zone to the nearest of 1, 2, ... `most` other random places of it.
+    """Return the mean distance from a place of a zone to the nearest of 1, 2, ... `most` other random places of it.
 
-    All places are equally likely, with the same draws for any model.
+    All places are equally likely, with common random numbers for all models.
     """
     assert model.pickers is not None
     walking, zones = walking_on(model.floor), zones_of(model.floor, model.pickers.zones)

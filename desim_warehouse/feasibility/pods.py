@@ -1,6 +1,6 @@
 """Goods to person: the model as its robots drive it, visit by visit, and its estimate by line.
 
-For `desim check` and `desim why`, where a model has pods.
+For `desim check` and `desim why`, if a model has pods.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.fields import parts_in
 
 TO_SPARE = 2
-"""Pods bound for a picker beyond those that keep it busy, which even out that they come at random."""
+"""Pods bound for a picker beyond those that keep it busy, as a reserve for random arrivals."""
 
 
 def pile_on(model: Model, few: float, many: float) -> PileOn:
-    """Return the work of pickers with so many lines at a visit of a pod."""
+    """Return the work of pickers, with the measured numbers of lines at a visit of a pod."""
     pods = model.pods
     assert pods is not None
     rates = flow_rates(model)
@@ -50,7 +50,7 @@ def pile_on(model: Model, few: float, many: float) -> PileOn:
 def driven(model: Model, lines: float = 1.0) -> Model:
     """Return the model as its robots drive it: a task is a visit of a pod to a station for some lines, and back.
 
-    With one line it is the least that a visit takes. A flow to several stations is one for each of them.
+    With one line it is the shortest possible visit. A flow to several stations becomes one flow for each of them.
     """
     if model.pods is None:
         return model
@@ -75,7 +75,7 @@ def stations_of(flow: FlowSpec) -> tuple[str, ...]:
 
 
 def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
-    """Return the arrivals of a flow, so many times as often."""
+    """Return the arrivals of a flow, with all rates and numbers multiplied by `share`."""
     when = flow.when
     if isinstance(when, PoissonArrivals):
         return {"poisson": when.poisson * share}
@@ -92,7 +92,7 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
 
 
 def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
-    """Turn an estimate of visits into an estimate of lines, with so many lines a visit; pickers limit the stations."""
+    """Return the estimate by line instead of by visit; pickers limit the stations."""
     most = pile.many
     cycle = replace(estimate.cycle, **{part: value / most for part, value in vars(estimate.cycle).items()})
     return replace(
@@ -111,7 +111,7 @@ def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimat
 
 
 def _pickers(model: Model) -> tuple[StationLoad, ...]:
-    """Return each station by the lines that it picks: the lines of a flow come to its stations evenly."""
+    """Return the load of each station in lines; the lines of a flow are shared evenly among its stations."""
     spec_of, rate = specs(model, model.floor), arrival_rate(model)
     lines, time = defaultdict[str, float](float), defaultdict[str, float](float)
     for name, count in flow_rates(model).items():
@@ -134,7 +134,7 @@ def _of_line(power: Power, most: float) -> Power:
     return replace(power, task=power.task / most, share=power.share / most, kinds=kinds)
 
 
-# What is probably a mistake in a model with pods
+# Probable mistakes in a model with pods
 
 
 def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
@@ -147,7 +147,7 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _not_read(model: Model) -> Iterator[Finding]:
-    """Find keys that only a model of single loads would look at."""
+    """Find keys that are read only in a model without pods."""
     popularity = "pods.popularity: which items are asked for"
     if model.tasks.popularity != "uniform":
         text = "with pods a line asks for an item, not for a storage place"
@@ -160,7 +160,7 @@ def _not_read(model: Model) -> Iterator[Finding]:
 
 
 def _stock(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find items that run out: more is picked in the run than pods hold and get."""
+    """Find items that run out, as the run picks more of them than pods hold and receive."""
     pods, rates = model.pods, flow_rates(model)
     assert pods is not None
     stock = pods.units
@@ -178,7 +178,7 @@ def _stock(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _robots(model: Model, estimate: QuickEstimate, pile: PileOn) -> Iterator[Finding]:
-    """Find fewer robots than stations, pods that queue in no time, and more pods at a station than pickers need."""
+    """Find fewer robots than stations, pods that change in no time, and more pods at a station than pickers need."""
     nodes = {node for flow in model.tasks.flows.values() for node in stations_of(flow)}
     robots, stations = model.fleet.size, model.floor.stations
     if robots < len(nodes):

@@ -26,10 +26,10 @@ from desim_warehouse.model.facts.charging import (
 )
 
 _STEPS = 1 << 20
-"""Parts of a charger to which what a kind needs is known."""
+"""Number of parts of a charger to which the need of a kind is computed."""
 _EPS = 1e-5
 FALLING = 0.01
-"""Part of its capacity an hour by which a battery falls that is called falling, as of runs (outcome/verdicts.py)."""
+"""Share of its capacity an hour from which on a battery counts as falling, as in runs (outcome/verdicts.py)."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,21 @@ class Power:
         share: that energy as a share of a battery's capacity.
         lasts: time for which a full battery lasts a robot that is always at work.
         chargers: number of chargers that robots can stand at.
-        charging_rate: rate at which a charger gives energy, averaged from the level at which robots come to the level
-            at which they leave, without the time in which one robot makes way for the next; None without chargers.
+        charging_rate: mean rate at which a charger gives energy, from the level at which robots come to the level at
+            which they leave, without the time in which one robot makes way for the next; None without chargers.
         gives: rate at which all chargers together give energy.
         draws: rate at which the fleet draws energy in the long run, with as many robots charging as must, or as
-            chargers allow; None where the work comes to an end.
-        standing: rate at which a robot draws energy while it stands and waits.
-        slack: rate by which the fleet may draw more than chargers give before its batteries are called falling; inf
-            where nights fill them.
+            chargers allow; None if the work ends.
         most: rate at which the fleet would draw energy with all robots in the state that draws most.
-        needed: number of chargers with which the long run is in balance; None where the work ends.
-        at_once: number of robots that must charge at once, with fractions; 0 where the work ends.
+        needed: number of chargers with which the long run is in balance; None if the work ends.
+        standing: rate at which a robot draws energy while it stands and waits.
+        slack: rate by which the fleet may draw more than chargers give before its batteries count as falling; inf if
+            nights fill them.
+        at_once: number of robots that must charge at once, with fractions; 0 if the work ends.
         kinds: the balance of each kind ("": robots without a kind), with its robots and the chargers that these can
-            stand at, where kinds differ in battery, charging or chargers; kinds share all work evenly. The other
-            entries are then for the mean task (`task`), the battery that is empty first (`share`, `lasts`), and the
-            whole fleet.
+            stand at, if kinds differ in battery, charging or chargers; kinds share all work evenly. The other entries
+            are then for the mean task (`task`, `share`), the battery that is empty first (`lasts`), and the whole
+            fleet.
     """
 
     task: float
@@ -74,14 +74,18 @@ class Power:
 
     @property
     def short(self) -> bool:
-        """Whether the fleet draws so much more in the long run than chargers give that its batteries fall (`slack`)."""
+        """Whether the fleet draws more in the long run than chargers supply, by more than `slack`: batteries fall."""
         return self.draws is not None and self.draws - self.gives > self.slack
 
 
 def power(
     model: Model, layout: Layout, cycle: MeanTask, cycles: Mapping[str, MeanTask], rate: float | None, at_work: int
 ) -> Power | None:
-    """Compute the energy balance of a fleet whose mean task (`cycle`) differs by kind; None without battery."""
+    """Return the energy balance of a fleet whose mean task may differ by kind (`cycles`); None without battery.
+
+    `cycle`: the mean task of the fleet. `rate`: tasks per time unit, None if work always waits. `at_work`: the number
+    of robots that can be on a task.
+    """
     if model.battery is None:
         return None
     if charge_alike(model):
@@ -116,7 +120,7 @@ def power(
 
 
 def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0) -> Power:
-    """Compute the balance of a `part` of a fleet that charges alike."""
+    """Return the balance of a share (`part`) of a fleet that charges alike."""
     battery = model.battery
     assert battery is not None
     draws, robots = battery.draws, model.fleet.size
@@ -130,11 +134,13 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
 
     def drawn(charging: float) -> float:
         """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
-        free = max(min(at_work, robots - charging), 0.0)
-        if rate is None or rate * time >= free:
-            return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
-        work = rate * time
-        return rate * energy + max(robots - charging - work, 0.0) * away * draws.standing
+        work = max(min(at_work, robots - charging), 0.0)
+        by_work = work * at_task
+        if rate is not None and rate * time < work:
+            work, by_work = rate * time, rate * energy
+        idle = max(robots - charging - work, 0.0)
+        connected = min((1 - away) * idle, max(chargers / part - charging, 0.0))
+        return by_work + (idle - connected) * draws.standing
 
     def suffices(charging: float) -> bool:
         return (charging * each if charging else 0.0) >= drawn(charging)
@@ -142,7 +148,7 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
     needed, used = None, 0.0
     if model.tasks.never_end:
         needed = bisect_left(range(robots), True, key=suffices)
-        below = needed - 1  # in the last charger, in parts of it
+        below = needed - 1  # the last charger is needed only in part
         used = below + bisect_left(range(_STEPS), True, key=lambda k: suffices(below + k / _STEPS)) / _STEPS
     return Power(
         task=task,
@@ -161,11 +167,11 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
 
 
 def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, float]:
-    """Return time and energy of a task at a rate of arrivals: robots go home in between as often as no task waits.
+    """Return time and energy of a task at a rate of arrivals: robots go home in between whenever no task waits.
 
-    Source: the share of the time in which tasks wait for one of n robots that are busy for the part ρ of their time is
-    about ρ^√(2 (n + 1)) (Sakasegawa 1977, An approximation formula L_q ≈ α ρ^β / (1 - ρ), Annals of the Institute of
-    Statistical Mathematics 29, 67-75).
+    Source: the share of the time in which tasks wait for one of n robots with utilisation ρ is about ρ^√(2 (n + 1))
+    (Sakasegawa 1977, An approximation formula L_q ≈ α ρ^β / (1 - ρ), Annals of the Institute of Statistical Mathematics
+    29, 67-75).
     """
     if rate is None or not robots or not cycle.calm_time:
         return cycle.time, cycle.energy
@@ -178,7 +184,10 @@ def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, f
 
 
 def idle_away(model: Model, layout: Layout) -> float:
-    """Return the share of idle robots that stand in slots without a charger, and so draw on."""
+    """Return the share of idle robots that would rest in slots without a charger if no robot took their place.
+
+    Each robot that is charged in a slot where another rests keeps that one away from the charger, so that it draws on.
+    """
     if model.policies.parking.name == "where-it-is":
         return 1.0
     home = model.fleet.homes(layout.bays)
@@ -190,20 +199,43 @@ def idle_away(model: Model, layout: Layout) -> float:
 
 
 def needed_at_rest(model: Model) -> int:
-    """Return the number of chargers that give what a fleet without work draws."""
+    """Return the number of chargers that supply a fleet without work."""
     each, standing = charging_rate(model), _standing(model)
     return math.ceil(model.fleet.size * standing / (each + standing) - _EPS)
 
 
+def draw_at_rest(model: Model, layout: Layout) -> float:
+    """Return the rate at which a fleet without work draws energy while robots stand at all its chargers."""
+    return off_chargers(model, layout) * _standing(model)
+
+
+def gives_at_rest(model: Model, layout: Layout) -> float:
+    """Return the rate at which all chargers together give energy, averaged over the levels of a charge."""
+    return sum(chargers_at(model, layout).values()) * charging_rate(model)
+
+
+def resting(model: Model, layout: Layout) -> str:
+    """Return in words what a fleet without work draws, and what it gets from its chargers."""
+    robots, chargers = off_chargers(model, layout), sum(chargers_at(model, layout).values())
+    drawn, charged = amount(draw_at_rest(model, layout)), amount(gives_at_rest(model, layout))
+    return (
+        f"at rest, {number_of(robots, 'robot')} without a charger draw {drawn} per {model.units.time}, and "
+        f"{number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {charged}"
+    )
+
+
 def at_rest(model: Model, layout: Layout) -> str:
-    """Compare in words what a fleet without work draws with what its chargers give."""
-    chargers, robots, time = sum(chargers_at(model, layout).values()), model.fleet.size, model.units.time
-    drawn, charged = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
-    text = f"at rest {number_of(max(robots - chargers, 0), 'robot')} not on a charger draw {amount(drawn)} per {time}"
-    text += f" and get {amount(charged)} from {number_of(chargers, 'charger')}"
-    if drawn > charged:
-        return f"{text}: need at least {number_of(needed_at_rest(model), 'charger')}"
-    return f"{text}, less what driving there and back takes"
+    """Return in words what a fleet without work draws, against the supply of its chargers."""
+    text = resting(model, layout)
+    if draw_at_rest(model, layout) > gives_at_rest(model, layout):
+        needed = number_of(needed_at_rest(model), "charger")
+        return f"{text}: at least {needed} {'is' if needed.startswith('1 ') else 'are'} needed"
+    return f"{text}, less the energy for driving there and back"
+
+
+def off_chargers(model: Model, layout: Layout) -> int:
+    """Return how many robots of a fleet without work stand at no charger."""
+    return max(model.fleet.size - sum(chargers_at(model, layout).values()), 0)
 
 
 def _standing(model: Model) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
+from desim_warehouse.feasibility import at_once, hours, of_kinds, rest, starts
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
@@ -26,21 +26,21 @@ from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
 
 FASTEST, SLOWEST = 3.0, 0.05
-"""Speeds in m/s between which robots in warehouses drive."""
+"""Usual range of the speeds of robots in warehouses, in m/s."""
 LARGEST, SMALLEST = 2000.0, 2.0
-"""Sides of a floor in metres between which warehouses lie."""
+"""Usual range of the sides of a warehouse, in metres."""
 FEW = 30
-"""A run should be long enough for more tasks than this."""
+"""Number of tasks below which a run is too short."""
 SHORTEST = 1500.0
-"""Seconds: a run without end that is counted for less shows no pattern of a day, and hardly a queue."""
+"""Evaluation period in seconds below which an endless run shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
 NO_NUMBER = "no number of robots keeps up: see what limits them"
 _ROUNDING = 1e-9
-"""Part by which a measured share may miss the exact one."""
+"""Relative error of a measured share."""
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find errors that the quick estimate shows, for which `simulate` refuses a model whose layout has none."""
+    """Find the errors beyond the layout, for which `simulate` refuses a model."""
     yield from starts.errors(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
@@ -50,7 +50,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find probable mistakes that the quick estimate shows, which a planner should know."""
+    """Find probable mistakes, by the quick estimate, that a planner should know."""
     yield from _nothing_to_drive(estimate)
     yield from _units(model, estimate)
     yield from _length(model, estimate)
@@ -64,6 +64,7 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     if model.battery is not None:
         yield from of_kinds.warnings(model, layout, estimate.power)
         yield from at_once.warnings(model, estimate)
+        yield from rest.warnings(model, layout, estimate)
     yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, estimate)
     yield from clashes.warnings(model, layout)
@@ -74,7 +75,7 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
 
 
 def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find a single slot at the stations, for which all robots but one stay in their bays."""
+    """Find a single slot at the stations, which keeps all robots but one in their bays."""
     if estimate.at_work != 1 or estimate.robots == 1:
         return
     hour = model.units.hour
@@ -92,14 +93,14 @@ def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _nothing_to_drive(estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find tasks that end where they begin, which any number of robots can do."""
+    """Find tasks that end where they begin, so that robots carry loads nowhere."""
     if estimate.cycle.loaded <= 0:
         text = "loads are picked and put down at the same node, so no robot carries them anywhere"
         yield Finding("NOTHING_TO_DRIVE", "tasks", text, "say where loads really come from, or go to")
 
 
 def _spread(model: Model) -> Iterator[Finding]:
-    """Find routes among which robots cannot be spread, as the routes take different times."""
+    """Find routes among which robots cannot be spread, as turns make their times different."""
     if model.traffic.turn_time and model.policies.routing.params.get("spread", 1) != 1:
         yield Finding(
             "SPREAD_WITH_TURNS",
@@ -110,7 +111,7 @@ def _spread(model: Model) -> Iterator[Finding]:
 
 
 def _spares(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find kinds with fewer spare batteries than bays where they are swapped: some bay never has one."""
+    """Find kinds with fewer spare batteries than bays where they are swapped, so that some bay never has one."""
     for kind, count in spare_batteries(model).items():
         bays = len(swapped_at(layout, kind))
         if count < bays:
@@ -255,7 +256,7 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
 
 
 def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
-    """Find lifts with a demand for more rides than they can do; the cabins of a lift together."""
+    """Find lifts with a demand for more rides than they can do; the cabins of a lift count together."""
     keys, hour = {lift.name: lift.model_name for lift in model.floor.lifts}, model.units.hour
     short: dict[str, list[LiftLoad]] = {}
     for lift in estimate.lifts:
@@ -276,7 +277,7 @@ def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iter
 
 
 def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find lifts that no robot takes, as another goes to the same floors and the routing policy sees no queues."""
+    """Find lifts that no robot takes, as another serves the same floors and the routing policy sees no queues."""
     if model.policies.routing.name == "congestion-aware" or model.policies.routing.own:
         return
     used, unused = {lift.name: lift for lift in estimate.lifts}, dict[str, list[str]]()
@@ -302,7 +303,7 @@ def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iter
 
 
 def _one_load(model: Model) -> Iterator[Finding]:
-    """Find robots that could carry more than they do, and batching policies that never put two tasks together."""
+    """Find robots that could carry more than they do, and batching policies that never combine tasks."""
     most, batching = model.fleet.largest_capacity, model.policies.batching.name
     if most > 1 and batching == "single":
         yield Finding(
@@ -321,7 +322,7 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find each `due_within`, of a flow or the goods, that is less than a robot at the good needs to deliver it."""
+    """Find flows and goods whose `due_within` is less than a robot at the good needs to deliver it."""
     tasks = model.tasks
     within = {name: flow.due_within for name, flow in tasks.flows.items()} or {
         "": getattr(tasks.goods, "due_within", None)

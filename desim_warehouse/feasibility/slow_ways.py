@@ -1,6 +1,6 @@
-"""Findings on slow routes: places between which the shortest route takes far longer than another.
+"""Findings on slow routes: places between which the shortest route takes far longer than the fastest.
 
-For findings of `desim check`.
+For `desim check`.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
 
 FAR_SLOWER = 1.5
-"""Times as long as the fastest way that the shortest one takes, from which on it is warned of."""
+"""Ratio of the times of the shortest and the fastest route above which there is a warning."""
 MOST = 40
-"""Nodes from and to which ways are compared."""
+"""Number of nodes between which routes are compared."""
 
 
 def slow_ways(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find robots that take the shortest route where another route is far faster, because lanes have speed limits."""
+    """Find robots whose shortest route is far slower than another, because lanes have speed limits."""
     fastest = model.fleet.fastest
     limits = (data["speed"] for _, _, data in layout.graph.edges(data=True))
     if model.policies.routing.name != "shortest" or all(limit >= fastest for limit in limits):
@@ -39,7 +39,7 @@ def slow_ways(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _compared(model: Model, layout: Layout, speed: float) -> Iterator[tuple[float, float, str, str]]:
-    """Yield pairs of places between which a far faster way exists: times of the shortest and the fastest, both ends."""
+    """Yield pairs of places with a far faster route: times of the shortest and the fastest route, origin and goal."""
     import networkx as nx
 
     picked = (place.edge[1] for place in layout.storage)

@@ -1,11 +1,11 @@
 """Starts of robots on the lanes: whether they can stand there, and drive home.
 
-For findings of `desim check`, and for the examination before every run.
+Each start must be free by the rules for robots under way: one robot on an intersection; robots D apart on a lane and D
+clear of its ends; one direction on a two-way lane. If steps are guarded (`world.traffic.avoidance`), the start must
+also be safe: the guard's search must find a plan by which all robots come home. Full rings of one-way lanes can turn,
+however they arose.
 
-Each place must be free by the rules for robots under way: one robot on an intersection; robots D apart on a lane and D
-clear of its ends; one direction on a two-way lane. If steps are guarded (`world.traffic.deadlock.avoidance`), the start
-must also be safe: the guard's search must find a plan by which all robots come home. Full rings of one-way lanes can
-turn, however they arose.
+For `desim check`, and for the examination before every run.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from desim_warehouse.model.sections.fleet import Start
 
 EPS = 1e-6
 Stand = frozenset[str]
-"""What one robot, or robots of one direction, can stand on: the nodes of an intersection, the two ends of a lane."""
+"""The place of one robot, or of robots of one direction: the nodes of an intersection, or the two ends of a lane."""
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find errors in fleet.start_on_lanes."""
+    """Find errors in `fleet.start_on_lanes`."""
     starts = {number: start for number, start in enumerate(model.fleet.starts(layout.bays)) if start.on_lanes}
     if not starts:
         return
@@ -44,7 +44,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _in_zones(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
-    """Find robots in a zone that they have not been let into."""
+    """Find robots that start in a zone, which they have not been let into."""
     for zone in zones_on(layout, model.traffic.zones):
         for number, start in starts.items():
             if start.edge in zone.edges or (start.edge is None and start.node in zone.nodes):
@@ -60,7 +60,7 @@ def _where(start: Start) -> str:
 
 
 def _intersections(layout: Layout, contact: float) -> dict[str, Stand]:
-    """Return for each node the nodes that form one intersection with it: joined by edges shorter than D."""
+    """Return for each node the nodes of its intersection, which edges shorter than D join."""
     import networkx as nx
 
     near = nx.Graph((a, b) for a, b, length in layout.graph.edges(data="length") if length < contact - EPS)
@@ -69,7 +69,7 @@ def _intersections(layout: Layout, contact: float) -> dict[str, Stand]:
 
 
 def _lane(layout: Layout, edge: Edge) -> tuple[Stand, str]:
-    """Return the lane of an edge: both directions of a two-way lane are one."""
+    """Return the lane of an edge; both directions of a two-way lane are one lane."""
     two_way = layout.graph.edges[edge].get("two_way")
     return frozenset(edge), "" if two_way else ">".join(edge)
 
@@ -121,7 +121,7 @@ def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator
 
 
 def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:
-    """Find robots whose starts block each other's way home, because none of them can make way for another."""
+    """Find robots that block each other's way home from the start, as none of them can make way for another."""
     travel = free_travel(model, layout)
     homes = model.fleet.homes(layout.bays)
     contact, inside = model.fleet.contact, closed(zones_on(layout, model.traffic.zones))
@@ -133,7 +133,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
     ways: dict[int, _Way] = {}
     users: dict[Hashable, list[int]] = {}
     stands = Stands(ways, users, refuges)
-    # Robots farther on come first, as on one lane they are ahead.
+    # Robots with larger offsets come first, as they are ahead on their lane.
     for number, start in sorted(starts.items(), key=lambda item: -item[1].offset):
         here: Hashable = joined[start.node] if start.edge is None else _lane(layout, start.edge)
         trail = [here] if start.edge is None else [here, joined[start.node]]
@@ -158,7 +158,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
 
 @dataclass(frozen=True)
 class _Way:
-    """The way home of a robot: the nodes and lanes that it occupies, and those that it has yet to use."""
+    """The way home of a robot: the nodes and lanes that it occupies, then those that it has yet to use."""
 
     trail: list[Hashable]
     at: int = 0

@@ -1,4 +1,4 @@
-"""Wide aisles: lanes beside which a robot stands while it loads, so that others drive past."""
+"""Wide aisles, in which a robot that loads stands beside its lane, so that others drive past."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from desim_warehouse.layout.zones import TrafficZone, closed
 
 EPS = 1e-6
 SHOWN = 6
-"""How many edges a finding names."""
+"""Number of edges that a finding names."""
 
 
 def needed_width(contact: float) -> float:
-    """Return how wide an aisle must be for a robot to drive past another: each takes its width and the margin, D."""
+    """Return the width of an aisle in which a robot can drive past another: 2 D, as each takes up D across."""
     return 2 * contact
 
 
 def wide_edges(layout: Layout, contact: float, zones: Iterable[TrafficZone] = ()) -> frozenset[Edge]:
     """Return the edges with storage places beside which a robot stands off the lane while it loads or unloads.
 
-    Their aisle is wide enough for two robots that keep D (`contact`) apart, and they are long enough to stand on.
+    The aisle of such an edge is wide enough for two robots that keep D (`contact`) apart, and the edge is long enough
+    for a robot to stand clear of both ends.
     """
     widths, least = layout.widths, needed_width(contact) - EPS
     wide = [edge for edge in (_with_places(layout) if widths else ()) if widths.get(edge, 0.0) >= least]
@@ -31,7 +32,7 @@ def wide_edges(layout: Layout, contact: float, zones: Iterable[TrafficZone] = ()
 
 
 def examine(layout: Layout, contact: float) -> Iterator[Finding]:
-    """Find aisles that are not wide enough after all, or too short for robots to leave the lane."""
+    """Find aisles that are too narrow to pass in, or too short for robots to leave the lane."""
     widths, need = layout.widths, needed_width(contact)
     beside = sorted(_with_places(layout)) if widths else []
     if widths and not beside and layout.storage:
@@ -55,7 +56,7 @@ def examine(layout: Layout, contact: float) -> Iterator[Finding]:
 
 
 def _with_places(layout: Layout) -> set[Edge]:
-    """Return the edges from which robots load at a storage place beside them."""
+    """Return the edges from which robots load at storage places beside them."""
     places = (place for place in layout.storage if place.edge[0] != place.edge[1])
     return {edge for place in places for edge, _ in layout.approaches(place.edge, place.offset)}
 
@@ -70,5 +71,5 @@ def _named(edges: list[Edge]) -> str:
 
 
 def width_of(width: str | float) -> float:
-    """Return the width of an aisle that is said to be `wide` (inf), `narrow` (0), or so many length units wide."""
+    """Return the width of an aisle as a number: inf for `wide`, 0 for `narrow`, otherwise the given length."""
     return {"wide": inf, "narrow": 0.0}[width] if isinstance(width, str) else width

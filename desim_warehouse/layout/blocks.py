@@ -33,7 +33,7 @@ _LINES = Forms("'ring', 'alternating', 'two-way', or a list of directions", pick
 
 
 class Directions(Part):
-    """Directions of the rows and columns of aisles: by a rule, or listed for every one of them."""
+    """Directions of the rows and columns of aisles: by a rule, or listed one by one."""
 
     rows: Annotated[
         Annotated[Rule, form("rule")] | Annotated[tuple[Literal["east", "west", "two-way"], ...], form("list")], _LINES
@@ -75,14 +75,14 @@ class Blocks(Part):
 
     @property
     def two_way(self) -> bool:
-        """Whether some of its aisles have one lane for both directions."""
+        """Whether any of the aisles is one lane for both directions."""
         chosen = self.directions
         lines = (chosen.rows, chosen.columns) if isinstance(chosen, Directions) else (chosen,)
         return any("two-way" in line for line in lines)
 
     @property
     def places(self) -> int:
-        """How many goods there is room for."""
+        """The number of storage places on all floors."""
         return self.floors * self.columns * self.rows * self.block_width * self.block_depth
 
     @field_validator("floors")
@@ -123,13 +123,13 @@ class Blocks(Part):
 
 
 def directions(blocks: Blocks) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return how every row (top first) and every column (left first) is driven: east, west, north, south or two-way.
+    """Return the direction of every row (top first) and every column (left first): east, west, north, south or two-way.
 
     `alternating`: east, west, east, ... and north, south, north, ...
     `ring`: the outer aisles run clockwise round the warehouse: top row east, right column south, bottom row west, left
-    column north. Inner rows alternate from the bottom up, inner columns from the left. So every size is strongly
-    connected.
-    `two-way`: all of them are one lane for both directions.
+    column north. Inner rows alternate from the bottom up, inner columns from the left. So the Highways are strongly
+    connected, however many rows and columns they have.
+    `two-way`: every aisle is one lane for both directions.
     """
     high, wide = blocks.rows + 1, blocks.columns + 1
     by_rule = {
@@ -153,7 +153,7 @@ def _columns(wide: int) -> list[str]:
 
 
 def highways(blocks: Blocks) -> nx.DiGraph:
-    """Return the Highways between the blocks; at every node the row's successor comes before the column's.
+    """Return the Highways between the blocks; each node's successor in its row precedes the successor in its column.
 
     Floors are drawn from west to east, with room for two blocks between them.
     """
@@ -183,10 +183,11 @@ def _chain(graph: nx.DiGraph, names: tuple[str, ...], length: float, *, two_way:
 
 
 def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:
-    """Return all goods, numbered floor by floor, block by block (down a column of blocks first), in a block row by row.
+    """Return all storage places, numbered floor by floor, block by block, and row by row within a block.
 
-    A good on the left of its block is picked from the aisle on that side, one on the right from the aisle on the
-    right, at the height of its own centre. A block one good wide is picked from its left.
+    Blocks are numbered down each column of blocks. A good in the left half of its block is picked from the aisle on the
+    left, a good in the right half from the aisle on the right, at the height of its own centre. A block that is one
+    good wide is picked from its left.
     """
     cross = blocks.cross_aisle_width or blocks.aisle_width
     places: list[StoragePlace] = []

@@ -1,4 +1,4 @@
-"""From the layout section of a model file to a Layout."""
+"""Construction of a Layout from the layout section of a model file."""
 
 from __future__ import annotations
 
@@ -24,10 +24,13 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=4)
 def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
-    """Return the Layout that a layout section describes; raises LayoutError where two things claim one node.
+    """Return the Layout that a layout section describes.
 
-    `limits`: parts of the floor with a speed limit (`Model.floor` has those of its slow zones). The runs of a study
-    share it: nothing in it can be changed.
+    `limits`: parts of the floor, each with its speed limit in length units per second (`Model.floor` passes those of
+    its slow zones). The runs of a study share the result, so it must not be changed.
+
+    Raises:
+        LayoutError: two bays, stations or lifts at one node, or parts that contradict each other.
     """
     import networkx as nx
 
@@ -69,7 +72,7 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
 
 
 def _one_name_each(layout: Layout) -> None:
-    """Refuse two names of one floor."""
+    """Raise LayoutError for a floor with two names."""
     names: dict[int, str] = {}
     for name, nodes in layout.floor_nodes.items():
         for node in nodes:
@@ -80,7 +83,7 @@ def _one_name_each(layout: Layout) -> None:
 
 
 def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:
-    """Return the widths of aisles that are not simply narrow, by edge; inf: wide."""
+    """Return the widths of aisles that are not narrow throughout, by edge; inf means wide."""
     if isinstance(spec.aisles, Mapping):
         floor, widths = Layout(graph, (), {}, {}), dict[Edge, float]()
         for name, aisles in spec.aisles.items():
@@ -118,7 +121,7 @@ def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int
 
 
 def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
-    """Yield the bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
+    """Yield the bays of a zone; total_chargers are dealt out to its nodes round-robin, in their order."""
     total = bay.total_chargers
     if total is not None and bay.places is not None and not bay.grows and total > bay.places * len(nodes):
         most = f"{len(nodes)} nodes have {bay.places} places each, expected at most {bay.places * len(nodes)}"
@@ -130,9 +133,9 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:
-    """Return the nodes at which a zone of bays or stations stands: by name, then every n-th on its side of the floor.
+    """Return the nodes of a zone of bays or stations: those listed by name, then every n-th along a side of the floor.
 
-    Sides are counted from west to east, or from north to south.
+    A side is counted from west to east, or from north to south.
     """
     return places.nodes({name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)})
 
@@ -144,7 +147,7 @@ def _only_once(what: str, nodes: list[str]) -> None:
 
 
 def _draw(graph: nx.DiGraph, spec: LayoutSpec) -> None:
-    """Add the edges that are given to the nodes, or to the blocks."""
+    """Add the listed edges to the nodes, or to the aisles of blocks."""
     beside = {frozenset((edge.source, edge.target)) for edge in spec.edges if edge.side_by_side}
     points = {name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)}
     for edge in spec.edges:
@@ -158,7 +161,7 @@ def _draw(graph: nx.DiGraph, spec: LayoutSpec) -> None:
 
 
 def _backwards(spec: LayoutSpec) -> None:
-    """Refuse a speed limit back on an edge that does not lead back itself."""
+    """Raise LayoutError for a speed limit back on an edge that is not two-way."""
     wrong = [
         f"layout.edges[{rank}].speed_back: {edge.source}>{edge.target} is not two-way; say two_way: true, or give the "
         "edge back a speed of its own"
@@ -170,7 +173,7 @@ def _backwards(spec: LayoutSpec) -> None:
 
 
 def _prefer(graph: nx.DiGraph, spec: LayoutSpec) -> None:
-    """Note how many times an edge counts that leads against a preferred direction."""
+    """Record the factor by which an edge against a preferred direction counts in the choice of routes."""
     wrong = []
     for rank, edge in enumerate(spec.edges):
         if edge.against == 1:
@@ -191,7 +194,7 @@ def _prefer(graph: nx.DiGraph, spec: LayoutSpec) -> None:
 
 
 def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
-    """Mark an edge there and one back as one two-way lane, unless they are side by side."""
+    """Mark two opposite edges as one two-way lane, unless they are side by side."""
     unequal = []
     for source, target, data in graph.edges(data=True):
         back = graph.edges.get((target, source))

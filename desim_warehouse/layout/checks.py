@@ -1,10 +1,10 @@
 """Checks of a layout before it is simulated.
 
-What would void the liveness guarantee is an error; what a planner should know, a warning or a note.
-The conditions are those of docs/why.md, "Never stalled". A finding says where and what to do about it.
+A fault that would void the liveness guarantee is an error; other facts that a planner should know are warnings or
+notes. docs/why.md, "Never stalled", states the conditions. Each finding names its place and a remedy.
 
-`Near` finds edges that cross as drawn, or run side by side. To it edges are straight lines between their nodes,
-numbered in the layout's order; of a two-way pair it has one.
+`Near` finds edges that cross or run side by side, drawn as straight lines between their nodes. It numbers edges in the
+layout's order, and holds only one edge of each two-way pair.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ BENT = 1.05
 
 SHOWN = 8
 SHARPEST_MERGE = math.radians(60)
-"""Below it robots that wait D before the node, one on each edge, stand closer than D."""
+"""Smallest angle between edges into a node at which two robots, each D before the node, still stand D apart."""
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """The use of a layout by a model: D, the number of robots, where they start, where they work and unload.
+    """How a model uses a layout: D (`contact`), the number of robots, and the nodes where they start, live and unload.
 
-    `free`: nodes that are open to all; `timed`: those at which robots spend a time of their own; `people`: the share of
-    the time for which people have each lift.
+    `free`: nodes that are open to all robots at once. `timed`: nodes with a node time of their own. `people`: the share
+    of the time for which people have each lift, by the name of the lift.
     """
 
     contact: float
@@ -56,12 +56,12 @@ class Use:
 
     @property
     def at(self) -> dict[str, str]:
-        """The work of robots at each node, whatever stands there."""
+        """The use of nodes for handling or as starts of robots, in words, whatever else is at the nodes."""
         return {**dict.fromkeys(self.unload_at, "handling"), **dict.fromkeys(self.start, "the start of a robot")}
 
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
-    """Find all findings, errors first."""
+    """Return all findings, errors first."""
     near = Near(layout, use.contact)
     findings = [
         *unreachable(layout, use),
@@ -83,13 +83,13 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
 
 
 def worst_first(findings: Iterable[Finding]) -> list[Finding]:
-    """Sort findings by severity, otherwise in their order."""
+    """Sort findings by severity, and otherwise keep their order."""
     order = {"error": 0, "warning": 1, "note": 2}
     return sorted(findings, key=lambda finding: order[finding.level])
 
 
 def errors(layout: Layout, use: Use) -> list[Finding]:
-    """Find the errors of the layout alone, without warnings, for `simulate`: the quick part of `examine`."""
+    """Return only the errors of the layout, for `simulate`: the quick part of `examine`."""
     findings = (
         *unreachable(layout, use),
         *_bays(layout, use),
@@ -102,12 +102,15 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
 
 
 def some(names: Iterable[str]) -> str:
-    """Return the first of many names, and how many more."""
+    """Return the first few of many names, and how many more there are."""
     return first_of(list(names), SHOWN)
 
 
 def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Check that everything that is used is strongly connected: condition 1 of docs/why.md, "Never stalled"."""
+    """Find nodes outside the largest strongly connected part: condition 1 of docs/why.md, "Never stalled".
+
+    Such a node is an error if a bay, a station, a good or unloading is there, and otherwise a remark.
+    """
     import networkx as nx
 
     graph = layout.graph
@@ -141,9 +144,9 @@ def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Check that there is a bay slot for every robot: a robot that leaves its work must have somewhere to go.
+    """Find starts without a bay, and bays with too few slots: a robot that leaves its work needs a slot to go to.
 
-    It is condition 2 of a layout on which work never stops (docs/why.md, "Never stalled").
+    This is condition 2 of docs/why.md, "Never stalled".
     """
     start = use.start or tuple(layout.bays)
     if not start:
@@ -179,10 +182,10 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Check that bays in the lane leave everything else connected, and that no other robot has to go where they are.
+    """Find bays in the lane that cut off other places, or at which other robots would have to stop.
 
-    Else a parked robot would hold up others for as long as there is no task for it ("well-formed infrastructure":
-    Cap, Vokrinek and Kleiner, ICAPS 2015).
+    A robot parked there would hold up others for as long as there is no task for it ("well-formed infrastructure": Cap,
+    Vokrinek and Kleiner, ICAPS 2015).
     """
     import networkx as nx
 
@@ -213,7 +216,7 @@ def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find which lanes are two-way, and which rule keeps robots from being stuck there."""
+    """Report which lanes are two-way, and which rule keeps robots from getting stuck there."""
     lanes = layout.two_way
     if not lanes:
         return
@@ -237,12 +240,12 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _are(things: Sized) -> str:
-    """Return the verb for one thing or several."""
+    """Return the verb for one or several things."""
     return "is" if len(things) == 1 else "are"
 
 
 def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find stops in a lane that keep others from passing: they cost throughput, but never close a chain of waiting."""
+    """Find stops in a lane that keep other robots from passing: they cost throughput, but never close a ring."""
     graph = layout.graph
     for node in dict.fromkeys(use.unload_at):
         if node not in layout.stations and graph.in_degree(node) > 1:
@@ -280,7 +283,7 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find stations whose slots limit the number of robots on tasks: a full station holds work back in the bays."""
+    """Find stations whose slots limit the number of robots on tasks, as robots wait in bays until a slot is free."""
     used = dict.fromkeys(use.unload_at)
     if all(node in layout.stations for node in used):
         places = sum(layout.stations[node].places for node in used)
@@ -308,7 +311,7 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _shared_names(layout: Layout) -> Iterator[Finding]:
-    """Find levels that share a stand: they are one storage place, and what is written has one name."""
+    """Report levels that share a position: they are one storage place, shown in logs and reports by its first name."""
     others = {number: name for name, number in layout.place_names.items() if name != layout.called[number]}
     if others:
         number, name = next(iter(others.items()))
@@ -322,7 +325,7 @@ def _shared_names(layout: Layout) -> Iterator[Finding]:
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Find edges too short for a robot to stand on clear of both ends (condition 3)."""
+    """Report edges too short for a robot to stand on clear of both ends (docs/why.md, "Never stalled", condition 3)."""
     lanes = [edge for edge in layout.graph.edges if edge not in layout.rides]
     lengths = {">".join(edge): layout.length(edge) for edge in lanes}
     joined = [name for name, length in lengths.items() if length < use.contact - EPS]
@@ -365,7 +368,7 @@ def _merges(layout: Layout) -> Iterator[Finding]:
 
 
 def _bridges(near: Near) -> Iterator[Finding]:
-    """Find edges that cross, drawn straight, where there is no node."""
+    """Find edges that, drawn straight, cross where there is no node."""
     crossing = near.named(near.cross())
     if crossing:
         yield Finding(
@@ -377,7 +380,7 @@ def _bridges(near: Near) -> Iterator[Finding]:
 
 
 def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
-    """Find edges that run along each other, drawn straight, where robots on both would touch."""
+    """Find edges that, drawn straight, run side by side so closely that robots on both would touch."""
     along = near.named(near.are_along(use.contact))
     if along:
         yield Finding(
@@ -390,7 +393,7 @@ def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
 
 
 def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
-    """Return the number of robots that can stand in the lanes at once, clear of the nodes; not in `closed` lanes."""
+    """Return the number of robots that fit in the lanes at once, clear of the nodes, without `closed` lanes."""
     return sum(
         max(way_home.room(layout.length(lane), contact), 0)  # the first stands at the stop line
         for lane in layout.lanes
@@ -399,7 +402,7 @@ def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> in
 
 
 def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
-    """Return the number of robots that can stand in the lanes at once, with one on each node before a short edge."""
+    """Return the number of robots that fit in the lanes at once, counting one on each node before a short edge."""
     short = [
         lane for lane in layout.lanes if lane not in closed and contact - EPS <= layout.length(lane) < 2 * contact - EPS
     ]
@@ -408,7 +411,10 @@ def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
 
 
 def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> list[Sequence[str]]:
-    """Return the shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
+    """Return the nodes of the `most` shortest rings, where gridlock would form first, the shortest ring first.
+
+    Only rings through one of the first `searched` edges are considered. The first node is repeated at the end.
+    """
     import networkx as nx
 
     rings: dict[frozenset[str], tuple[float, list[str]]] = {}
@@ -425,7 +431,7 @@ def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> 
 
 
 class Near:
-    """The pairs of edges that may come nearer to each other than `apart`: arrays of points, one entry a pair."""
+    """Pairs of edges that may come closer to each other than `apart`, as arrays with one entry for each pair."""
 
     def __init__(self, layout: Layout, apart: float) -> None:
         import numpy as np
@@ -439,18 +445,18 @@ class Near:
         self._c, self._d = ends[self.second].T
 
     def named(self, pairs: Any) -> list[str]:
-        """Return the names of some pairs, sorted; `pairs` says of each whether it is one of them."""
+        """Return the names of the pairs for which the boolean array `pairs` is true, sorted."""
         return sorted(
             f"{'>'.join(self.edges[i])} and {'>'.join(self.edges[j])}"
             for i, j in zip(self.first[pairs].tolist(), self.second[pairs].tolist(), strict=True)
         )
 
     def cross(self) -> Any:
-        """Whether the edges of each pair cross away from their ends, and share no node."""
+        """Return for each pair whether its edges cross away from their ends and share no node."""
         import numpy as np
 
         def apart(start: Any, end: Any, point_1: Any, point_2: Any) -> Any:
-            """Whether two points lie on different sides of the line from one point to another."""
+            """Return whether two points lie on different sides of the line from `start` to `end`."""
             way = end - start
             sides = [
                 (way.conj() * (point - start)).imag / np.where(way == 0, 1.0, np.abs(way))
@@ -464,7 +470,10 @@ class Near:
         return crosses
 
     def are_along(self, apart: float) -> Any:
-        """Whether the edges of each pair run side by side, less than `apart` from each other for longer than that."""
+        """Return for each pair whether its edges run side by side, less than `apart` from each other.
+
+        The stretch that they share must be longer than `apart`.
+        """
         import numpy as np
 
         first, second = self._b - self._a, self._d - self._c
@@ -484,7 +493,7 @@ class Near:
 
 
 def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
-    """Return the pairs of edges whose surroundings share a square of a grid: each once, by their numbers."""
+    """Return the pairs of edges whose surroundings share a square of a grid, each once, as two arrays of numbers."""
     import numpy as np
 
     corners = np.stack([ends.real, ends.imag])

@@ -24,9 +24,9 @@ Edge = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class StoragePlace:
-    """A place where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre.
+    """A place where a good is picked, `offset` length units from the start of an edge; (x, y) is the good's centre.
 
-    One that is picked standing on a node has that node for both ends of its edge, and offset 0.
+    A place that is picked from a node has this node as both ends of its edge, and offset 0.
     """
 
     number: int
@@ -39,11 +39,12 @@ class StoragePlace:
 
 @dataclass(frozen=True, slots=True)
 class BayPlaces:
-    """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
+    """Parking slots beside a node: `places` slots, `chargers` of them with a charger.
 
-    `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger. `shared`:
-    its chargers are its share of a total. `grows`: it has a slot for each robot that starts there and for each charger,
-    at least, and one more where it has no chargers. `kinds`: those whose robots use its chargers; none: all.
+    `places` and `chargers`: None means as many as robots start there. `in_lane`: the only slot is the node itself, so
+    no route leads through it. `outages`: failures of each charger. `shared`: the chargers are this node's share of a
+    total. `grows`: the bay has at least a slot for each robot that starts there and for each charger, and one more if
+    it has no chargers. `kinds`: kinds of robots that may use the chargers; empty means all.
     """
 
     zone: str
@@ -57,11 +58,14 @@ class BayPlaces:
     kinds: tuple[str, ...] = ()
 
     def charges(self, kind: str) -> bool:
-        """Whether the bay has chargers for robots of a kind ("": ordinary ones)."""
+        """Return whether the bay has chargers for robots of a kind (`""` for ordinary robots)."""
         return self.chargers != 0 and (not self.kinds or kind in self.kinds)
 
     def slots(self, homes: int) -> int:
-        """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
+        """Return the number of slots if `homes` robots start there.
+
+        By default there are as many slots as robots or, if these are more, as shared chargers.
+        """
         if self.places is not None:
             spare = self.chargers == 0  # room to park for a robot that leaves its slot at a charger to another
             return max(self.places, homes + spare, self.chargers or 0) if self.grows else self.places
@@ -70,7 +74,7 @@ class BayPlaces:
 
 @dataclass(frozen=True, slots=True)
 class StationPlaces:
-    """An unloading station beside a node: `places` robots inside, `servers` served at a time."""
+    """A station beside a node: `places` robots fit in, and `servers` of them are served at a time."""
 
     zone: str
     node: str
@@ -80,10 +84,11 @@ class StationPlaces:
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """A lift for one robot at a time: its node on each floor, from the lowest up, where its cabin rests, and times.
+    """A lift for one robot at a time: its node on each floor, from the lowest up, and its times in seconds.
 
-    `ride` is from one floor to the next. The doors take `doors` to open and as long to close. `people` ride in it, too.
-    `model_name`: its name in the model, where the lift may have several cabins, each of which is a lift here.
+    `ride`: from one floor to the next. `doors`: time to open, and again to close. `rests`: the node to which the empty
+    cabin returns; None if it stays where it is. `people`: people who also ride in the lift. `model_name`: name in the
+    model, where a lift may have several cabins, each of which is a `Lift` here.
     """
 
     name: str
@@ -96,30 +101,35 @@ class Lift:
     model_name: str = ""
 
     def way(self, one: str, other: str) -> float:
-        """Return the time in which the cabin comes from one of its nodes to another."""
+        """Return the time in which the cabin moves from one of its nodes to another."""
         return abs(self.nodes.index(one) - self.nodes.index(other)) * self.ride
 
     def carrying(self, one: str, other: str) -> float:
-        """Return the time of a ride, from closing doors behind a robot to open doors on its floor."""
+        """Return the time of a ride, from the doors' closing behind a robot until they are open on its floor."""
         return self.doors + self.way(one, other) + self.doors
 
     def mean_call(self, node: str) -> float:
-        """Return the mean time until the free cabin is at a node with open doors, from its rest or any of its nodes."""
+        """Return the mean time until the free cabin is at a node with open doors.
+
+        The cabin comes from the node where it rests or, if it rests anywhere, from each of its nodes with equal
+        probability.
+        """
         stands = self.nodes if self.rests is None else (self.rests,)
         return sum(self.way(stand, node) for stand in stands) / len(stands) + self.doors
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A warehouse floor, or several that lifts join.
+    """A warehouse floor, or several floors joined by lifts.
 
-    `graph` is the Highways: nodes have x and y, and in_lane where robots park on them; edges have length, speed (limit,
-    inf if none) and perhaps two_way: the edge and the one back are one lane, used in one direction at a time. An edge
-    that leads against a preferred direction `counts` that many times where routes are chosen. A ride in a lift is an
-    edge without length which `takes` its time, with the mean time until the cabin comes. The order of a node's
-    successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
-    `widths`: those of aisles by edge, inf where they are said to be wide; where there is none, the aisle is narrow.
-    `floor_nodes`: nodes on floors that have a name, by that.
+    `graph` is the Highways. Its nodes have x and y, and `in_lane` where robots park on them. Its edges have `length`,
+    `speed` (a limit; inf if there is none) and perhaps `two_way`: the edge and its opposite are one lane, used in one
+    direction at a time. An edge against a preferred direction `counts` as that many times its length in the choice of
+    routes. A ride in a lift is an edge without length that `takes` its time, including the mean time until the cabin
+    comes. Algorithm 1 tries the successors of a node in their order.
+
+    `place_names`: numbers of storage places by their names. `widths`: widths of aisles by edge, inf if wide; an edge
+    without an entry is in a narrow aisle. `floor_nodes`: nodes of each named floor, by the name of the floor.
     """
 
     graph: nx.DiGraph
@@ -134,7 +144,7 @@ class Layout:
 
     @cached_property
     def called(self) -> dict[int, str]:
-        """The first name of storage places by number; empty where they have no names."""
+        """The first name of each storage place by its number; empty if places have no names."""
         names: dict[int, str] = {}
         for name, number in self.place_names.items():
             names.setdefault(number, name)
@@ -142,7 +152,7 @@ class Layout:
 
     @cached_property
     def names_at(self) -> dict[str, tuple[str, ...]]:
-        """The names of storage places at a node, beside an edge (`A>B`) or a lane (`A-B`), in the order along it."""
+        """The names of storage places at a node, beside an edge (`A>B`) or along a lane (`A-B`), sorted by offset."""
         names_by_position: defaultdict[str, list[str]] = defaultdict(list)
         for place in sorted(self.storage, key=attrgetter("offset")) if self.called else ():
             a, b = place.edge
@@ -153,12 +163,12 @@ class Layout:
 
     @property
     def two_way(self) -> list[Edge]:
-        """The two-way lanes, each by one of its edges."""
+        """The two-way lanes, each as one of its edges."""
         return [(a, b) for a, b, two_way in self.graph.edges(data="two_way") if two_way and a < b]
 
     @cached_property
     def lanes(self) -> list[Edge]:
-        """Every lane once, in the order of the edges: a two-way one by the first of its two edges."""
+        """The lanes in the order of the edges, each once; a two-way lane is given by the first of its two edges."""
         firsts: dict[frozenset[str], Edge] = {}
         return [
             (a, b)
@@ -168,31 +178,31 @@ class Layout:
 
     @cached_property
     def edges(self) -> tuple[tuple[Edge, float, float, bool], ...]:
-        """Every edge, its length and speed limit, and whether it is one of a two-way lane."""
+        """The edges with their length, their speed limit, and whether they belong to a two-way lane."""
         edges = self.graph.edges(data=True)
         return tuple(((a, b), data["length"], data["speed"], bool(data.get("two_way"))) for a, b, data in edges)
 
     @cached_property
     def has_limits(self) -> bool:
-        """Whether any lane has a speed limit that slows robots down."""
+        """Whether any edge has a finite speed limit."""
         return any(math.isfinite(limit) for _, _, limit, _ in self.edges)
 
     @cached_property
     def in_lane(self) -> frozenset[str]:
-        """Nodes on which robots park: no route leads through them."""
+        """The nodes on which robots park, so that no route leads through them."""
         return frozenset(node for node, bay in self.bays.items() if bay.in_lane)
 
     @cached_property
     def points(self) -> dict[str, complex]:
-        """The positions of nodes: x + iy."""
+        """The positions of nodes as complex numbers x + iy."""
         return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
 
     def length(self, edge: Edge) -> float:
-        """Return the length of an edge; 0 of a node for both its ends."""
+        """Return the length of an edge; 0 for a node given as both ends."""
         return 0.0 if edge[0] == edge[1] else float(self.graph.edges[edge]["length"])
 
     def approaches(self, edge: Edge, offset: float) -> list[tuple[Edge, float]]:
-        """Return the edges by which robots come to a place, both of a two-way lane, and how far along it is on each."""
+        """Return the edges by which robots come to a place, each with the place's offset; two for a two-way lane."""
         length = self._two_way_lengths.get(edge)
         return [(edge, offset)] if length is None else [(edge, offset), ((edge[1], edge[0]), length - offset)]
 
@@ -201,13 +211,13 @@ class Layout:
         return {edge: length for edge, length, _, two_way in self.edges if two_way}
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
-        """Return the node, or the nodes of the station, that has this name."""
+        """Return the nodes of the station of this name, or the node of this name alone."""
         if name in self.graph:
             return (name,)
         return tuple(node for node, station in self.stations.items() if station.zone == name)
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
-        """Return the point `offset` length units along an edge drawn straight; of a place at a node, the node."""
+        """Return the point `offset` length units along an edge drawn straight, or the point of a node as both ends."""
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
         if source is target:
             return source["x"], source["y"]
@@ -219,9 +229,10 @@ class Layout:
 
     @cached_property
     def headings(self) -> dict[Edge, float]:
-        """Directions of the edges in radians, 0 along x, growing towards y.
+        """The directions of edges in radians: 0 along x, growing towards y.
 
-        A ride has that of the way out of the cabin: there a robot turns before it rides, whatever way floors are drawn.
+        A ride has the direction of the way out of the cabin on arrival, as a robot turns in the cabin before the ride,
+        however floors are drawn.
         """
         ways = {(a, b): self.points[b] - self.points[a] for a, b in self.graph.edges}
         for ride in self.rides:
@@ -232,7 +243,7 @@ class Layout:
 
     @cached_property
     def floors(self) -> dict[str, int]:
-        """By node the number of its floor, on which robots get about without a lift, from the lowest (0) up."""
+        """The number of each node's floor, from 0 for the lowest; on one floor robots get about without a lift."""
         import networkx as nx
 
         lanes = nx.Graph(edge for edge in self.graph.edges if edge not in self.rides)
@@ -252,13 +263,13 @@ class Layout:
 
     @cached_property
     def floor_names(self) -> dict[int, str]:
-        """The names of floors by their numbers, from the lowest up; a floor without a name has its number."""
+        """The names of floors by their numbers, from the lowest up; the name of an unnamed floor is its number."""
         names = {self.floors[node]: name for name, nodes in self.floor_nodes.items() for node in nodes}
         return {number: names.get(number, str(number)) for number in sorted({*self.floors.values()})}
 
     @cached_property
     def floor_titles(self) -> dict[int, str]:
-        """The titles of floors in drawings: their names, and `floor 1` where that is a number only."""
+        """The titles of floors in drawings: their names, or `floor 1` if the name is only a number."""
         return {
             number: f"floor {name}" if name.lstrip("-").isdecimal() else name
             for number, name in self.floor_names.items()
@@ -266,7 +277,7 @@ class Layout:
 
     @cached_property
     def cabins_beside(self) -> dict[str, list[str]]:
-        """For each node of a lift, the nodes of its other cabins on that floor."""
+        """For each node of a lift's first cabin, the nodes of its other cabins on the floor."""
         first, beside = {lift.name: lift for lift in self.lifts}, defaultdict[str, list[str]](list)
         for lift in self.lifts:
             if lift.model_name != lift.name:
@@ -276,5 +287,5 @@ class Layout:
 
     @cached_property
     def rides(self) -> dict[Edge, Lift]:
-        """The edges between two floors, each with the lift that carries robots along it."""
+        """The edges between floors, each with the lift that carries robots along it."""
         return {ride: lift for lift in self.lifts for ride in permutations(lift.nodes, 2)}

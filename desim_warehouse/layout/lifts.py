@@ -1,4 +1,4 @@
-"""What is wrong with lifts before a run: robots would wait or work in a cabin, drive through one, or never have it."""
+"""Checks of lifts before a run: places in a cabin, lanes through a cabin, and cabins that robots would never get."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ EPS = 1e-6
 
 
 class LiftUse(Protocol):
-    """The use of a layout by a model, as far as lifts are concerned."""
+    """How a model uses a layout, as far as lifts are concerned."""
 
     @property
     def contact(self) -> float:
-        """The distance that robots keep."""
+        """The distance D that robots keep."""
 
     @property
     def at(self) -> dict[str, str]:
-        """The work of robots at nodes."""
+        """The use of nodes by robots, in words."""
 
     @property
     def zones(self) -> Mapping[str, ZoneSpec]:
@@ -30,19 +30,19 @@ class LiftUse(Protocol):
 
     @property
     def free(self) -> frozenset[str]:
-        """Nodes that are open to all."""
+        """The nodes that are open to all robots at once."""
 
     @property
     def timed(self) -> frozenset[str]:
-        """Nodes at which robots spend a time of their own."""
+        """The nodes with a node time of their own."""
 
     @property
     def people(self) -> Mapping[str, float]:
-        """The share of the time for which people have each lift."""
+        """The share of the time for which people have each lift, by its name."""
 
 
 def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
-    """Find errors of lifts, of their places and of their use."""
+    """Find errors in the drawing and use of lifts."""
     for lift in layout.lifts:
         yield from _shared(lift, use)
     for node in sorted(use.timed.intersection(layout.cabins_beside)):
@@ -75,7 +75,7 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
 
 
 def _shared(lift: Lift, use: LiftUse) -> Iterator[Finding]:
-    """Find lifts that would carry any number of robots at once, and those that people never leave to robots."""
+    """Find lifts that would carry any number of robots at once, or that people never leave to robots."""
     for node in sorted(use.free.intersection(lift.nodes)):
         text = "a lift carries one robot at a time, and cannot be open to all"
         yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")

@@ -1,4 +1,4 @@
-"""Names: of the nodes of a block layout, and of storage places by a pattern of aisle, bay and level."""
+"""Names of the nodes of a block layout, and of storage places by a pattern of aisle, bay and level."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from string import Formatter, ascii_uppercase
 from desim_warehouse.layout.layout import StoragePlace
 
 FIELDS = ("aisle", "bay", "level", "number", "aisle_letter", "level_letter")
-"""What the pattern of a storage place's name may hold."""
+"""Fields that the pattern of a storage place's name may contain."""
 _FORM = re.compile(r"(0?\d)?d?")
 
 
@@ -39,7 +39,7 @@ def block_nodes(columns: int, rows: int, floor: int = 0) -> tuple[tuple[str, ...
 
 
 def wrong_part(pattern: str) -> str:
-    """Return the problem of a pattern of names; empty where there is none."""
+    """Return the problem of a pattern of names; empty if there is none."""
     try:
         parts = list(Formatter().parse(pattern))
     except ValueError as error:
@@ -50,9 +50,10 @@ def wrong_part(pattern: str) -> str:
 
 
 def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iterator[tuple[str, int]]:
-    """Yield the numbers of storage places by names from a pattern; a place with several levels has a name for each.
+    """Yield the names that a pattern gives to storage places, each with the number of its place.
 
-    An aisle is an edge beside which there are places, in the order in which they are listed; bays are counted along it.
+    A place with several levels has a name for each. An aisle is an edge beside which there are places; aisles are
+    numbered in the order of the storage list, bays along the aisle.
     """
     aisles: dict[tuple[str, str], list[StoragePlace]] = {}
     for place in storage:
@@ -66,6 +67,6 @@ def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iter
 
 
 def _letters(number: int) -> str:
-    """Return the n-th of A, B, ... Z, AA, AB, as columns of a sheet are called."""
+    """Return the n-th of A, B, ..., Z, AA, AB, ..., the names of columns in a spreadsheet."""
     number, rest = divmod(number - 1, len(ascii_uppercase))
     return (_letters(number) if number else "") + ascii_uppercase[rest]

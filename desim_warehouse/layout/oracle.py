@@ -1,9 +1,9 @@
-"""The distance oracle: directed distances and driving times between nodes, computed on demand.
+"""Shortest-path oracle: directed distances and driving times between nodes, computed on demand.
 
 Each row is one search: scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
-search from an origin. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
-nodes. Routes that end at a hub (a station, a bay) are searched towards it, and routes that only begin at one from it.
-Robots drive between hubs and storage, so a row for each hub serves nearly all routes.
+search from an origin. Only the most recently used rows are kept, so memory is bounded by `KEPT` numbers even on layouts
+of 10,000 nodes. A route that ends at a hub (a station or bay) is searched towards the hub, and a route that only begins
+at one is searched from it. Robots drive between hubs and storage, so one row for each hub serves nearly all routes.
 """
 
 from __future__ import annotations
@@ -25,28 +25,29 @@ Cost = Literal["hops", "length", "time"]
 Row = tuple[Any, Any, Any, Any]
 Found = tuple["array[float]", "array[float]", "array[int]"]
 KEPT = 24_000_000
-"""Numbers of each kind that an oracle keeps: rows times nodes (192 MB of times, as much of lengths).
+"""Largest count of numbers of each kind in an oracle: rows times nodes (192 MB of times, as much of lengths).
 
-A decision asks for a row for each open task. Where fewer are kept than there are open tasks, every decision searches
-all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 open tasks took ten times as long.
+A decision asks for a row for each open task. If fewer rows are kept than there are open tasks, every decision searches
+all of them again: on 42,000 nodes, 8 million numbers were 190 rows, and a run with 200 open tasks took ten times as
+long.
 """
 WAYS = 5_000
-"""Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
+"""Routes that an oracle keeps, for runs of a small model that ask for them again and again."""
 TIMES = 10_000
 """Times of routes that an oracle keeps by their ends: robots drive between few nodes, and each decision asks anew."""
 FEW = 24
-"""Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
+"""Entries of a table up to which they are looked up one by one, as this is faster than preparing whole rows."""
 TIE = 1e-9
-"""Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
+"""Relative difference up to which lengths or times of routes count as equal, since their sums are rounded."""
 
 
 class RouteOracle:
     """The cheapest routes on the Highways for one cost of an edge, with their lengths and free driving times.
 
-    `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1 does.
-    `length` is in length units. `time` includes node times, edge speed limits and rides, but no waiting. Times of a
-    route are at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are
-    compared by length or time. The lengths and times given are those driven.
+    `hops` counts nodes, and breaks ties by the order of successors from the origin, as the paper's Algorithm 1 does.
+    `length` is in length units. `time` includes node times, speed limits of edges and rides, but no waiting. Driving
+    times are at `speed`, whichever cost chose the route. The factor `counts` of an edge applies where routes are
+    compared by length or time; the lengths and times returned are those driven.
     """
 
     def __init__(
@@ -92,12 +93,12 @@ class RouteOracle:
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
 
     def length(self, origin: str, goal: str) -> float:
-        """Return the length of the route; inf where there is none."""
+        """Return the length of the route; inf if there is no route."""
         row, node = self._row_of(origin, goal)
         return float(row[0][node])
 
     def time(self, origin: str, goal: str) -> float:
-        """Return the free driving time of the route; inf where there is none."""
+        """Return the free driving time of the route; inf if there is no route."""
         return self._time(origin, goal)
 
     def _looked_up(self, origin: str, goal: str) -> float:
@@ -105,15 +106,14 @@ class RouteOracle:
         return float(row[1][node])
 
     def counted(self, origin: str, goal: str) -> float:
-        """Return the cost by which a route is compared: more than its own if it leads against a preferred direction."""
+        """Return the cost by which a route is compared; driving against a preferred direction makes it larger."""
         row, node = self._row_of(origin, goal)
         return float(row[3][node])
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Return nodes of the route, both ends included; empty where there is none.
+        """Return the nodes of the route, both ends included; empty if there is no route.
 
-        Another `tie` gives another of the routes of the same length and time, where there are several; none where turns
-        take time.
+        Where several routes have equal cost, length and time, `tie` selects among them, unless turns take time.
         """
         return list(self._way(origin, goal, tie))
 
@@ -137,18 +137,18 @@ class RouteOracle:
 
     @property
     def _is_over_edges(self) -> bool:
-        """Whether routes are searched for over edges, as the turns between them count."""
+        """Whether routes are searched over edges, because turns between edges count."""
         return self._turns is not None and self.cost == "time"
 
     def beside(self, origin: str, goal: str) -> tuple[str, str]:
-        """Return the second and the last node but one of a route with two nodes or more, where turns count."""
+        """Return the second node and the last node but one of a route with at least two nodes, where turns count."""
         forward = self._forward(origin, goal)
         root, node = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
         near, far = (self.names[nodes[node]] for nodes in self._besides(root, forward=forward))
         return (far, near) if forward else (near, far)
 
     def beside_all(self, origins: Sequence[str], goals: Sequence[str]) -> tuple[Any, Any]:
-        """Return `beside` from every origin (rows) to every goal (columns), as tables of node numbers."""
+        """Return `beside` from every origin (rows) to every goal (columns), as two tables of node numbers."""
         import numpy as np
 
         second = self._table(origins, goals, lambda root, forward: self._besides(root, forward=forward)[forward])
@@ -156,7 +156,7 @@ class RouteOracle:
         return second.astype(np.intp), last.astype(np.intp)
 
     def _besides(self, root: int, *, forward: bool) -> tuple[Any, Any]:
-        """Return for every node the next node towards the root, and the last node before the root."""
+        """Return for every node the next node towards the root, and the last node before the root, as arrays."""
         import numpy as np
 
         steps = self._row(root, forward=forward)[2]
@@ -179,7 +179,7 @@ class RouteOracle:
         )
 
     def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
-        """Return all edges by the numbers of their nodes, with length, time, and the cost that compares routes."""
+        """Return all edges as numbers of their two nodes, length, time, and the time by which routes are compared."""
         return [
             (source, target, length, time, count * time)
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
@@ -202,10 +202,10 @@ class RouteOracle:
         return nexts[_drawn(tie, node, root) % len(nexts)] if nexts else int(row[2][node])
 
     def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
-        """For each node, its neighbours one edge closer to the root of a shortest-path search: edge length, time, cost.
+        """Return for each node its neighbours one edge closer to the root, with the edge's length, time and cost.
 
-        Routes begin at the root with `forward`, so the neighbours are a node's predecessors; else routes end at the
-        root, and they are its successors.
+        With `forward`, routes begin at the root, and the neighbours are the node's predecessors; otherwise routes end
+        at the root, and the neighbours are its successors.
         """
         if forward not in self._steps:
             neighbours: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
@@ -218,7 +218,7 @@ class RouteOracle:
         return self._steps[forward]
 
     def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
-        """Return lengths or times from every origin (rows) to every goal (columns), a numpy array."""
+        """Return the lengths or times from every origin (rows) to every goal (columns), as a numpy array."""
         import numpy as np
 
         if len(origins) * len(goals) <= FEW:
@@ -228,10 +228,10 @@ class RouteOracle:
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 
     def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
-        """Make a matrix with a row for each origin and a column for each goal, from one shortest-path search for each.
+        """Return a matrix with a row for each origin and a column for each goal, from as few searches as possible.
 
-        `read(root, begins)` returns the values of all nodes for the routes that begin at the root (`begins`, where the
-        root is an origin), or that end there (where the root is a goal).
+        `read(root, forward)` returns the values of all nodes for the routes that begin at the root (`forward`: the root
+        is an origin) or end there (the root is a goal).
         """
         import numpy as np
 
@@ -252,7 +252,7 @@ class RouteOracle:
         return table if table.shape == (len(rows), len(columns)) else table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
-        """Whether a route is searched from its origin."""
+        """Return whether a route is searched from its origin."""
         return self._from_origin or (origin in self._hubs and goal not in self._hubs)
 
     def _row_of(self, origin: str, goal: str) -> tuple[Row, int]:
@@ -261,7 +261,7 @@ class RouteOracle:
         return self._row(self.index[goal], forward=False), self.index[origin]
 
     def _row(self, root: int, *, forward: bool) -> Row:
-        """Return lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
+        """Return by node the lengths and times of routes, the next nodes towards the root, and the costs of routes."""
         key = root, forward
         row = self._rows.get(key)
         if row is None:
@@ -284,7 +284,7 @@ class RouteOracle:
         return lengths, times, before, lengths
 
     def _from(self, root: int) -> Found:
-        """Search with Algorithm 1 (breadth first): every node is reached from the first node found that leads there."""
+        """Search with Algorithm 1 (breadth first): each node is reached from the first visited node leading to it."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))
@@ -305,14 +305,14 @@ class RouteOracle:
 
     @cached_property
     def _columns(self) -> tuple[Any, ...]:
-        """Return arrays of the start node, end node, length and time of every edge, sorted by start node."""
+        """The start node, end node, length and time of every edge as arrays, sorted by start node."""
         import numpy as np
 
         edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
         return tuple(np.array(column) for column in zip(*edges, strict=True))
 
     def _cheapest(self, root: int, *, forward: bool) -> tuple[Any, Any]:
-        """Return the cost of every node from or to a root, and the next node towards it; negative where none is."""
+        """Return the cost of every node from or to a root, and the next node towards it; negative if there is none."""
         from scipy.sparse.csgraph import dijkstra
 
         if self._edges is None:
@@ -342,7 +342,7 @@ class RouteOracle:
             edges[left] += 1
 
         def along(what: Cost) -> Any:
-            """Return the length or time of the routes found."""
+            """Return the lengths or times of the cheapest routes."""
             if what == self.cost and not self._counted:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
@@ -360,7 +360,7 @@ class RouteOracle:
         return lengths, times, before, lengths if self.cost == "length" else times
 
     def _without_passing(self, graph: Any, root: int, *, forward: bool) -> Any:
-        """Return the Highways, from or towards a node, without edges that lead on beyond a bay in a lane."""
+        """Return the graph of costs without the edges that lead on beyond a bay in the lane, unless it is the root."""
         import numpy as np
         from scipy.sparse import csr_array
 
@@ -373,9 +373,10 @@ class RouteOracle:
         return self._open[key]
 
     def _matrices(self) -> dict[bool, tuple[Any, Any, Any, dict[str, Any]]]:
-        """Return the Highways with their costs, and their edges node by node, for routes from a node (True) and to one.
+        """Return graphs of the costs of edges, for routes from a node (True) and to a node (False).
 
-        Of each node the first edge by which a route comes (or goes on), of each edge its other node, length and time.
+        With each graph come the first edge by which a route comes to (or goes on from) each node, the other node of
+        each edge, and the edges' lengths and times, all sorted by node.
         """
         import numpy as np
         from scipy.sparse import csr_array
@@ -395,6 +396,6 @@ class RouteOracle:
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
-    """Return a pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    """Return a pseudo-random number that depends only on the arguments (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
     mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
     return mixed >> 15 ^ mixed >> 7

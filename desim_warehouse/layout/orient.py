@@ -1,8 +1,8 @@
-"""Two-way lanes made one-way wherever the floor stays connected: Highways from a plan that has no directions.
+"""Orientation of two-way lanes wherever the floor stays connected: Highways from a plan without directions.
 
-A lane can be made one-way unless it is a bridge (Robbins 1939; with one-way edges besides: Boesch and Tindell 1980, who
-also show that the lanes may be taken one after the other, in any order). Which directions are good is another matter:
-those of parallel aisles alternate here, and a local search takes over from there.
+A lane can be made one-way unless it is a bridge (Robbins 1939; with additional one-way edges: Boesch and Tindell 1980,
+who also show that lanes may be oriented one by one in any order). A good choice of directions is another matter: here
+parallel aisles alternate at first, and a local search improves on them.
 """
 
 from __future__ import annotations
@@ -22,27 +22,28 @@ if TYPE_CHECKING:
 
 _TRIALS = 2000
 _HUBS, _TRIPS = 32, 200_000
-"""On a large floor, the least number of hubs from which trips are measured, and of nodes to which they lead."""
+"""On a large floor, the least number of hubs from which trips are measured, and the number of such trips."""
 _WORK = 200_000_000
-"""Nodes times hubs times trials: about a minute."""
+"""Largest product of nodes, hubs and trials: about a minute."""
 _ALL, _ANNEALED = 16, 500
-"""The most lanes of which all ways are compared, and the most of which turning is annealed."""
+"""The most lanes for which all orientations are compared, and the most for which simulated annealing is used."""
 _COOLING, _HEAT, _COLD, _AISLES = 4, 0.01, 0.01, 0.2
-"""Of annealing: trials in times those of the descent, the first temperature as a share of the mean trip, the last as a
-share of the first, and the share of trials that turn a whole aisle."""
+"""Parameters of annealing: its trials as a multiple of the descent's, the first temperature as a share of the mean
+trip, the last as a share of the first, and the share of trials that turn a whole aisle.
+"""
 _SAME = 1e-9
-"""A mean trip that differs by less, as a share, is no shorter."""
+"""Relative difference below which a mean trip does not count as shorter."""
 
 _AS_LISTED, _TURNED, _BOTH = 1, 2, 3
-"""What is open of a lane: its direction as listed, the other one, both: bits, so that they can be masked."""
+"""The open directions of a lane: as listed, the opposite one, or both; bits, so that they can be masked."""
 
 
 @dataclass(frozen=True)
 class Orientation:
-    """The direction that every two-way lane keeps (`kept`), and the `bridges`, which stay two-way.
+    """The direction that each two-way lane keeps (`kept`), and the `bridges`, which stay two-way.
 
-    `stretch` is the mean trip between the flows' ends, divided by that on the two-way floor. With more than about
-    200,000 such trips it is estimated from a sample of hubs.
+    `stretch`: the mean trip between the ends of flows, divided by the mean trip on the two-way floor. If there are more
+    than about 200,000 such trips, both are estimated from a sample of hubs.
     """
 
     kept: tuple[Edge, ...]
@@ -60,11 +61,12 @@ def orient_lanes(
 ) -> Orientation:
     """Choose directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
 
-    Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
-    edge. Parallel aisles prefer alternating directions, and each of the four ways to begin with is tried. The best is
-    improved by turning whole aisles, then single lanes, while the mean trip gets shorter and the floor stays strongly
-    connected; below some 500 lanes simulated annealing goes on from there, and with up to 16 lanes all ways are
-    compared instead. `trials` bounds how many turns are tried, fewer on large floors. The result is deterministic.
+    The directions keep trips short between `hubs` (stations) and `ends` (nodes of goods, by weight); `cost` returns the
+    time on an edge. The search starts from each of the four ways in which directions of parallel aisles can alternate,
+    and improves the best by turning whole aisles, then single lanes, while the mean trip gets shorter and the floor
+    stays strongly connected. With up to 16 free lanes all orientations are compared instead, and with up to 500
+    simulated annealing goes on from there. `trials` limits the number of turns that are tried; large floors get fewer.
+    The result is deterministic.
     """
     most = max(_HUBS, _TRIPS // len(graph))
     if len(hubs) > most:
@@ -85,7 +87,7 @@ def orient_lanes(
 
 
 class _Floor:
-    """The arcs of a floor as arrays; each lane has two, and an orientation leaves one of them."""
+    """The edges of a floor as arrays; an orientation leaves one of the two edges of each lane."""
 
     def __init__(
         self,
@@ -109,7 +111,7 @@ class _Floor:
         self.weights = weights / weights.sum()
 
     def network(self, ways: np.ndarray) -> csr_array:
-        """Return the arcs that are open."""
+        """Return the open edges as a sparse matrix of costs."""
         from scipy.sparse import csr_array
 
         is_open = np.ones(len(self.tails), dtype=bool)
@@ -123,7 +125,7 @@ class _Floor:
         return self.mean_trip_of(np.full(self.lanes, _BOTH))
 
     def mean_trip_of(self, ways: np.ndarray) -> float:
-        """Return the mean cost from a hub to an end and back; infinite where the floor is not strongly connected."""
+        """Return the mean cost from a hub to an end and back; inf if the floor is not strongly connected."""
         from scipy.sparse.csgraph import dijkstra
 
         network = self.network(ways)
@@ -136,9 +138,9 @@ class _Floor:
         return total
 
     def oriented(self, preferred: np.ndarray) -> np.ndarray:
-        """Return the arcs left open when every lane has lost a direction that the floor can do without.
+        """Return for each lane the directions left open after closing every direction that the floor can do without.
 
-        At first all lanes are as preferred. Only lanes between parts that this cuts off from each other become two-way
+        At first all lanes are as preferred. Lanes between parts that this cuts off from each other become two-way
         again, and are decided one by one: on a grid a few of many thousand.
         """
         from scipy.sparse.csgraph import connected_components
@@ -154,7 +156,7 @@ class _Floor:
         for lane in apart.tolist():
             ends = int(self.tails[lane]), int(self.heads[lane])
             for way in (preferred[lane], preferred[lane] ^ _BOTH):
-                tail, head = ends[::-1] if way == _AS_LISTED else ends  # ends of the direction to do without
+                tail, head = ends[::-1] if way == _AS_LISTED else ends  # ends of the direction to close
                 onward[tail].discard(head)
                 if _reaches(onward, tail, head):
                     ways[lane] = way
@@ -163,7 +165,7 @@ class _Floor:
         return ways
 
     def best(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """Return the best ways reached from given ones; on a small floor the best of all."""
+        """Return the best orientation reached from a given one; on a small floor the best of all."""
         free = np.flatnonzero(ways != _BOTH)
         if len(free) <= _ALL:
             return self._shortest(ways, free)
@@ -173,7 +175,7 @@ class _Floor:
         return self.improved(self._annealed(ways, free, aisles, _COOLING * trials), aisles, trials)
 
     def _shortest(self, ways: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Return the ways with the shortest mean trip, of all ways of the lanes that can be turned."""
+        """Return the orientation with the shortest mean trip, of all orientations of the `free` lanes."""
         shortest, best = ways, self.mean_trip_of(ways)
         turned = (np.arange(2 ** len(free))[:, None] >> np.arange(len(free)) & 1).astype(bool)
         for turns in turned[self._without_dead_ends(ways, free, turned)]:
@@ -185,7 +187,7 @@ class _Floor:
         return shortest
 
     def _without_dead_ends(self, ways: np.ndarray, free: np.ndarray, turned: np.ndarray) -> np.ndarray:
-        """Return which rows of `turned` leave every node a way in and a way out: a quick look at tens of thousands."""
+        """Return which rows of `turned` leave every node a way in and a way out: a quick filter of many thousands."""
         others = ways.copy()
         others[free] = 0
         fixed = self.network(others)
@@ -200,7 +202,7 @@ class _Floor:
         return has_none
 
     def _annealed(self, ways: np.ndarray, free: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """Return ways with a short mean trip, found by simulated annealing: aisles and lanes are turned at random.
+        """Return an orientation with a short mean trip, found by simulated annealing: random aisles and lanes turn.
 
         Source: Kirkpatrick, Gelatt and Vecchi (1983).
         """
@@ -230,7 +232,7 @@ class _Floor:
         return bool(parts == 1)
 
     def improved(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """Turn whole aisles, then single lanes, one at a time, as long as that shortens the mean trip."""
+        """Turn whole aisles, then single lanes, one at a time, as long as the mean trip gets shorter."""
         best = self.mean_trip_of(ways)
         for groups in (aisles, [[lane] for lane in range(self.lanes)]):
             waiting = list(groups)
@@ -255,7 +257,7 @@ class _Floor:
 
 
 def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
-    """Whether there is a path between two nodes."""
+    """Return whether there is a path from one node to another."""
     seen, layer = {start}, [start]
     while layer:
         following = set().union(*(onward[node] for node in layer)) - seen
@@ -268,9 +270,10 @@ def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
 
 @dataclass(frozen=True)
 class Aisles:
-    """By lane: whether it lies along x, the rank of its aisle among the parallel ones, whether it leads to more x or y.
+    """The aisle of each lane: its axis, its rank among parallel aisles, and the lane's direction along the axis.
 
-    Lanes along x whose middles have about the same y are one aisle: within half the median length of a lane.
+    Lanes along x whose centres have about equal y, within half the median length of such lanes, are one aisle.
+    `upwards`: the lane, as listed, leads towards larger x or y.
     """
 
     along_x: np.ndarray
@@ -296,7 +299,10 @@ class Aisles:
         return cls(along_x, rank, np.where(along_x, spans[:, 0], spans[:, 1]) >= 0)
 
     def alternating(self, rows: int, columns: int) -> np.ndarray:
-        """Return ways of lanes whose direction changes from aisle to aisle; the first row and column lead up if 0."""
+        """Return an orientation whose directions alternate from aisle to aisle, beginning upwards where 0 is given.
+
+        `rows` and `columns`: 0 if the first aisle along x, or along y, leads upwards; 1 if downwards.
+        """
         is_up = (self.rank + np.where(self.along_x, rows, columns)) % 2 == 0
         return np.where(is_up == self.upwards, _AS_LISTED, _TURNED)
 

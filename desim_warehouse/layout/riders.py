@@ -1,4 +1,4 @@
-"""People who ride in a lift of a model, beside robots."""
+"""The section of a lift about people who ride in it besides robots."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from desim_warehouse.values.fields import Part, Rate, Usual
 
 
 class RidersSpec(Part):
-    """People who ride in a lift at random, each from one of its floors to another, all equally likely.
+    """People who ride in a lift at random times, each from one of its floors to another, with equal probabilities.
 
     People who called the cabin no later than a robot ride first, in the order of their calls.
     """
@@ -25,6 +25,6 @@ class RidersSpec(Part):
     )
     hours: CalendarName | None = Field(None, description="a calendar of when they ride; default: always")
 
-    def is_random(self, model: Any) -> bool:  # noqa: ARG002 - when they come always is
-        """Whether chance decides when people ride, from where to where, or for how long."""
+    def is_random(self, model: Any) -> bool:  # noqa: ARG002 - arrivals are always random
+        """Return True: chance decides when people ride, between which floors, and for how long."""
         return True

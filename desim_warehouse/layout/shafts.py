@@ -1,4 +1,4 @@
-"""Lifts as parts of the graph: rides between their nodes, and cabins side by side, each with lanes of its own."""
+"""Lifts as parts of the graph: rides between their nodes, and cabins side by side, each with its own lanes."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.spec import LiftSpec
 
 DIRECTIONS = 24
-"""Directions from a node in front of the doors in which a cabin may be drawn."""
+"""Number of directions, from a node in front of the doors, in which a cabin may be drawn."""
 
 
 def stand_cabins(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> None:
-    """Add the nodes of lifts that are said by the nodes in front of their doors, each with a lane in and a lane out.
+    """Add the cabin nodes of lifts given by the nodes in front of their doors, each with a lane in and a lane out.
 
     Raises:
-        LayoutError: where a node has such a name.
+        LayoutError: the name of such a node is already taken.
     """
     for name, spec in specs.items():
         for front, node in zip(spec.fronts, spec.stops(name), strict=False):
@@ -37,10 +37,10 @@ def stand_cabins(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> None:
 
 
 def add_lifts(graph: nx.DiGraph, specs: Mapping[str, LiftSpec]) -> tuple[Lift, ...]:
-    """Add what lifts are to a graph and return them, with each of several cabins as a lift of its own.
+    """Add the further cabins and the rides of lifts to a graph, and return the lifts; each cabin is a lift of its own.
 
     Raises:
-        LayoutError: where a node or edge stands in the way.
+        LayoutError: an edge already joins two floors of a lift, or the name of a cabin's node is already taken.
     """
     lifts = tuple(lift for name, spec in specs.items() for lift in _cabins(graph, name, spec))
     for lift in lifts:
@@ -59,7 +59,7 @@ def _cabins(graph: nx.DiGraph, name: str, spec: LiftSpec) -> Iterator[Lift]:
 
 
 def _beside(graph: nx.DiGraph, lift: str, node: str, another: str) -> str:
-    """Add the node of another cabin, with the lanes of a node, turned about its neighbour to where most room is."""
+    """Add the node of a further cabin, with lanes as at `node`, where there is most room round its front."""
     _is_new(graph, f"layout.lifts.{lift}.cabins", another)
     lanes = [*graph.in_edges(node, data=True), *graph.out_edges(node, data=True)]
     front = next((end for a, b, _ in lanes for end in (a, b) if end != node), node)
@@ -81,12 +81,15 @@ def _point(graph: nx.DiGraph, node: str) -> complex:
 
 
 def _turns(first: int) -> list[complex]:
-    """Turns by parts of a circle, from the `first` part on."""
+    """Return the rotations by multiples of a part of a circle, as complex numbers, from the multiple `first` on."""
     return [cmath.rect(1, 2 * math.pi * part / DIRECTIONS) for part in range(first, DIRECTIONS)]
 
 
 def _roomiest(graph: nx.DiGraph, front: str, arms: list[complex]) -> complex:
-    """Return which end of these arms of one length, from a node, is farthest from other nodes and its own lanes."""
+    """Return the end of one of the arms that is farthest from other nodes and from the lanes of `front`.
+
+    `arms`: vectors of equal length from `front`, as complex numbers.
+    """
     origin, reach = _point(graph, front), abs(arms[0])
     others = [_point(graph, name) for name in graph if name != front]
     for name in (*graph.successors(front), *graph.predecessors(front)):
@@ -97,7 +100,7 @@ def _roomiest(graph: nx.DiGraph, front: str, arms: list[complex]) -> complex:
 
 
 def _add_rides(graph: nx.DiGraph, lift: Lift) -> None:
-    """Join the nodes of a lift by an edge for each ride, with the mean time that the ride takes, call included."""
+    """Join the nodes of a lift by an edge for each ride, with its mean time, including the wait for the cabin."""
     for start, end in permutations(lift.nodes, 2):
         if graph.has_edge(start, end):
             text = f"the edge {start}>{end} leads from floor to floor, as its rides do; leave it out of layout.edges"

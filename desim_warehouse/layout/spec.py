@@ -59,13 +59,13 @@ Positions = Mapping[str, tuple[float, float]]
 
 
 def _node(name: str, info: ValidationInfo) -> str:
-    """Refuse the name of a node that the layout does not have."""
+    """Return the name of a node; refuse a name that the layout does not have."""
     _known_node(name, info)
     return name
 
 
 def _node_or(zones: str) -> AfterValidator:
-    """Refuse a name of neither a node nor a bay or station."""
+    """Return a validator that refuses a name of neither a node nor a bay or station."""
 
     def check(name: str, info: ValidationInfo) -> str:
         _known_node(name, info, zones)
@@ -75,9 +75,9 @@ def _node_or(zones: str) -> AfterValidator:
 
 
 def _nodes(zones: str) -> AfterValidator:
-    """Replace the name of a bay or station by its nodes; a node that has the name wins.
+    """Return a validator that replaces the name of a bay or station by its nodes; a node of this name has precedence.
 
-    One that is wrong itself has no nodes: its name stays, so that the list does not count as empty.
+    A bay or station that is itself wrong has no nodes: its name stays, so that the list does not count as empty.
     """
 
     def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
@@ -145,7 +145,7 @@ Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_lin
 
 
 def see_node(name: str, info: ValidationInfo, *keys: str) -> None:
-    """Refuse the name of a node that the layout does not have, at its key below the value that is checked."""
+    """Refuse the name of a node that the layout does not have, naming its `keys` below the value that is checked."""
     nodes = known(info).nodes
     if nodes and name not in nodes:
         hint = did_you_mean(name, nodes)
@@ -162,9 +162,9 @@ def _short_edge(value: Any) -> Any:
 
 
 class Edge(Part):
-    """An edge of the Highways, one-way unless it says otherwise; `[A, B]` for short.
+    """An edge of the Highways, one-way by default; `[A, B]` for short.
 
-    Two opposite edges between the same nodes are one two-way lane, unless they are side by side.
+    Two opposite edges between two nodes are one two-way lane, unless they are side by side.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
@@ -197,7 +197,7 @@ class Edge(Part):
 
 
 def _straight(*ends: Any) -> float | None:
-    """Return the distance between two nodes, if both have coordinates."""
+    """Return the distance between two nodes; None if either has no coordinates."""
     try:
         return math.dist(*ends)
     except (TypeError, ValueError, OverflowError):  # reported where the coordinates are checked
@@ -205,7 +205,7 @@ def _straight(*ends: Any) -> float | None:
 
 
 class Storage(Part):
-    """A storage place beside an edge, `offset` from the edge's start; its number is its rank in the list."""
+    """A storage place beside an edge, `offset` from the edge's start; its number is its position in the list."""
 
     edge: EdgeName = Field(description="[from, to]: the edge it is picked from")
     offset: Offset = Field(description="distance from the edge's start")
@@ -213,7 +213,7 @@ class Storage(Part):
 
 
 class NodeStorage(Part):
-    """A storage place at a node, picked by a robot that stands on it, whichever edge it came by."""
+    """A storage place at a node, picked by a robot that stands on the node, whichever edge it came by."""
 
     node: NodeName = Field(description="the node it is picked from")
     popularity: NotNegative = Field(1.0, description="relative demand")
@@ -228,7 +228,7 @@ class NodeStorage(Part):
 
 
 def edge_or_node(value: Any) -> str | None:
-    """Return the form of a place: on an edge or at a node."""
+    """Return the form of a storage place: on an edge or at a node."""
     at_node = "node" in value if isinstance(value, Mapping) else hasattr(value, "node")
     return ("\0node" if at_node else "\0edge") if isinstance(value, SECTION) else None
 
@@ -236,14 +236,14 @@ def edge_or_node(value: Any) -> str | None:
 class StorageFile(Part):
     """Storage places from a CSV file with the columns from, to, offset, or node, and optionally popularity.
 
-    If it has both, each row fills only one of the two.
+    If the file has both kinds of columns, each row fills only one kind.
     """
 
     file: Name = Field(description="CSV file, relative to the model file")
 
 
 class NamesFile(Part):
-    """Names of storage places from a CSV file: columns name, and place (its number); a place may have several."""
+    """Names of storage places from a CSV file with the columns name and place (a number); a place may have several."""
 
     file: Name = Field(description="CSV file, relative to the model file")
 
@@ -283,7 +283,7 @@ class PlacesSpec(Part):
     every: Count = Field(1, description="with along: every n-th node")
 
     def nodes(self, positions: Positions) -> list[str]:
-        """The nodes of the places: nodes by name, then every n-th along a side (west to east, north to south)."""
+        """Return the nodes listed by name, then every n-th along the side (west to east, or north to south)."""
         nodes = list(self.at)
         if self.along is not None:
             axis, pick = {"north": (1, min), "south": (1, max), "west": (0, min), "east": (0, max)}[self.along]
@@ -314,11 +314,11 @@ def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
 
 
 class BaySpec(PlacesSpec):
-    """Parking slots beside a node, entered and left through it; `chargers` of them have a charger.
+    """Parking slots beside a node, entered and left through the node; `chargers` of them have a charger.
 
     If its chargers are for some kinds only, robots of these kinds start there, and leave chargers for all kinds to
-    others while their own are free. Other robots park there only if no other slot is free, and make room. That takes a
-    free slot, so have more slots than robots.
+    other robots while their own are free. Other robots park there only if no other slot is free, and make room. Making
+    room takes a free slot, so have more slots than robots.
     """
 
     places: Annotated[Count, limited("robots")] | None = Field(
@@ -352,7 +352,7 @@ class BaySpec(PlacesSpec):
 
     @property
     def lacks_chargers(self) -> bool:
-        """Whether a robot may be in it without a charger for it."""
+        """Whether a robot may stand in the bay without a charger for it."""
         if self.kinds or self.total_chargers is not None:
             return True
         return self.chargers is not None and (self.grows or self.places is None or self.chargers < self.places)
@@ -380,12 +380,12 @@ class BaySpec(PlacesSpec):
 
 
 class StationSpec(PlacesSpec):
-    """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time.
+    """Stations beside nodes: `places` robots fit in, `servers` of them are served at a time.
 
-    Robots inside that are not yet served when it closes wait in the state `closed`. Tasks are held back at the source
-    until a robot driving freely would find the station open; a task that may go to several stations goes to an open
-    one. If there is work on load units, a task is done when its load unit has been worked on (`tasks.done_when`), and
-    workers keep the hours of the station.
+    Robots inside that are not yet served when the station closes wait in the state `closed`. Tasks are held back at the
+    source until a robot driving freely would find the station open; a task that may go to several stations goes to an
+    open one. If load units are worked on at the station, a task is done when the work on its load unit is done
+    (`tasks.done_when`), and workers keep the hours of the station.
     """
 
     places: Annotated[Count, limited("robots")] = Field(4, description="robots that fit inside at each node")
@@ -432,10 +432,10 @@ class StationSpec(PlacesSpec):
 
 
 class LiftSpec(Part):
-    """A lift, whose cabin carries one robot at a time between floors: parts of the layout that only lifts join.
+    """A lift, whose cabin carries one robot at a time between floors, which are joined only by lifts.
 
-    A robot calls the cabin once there is room for it beyond the doors on the other floor. The doors open where the
-    cabin comes, close behind the robot, open on its floor and close behind it again.
+    A robot calls the cabin once there is room for it beyond the doors on the other floor. The doors open when the cabin
+    has come, close behind the robot, open on its floor, and close behind it again.
     """
 
     nodes: tuple[NodeName, ...] = Field(
@@ -493,7 +493,7 @@ class LiftSpec(Part):
         return self
 
     def stops(self, name: str) -> tuple[str, ...]:
-        """The nodes of the cabin of a lift with this name, from the lowest floor up."""
+        """Return the nodes of the cabin of a lift with this name, from the lowest floor up."""
         return self.nodes or tuple(f"{name} at {front}" for front in self.fronts)
 
 
@@ -501,7 +501,7 @@ _WIDTH = "'wide', 'narrow', or a width"
 
 
 def _form_of_width(value: Any) -> str | None:
-    """Return the form of a width: a word or a length; of all aisles, or by name."""
+    """Return the form of a value of `aisles` or `width`: a word, a length, or sections by name."""
     if isinstance(value, SECTION):
         return "\0lines"
     if isinstance(value, str) and value.strip()[:1].isalpha():
@@ -517,10 +517,10 @@ def _lines(aisles: Any) -> Any:
 
 
 class AisleSpec(Part):
-    """Aisles of one width, by the nodes along each of them. All others are narrow.
+    """Aisles of one width, by the nodes along each of them. All other aisles are narrow.
 
     In an aisle that is wide, or at least twice as wide as the distance D that robots keep, a robot that loads or
-    unloads at a storage place stands beside its lane, where there is room for one, and others drive past.
+    unloads at a storage place stands beside its lane if the lane is long enough, and others drive past.
     """
 
     along: Annotated[tuple[Aisle, ...], BeforeValidator(_lines)] = Field(
@@ -537,7 +537,7 @@ class AisleSpec(Part):
 
 
 class LayoutSpec(Part):
-    """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
+    """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then bays, stations and lifts at nodes."""
 
     file: Name | None = Field(
         None,
@@ -592,19 +592,19 @@ class LayoutSpec(Part):
 
     @property
     def may_be_wide(self) -> bool:
-        """Whether any aisle is not said to be narrow."""
+        """Whether any aisle is other than `narrow`."""
         if isinstance(self.aisles, Mapping):
             return any(aisles.width != "narrow" for aisles in self.aisles.values())
         return self.aisles != "narrow"
 
     @property
     def storage_places(self) -> int:
-        """How many storage places there are."""
+        """The number of storage places."""
         return len(self.storage) if self.blocks is None else self.blocks.places
 
     @property
     def two_way(self) -> bool:
-        """Whether any edge is, or two edges together are, a two-way lane; of blocks, any aisle."""
+        """Whether any lane is two-way: an edge, two opposite edges together, or an aisle of blocks."""
         if self.blocks is not None and (self.blocks.two_way or self._meets_blocks):
             return True
         drawn = {(edge.source, edge.target) for edge in self.edges}
@@ -617,7 +617,7 @@ class LayoutSpec(Part):
 
     @property
     def _meets_blocks(self) -> bool:
-        """Whether an edge beside blocks leads back along one of their aisles, so that the two are one lane."""
+        """Whether an edge beside blocks leads back along an aisle of the blocks, so that the two edges are one lane."""
         aisles = () if self.blocks is None or not self.edges else highways(self.blocks).edges
         return any((edge.target, edge.source) in aisles and not edge.side_by_side for edge in self.edges)
 
@@ -628,7 +628,7 @@ class LayoutSpec(Part):
 
     @property
     def has_slots_without_charger(self) -> bool:
-        """Whether robots may rest in a bay where there is no charger for each of them."""
+        """Whether robots may rest in a bay that does not have a charger for each of them."""
         return any(bay.lacks_chargers for bay in self.bays.values())
 
     @field_validator("blocks", mode="before")

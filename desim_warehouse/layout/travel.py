@@ -1,4 +1,4 @@
-"""Driving times of robots on a free floor, by the routes that they take and the turns at their ends."""
+"""Free driving times of robots, along the routes that they take, with the turns at their ends."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 MANY = 10_000
-"""Entries of a table from which on turns are worked out for all at once. Runs ask for less, and for the same again."""
+"""Entries of a table from which on turns are computed for all at once; runs ask for smaller tables, repeatedly."""
 SORTED = 5_000
-"""Origins for which nodes are kept in the order in which they are reached."""
+"""Number of origins for which nodes are kept sorted by driving time."""
 
 
 @lru_cache(maxsize=4)
@@ -32,7 +32,7 @@ def travel_on(
     node_times: tuple[tuple[str, float], ...] = (),
     slowness: float = 0.0,
 ) -> FreeTravel:
-    """Return the travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
+    """Return the travel times of a layout, shared by the runs of a study: they do not depend on earlier requests."""
     times = dict(node_times)
     return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, times, slowness)
 
@@ -40,12 +40,12 @@ def travel_on(
 class FreeTravel:
     """Distances and free driving times on the Highways: `distance` by the shortest route, `time` by the fastest.
 
-    `ways` is the oracle of the routing policy in force: lengths and times along the routes that robots do drive.
-    At every node `node_time` is spent, at those in `node_times` what stands there.
+    `ways` is the oracle of the routing policy in force: lengths and times along the routes that robots drive. A robot
+    spends `node_time` at every node, or the node's own time in `node_times`.
 
-    Where robots gather speed and brake, `slowness` is how long a stop takes them for each unit of speed. A stop counts
-    in full (`stop_time`): at every node where time is spent or a robot turns, and as a part of `half_turn` where a
-    drive begins. On short drives that is more than it takes. Slower lanes on the way are not counted.
+    If robots accelerate and brake, `slowness` is the time that a stop costs for each unit of speed. A stop counts in
+    full (`stop_time`) at every node where time is spent or a robot turns, and as a part of `half_turn` where a drive
+    begins. This overestimates short drives. Slower lanes on the way are not counted.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class FreeTravel:
         return FreeTravel(*ways)
 
     def oracle(self, cost: Cost) -> RouteOracle:
-        """Return the oracle for routes that are cheapest by a cost."""
+        """Return the oracle of the routes that are cheapest by `cost`."""
         oracle = self._oracles.get(cost)
         if oracle is None:
             oracle = self._oracles[cost] = RouteOracle(
@@ -99,17 +99,20 @@ class FreeTravel:
 
     @property
     def half_turn(self) -> float:
-        """The longest turn of a robot on a node where it sets out, and the time to stop and start."""
+        """The time of the longest turn of a robot on the node where it sets out, and of stopping and starting."""
         return 2 * self.turn_time + self.stop_time
 
     def to_edge(self, node: str, edge: Edge) -> float:
-        """Return the time from a node to a good's edge, with the turn into it; to the node of a good at a node."""
+        """Return the time from a node to the start of a good's edge, including the turn into the edge.
+
+        For a good at a node, the time to that node.
+        """
         return self.ways.time(node, edge[0]) + (self._joint(node, edge, first=False) if self.turn_time else 0.0)
 
     def from_edge(self, edge: Edge, node: str) -> float:
-        """Return the time from the end of a good's edge to a node, the turn out of it included.
+        """Return the time from the end of a good's edge to a node, including the turn out of the edge.
 
-        From a good at a node the turn counts if there is only one edge by which a robot can have come.
+        From a good at a node the turn counts only if a single edge leads to that node.
         """
         return self.ways.time(edge[1], node) + (self._joint(node, edge, first=True) if self.turn_time else 0.0)
 
@@ -130,7 +133,7 @@ class FreeTravel:
         return table + self._turns(origins, goals, table)
 
     def _turn(self, origin: Edge | str, goal: Edge | str) -> float:
-        """Return the time of the turns between a route and the edges that it begins after and ends before."""
+        """Return the time of the turns between a route and the edges at which it begins and ends."""
         if isinstance(origin, str):
             return 0.0 if isinstance(goal, str) else self._joint(origin, goal, first=False)
         if isinstance(goal, str):
@@ -140,7 +143,7 @@ class FreeTravel:
         return self._joint(goal[0], origin, first=True) + self._joint(origin[1], goal, first=False)
 
     def _turns(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str], times: Any) -> Any:
-        """Return `_turn` from every origin (rows) to every goal (columns); `times` of the routes (inf: no route)."""
+        """Return `_turn` from every origin (rows) to every goal (columns); `times` is inf where there is no route."""
         import numpy as np
 
         ways, places = self.ways, self.highways.nodes
@@ -163,7 +166,7 @@ class FreeTravel:
         return sum(turn_times(np.nan_to_num(quarters(turn)), self.turn_time, self.stop_time) for turn in turns)
 
     def _joint(self, node: str, edge: Edge, *, first: bool) -> float:
-        """Return the time of the turn between an edge and the route from it (`first`) or to it."""
+        """Return the time of the turn between an edge and a route: from the edge (`first`), or to it."""
         key = node, edge, first
         if key not in self._joints:
             quarters = self._quarters(node, edge, first=first)
@@ -181,7 +184,7 @@ class FreeTravel:
         return turning(self.highways, beside, (end, second) if first else (last, end))
 
     def along(self, edge: tuple[str, str], offset: float) -> tuple[float, float]:
-        """Return times from the start of a good's edge to the good, and on to the end, its node time included."""
+        """Return the times from the start of a good's edge to the good, and on to the edge's end with its node time."""
         if edge[0] == edge[1]:
             return 0.0, 0.0
         data = self.highways.edges[edge]
@@ -189,7 +192,7 @@ class FreeTravel:
         return offset / pace, (data["length"] - offset) / pace + self.time_at(edge[1])
 
     def time_at(self, node: str) -> float:
-        """Return the time spent at a node that is reached."""
+        """Return the time that a robot spends at a node that it reaches."""
         return self.node_times.get(node, self.node_time)
 
     @cached_property
@@ -202,29 +205,29 @@ class FreeTravel:
         return self.oracle("length").length(origin, goal)
 
     def time(self, origin: str, goal: str) -> float:
-        """Return the time of the fastest route: node times and speed limits included, waiting not."""
+        """Return the free driving time of the fastest route: node times and speed limits count, waiting does not."""
         return self.oracle("time").time(origin, goal)
 
     def _by_time(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Sort some nodes by the time to drive there, the nearest first; equally near ones in their order."""
+        """Sort nodes by driving time from `origin`, the nearest first; ties keep their order."""
         times = self.times([origin], nodes)[0]
         return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 
     def way(self, origin: str, goal: str) -> list[str]:
-        """Return the nodes that a robot drives from origin to goal, both included."""
+        """Return the nodes of the route that a robot drives, both ends included."""
         return self.ways.way(origin, goal)
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Return free driving times of the routes that robots drive: a row for each origin, a column for each goal."""
+        """Return free driving times of the routes that robots drive: one row per origin, one column per goal."""
         return self.ways.matrix(origins, goals, "time")
 
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Return lengths of the routes that robots drive: a row for each origin, a column for each goal."""
+        """Return lengths of the routes that robots drive: one row per origin, one column per goal."""
         return self.ways.matrix(origins, goals, "length")
 
 
 def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[list[str], list[str]]:
-    """Return the nodes between which routes lead: from the ends of goods' edges, and to their starts."""
+    """Return the nodes at which routes begin and end: ends of the goods' edges at origins, starts of them at goals."""
     return (
         [origin if isinstance(origin, str) else origin[1] for origin in origins],
         [goal if isinstance(goal, str) else goal[0] for goal in goals],
@@ -232,7 +235,10 @@ def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[l
 
 
 def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
-    """Return the edge by which a robot has come to the end of a good's edge; to a good at a node only one may lead."""
+    """Return the edge by which a robot came to the end of a place; None for a node.
+
+    It is the good's edge, or for a good at a node the only edge that leads there, None if there are several.
+    """
     if isinstance(place, str) or place[0] != place[1]:
         return None if isinstance(place, str) else place
     before = list(highways.predecessors(place[1]))
@@ -240,5 +246,5 @@ def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
 
 
 def _edge_from(place: Edge | str) -> Edge | None:
-    """Return the edge of a good, which a robot drives onto; None of a node and of a good at a node."""
+    """Return the edge onto which a robot drives from a place; None for a node and for a good at a node."""
     return None if isinstance(place, str) or place[0] == place[1] else place

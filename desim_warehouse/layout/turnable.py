@@ -1,4 +1,4 @@
-"""The parts of a floor that can be turned: lanes between junctions, one or several to a unit, and their aisles."""
+"""Lanes of a floor that can be turned, grouped in units between junctions and in aisles."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 Way: TypeAlias = Literal["along", "back", "both", "rather along", "rather back"]
-"""How a lane is driven: as it is listed, the other way, both ways, or both with a preferred direction."""
+"""The direction of a lane: as listed, opposite, both ways, or both with a preferred direction."""
 AGAINST = 2.0
-"""As many times as long a lane counts where routes are chosen, driven against its preferred direction."""
+"""Factor on the length of a lane in the choice of routes, if it is driven against its preferred direction."""
 _MIRRORED: Mapping[Way, Way] = {
     "along": "back",
     "back": "along",
@@ -32,16 +32,17 @@ _MIRRORED: Mapping[Way, Way] = {
 
 
 def mirrored(way: Way) -> Way:
-    """Return the way of a lane as seen from its other end."""
+    """Return the direction of a lane as seen from its other end."""
     return _MIRRORED[way]
 
 
 @dataclass(frozen=True)
 class Turnable:
-    """Units of a floor that can be driven another way, each by itself or with all others of its aisle.
+    """Units of a floor whose direction can be changed, each alone or together with its aisle.
 
-    A unit is a chain of lanes without a junction between them. `ways` has the ways possible for a unit, first the one
-    that it has. `aisles` lists the units of each aisle with the way that leads along the aisle.
+    A unit is a chain of lanes without a junction between them. `ways`: the possible directions of each unit, its
+    present one first. `aisles`: the units of each aisle, each with its direction that leads along the aisle. `fixed`:
+    the edges that cannot be turned.
     """
 
     units: tuple[tuple[Edge, ...], ...]
@@ -52,11 +53,11 @@ class Turnable:
 
     @property
     def drawn(self) -> tuple[Way, ...]:
-        """The directions that the units of the floor have as drawn."""
+        """The directions of the units as drawn."""
         return tuple(ways[0] for ways in self.ways)
 
     def is_connected(self, design: Sequence[Way]) -> bool:
-        """Whether every node can still be reached from every other."""
+        """Return whether every node can still be reached from every other."""
         import networkx as nx
 
         graph = nx.DiGraph(self.fixed)
@@ -69,7 +70,7 @@ class Turnable:
         return bool(nx.is_strongly_connected(graph))
 
     def neighbours(self, design: tuple[Way, ...]) -> Iterator[tuple[Way, ...]]:
-        """Yield designs with a whole aisle driven another way, then those with one unit driven another way."""
+        """Yield the designs that differ in the direction of one aisle, then those that differ in one unit."""
         seen = {design}
         for aisle in self.aisles:
             for way in dict.fromkeys(way for unit, _ in aisle for way in self.ways[unit]):
@@ -79,7 +80,7 @@ class Turnable:
                 yield from _new((*design[:unit], way, *design[unit + 1 :]), seen)
 
     def step(self, design: tuple[Way, ...], random: Random) -> tuple[Way, ...]:
-        """Return a design with an aisle or a unit drawn at random, driven a way drawn at random, maybe its own."""
+        """Return a design in which a random aisle or unit has a random direction, possibly its own."""
         number = random.randrange(len(self.aisles) + len(self.units))
         if number < len(self.aisles):
             aisle = self.aisles[number]
@@ -88,7 +89,7 @@ class Turnable:
         return (*design[:unit], random.choice(self.ways[unit]), *design[unit + 1 :])
 
     def _with(self, design: Sequence[Way], aisle: Iterable[tuple[int, Way]], way: Way) -> tuple[Way, ...]:
-        """Return a design with each unit of an aisle driven `way`, seen along the aisle, where it can be."""
+        """Return a design with each unit of an aisle driven `way`, as seen along the aisle, if the unit allows it."""
         turned_design = list(design)
         for unit, along in aisle:
             turned = way if along == "along" else mirrored(way)
@@ -97,21 +98,20 @@ class Turnable:
         return tuple(turned_design)
 
     def lanes(self, design: Sequence[Way]) -> dict[Edge, Way]:
-        """Return the way of every lane that can be turned."""
+        """Return the direction of every lane that can be turned."""
         return {lane: way for lanes, way in zip(self.units, design, strict=True) for lane in lanes}
 
     def turned(self, design: Sequence[Way]) -> list[str]:
-        """Return the units that are driven another way than drawn, in words: `A>B>C`, `A-B-C both ways`."""
+        """Return the units whose direction differs from the drawn one, in words: `A>B>C`, `A-B-C both ways`."""
         return [
             _told(lanes, way) for lanes, way, drawn in zip(self.units, design, self.drawn, strict=True) if way != drawn
         ]
 
 
 def turnable(layout: Layout) -> Turnable:
-    """Return the lanes of a floor that can be turned: one-way lanes without a lane beside them, and two-way lanes.
+    """Return the lanes of a floor that can be turned: two-way lanes, and one-way lanes without an opposite edge.
 
-    Lanes that alone lead to what is beyond (bridges) stay as they are. Only the largest part of the floor counts whose
-    nodes can reach each other.
+    Bridges, which alone join two parts of the floor, stay as they are. Only the largest strongly connected part counts.
     """
     import networkx as nx
 
@@ -142,9 +142,9 @@ def turnable(layout: Layout) -> Turnable:
 
 
 def turnable_blocks(blocks: Blocks) -> Turnable:
-    """Return the units of blocks that can be turned: every row and every column of aisles, as a whole.
+    """Return the units of blocks that can be turned: every row and every column of aisles as a whole.
 
-    Floors are alike, so they are turned as the ground floor is.
+    All floors are alike, so the directions of the ground floor apply to each.
     """
     graph = highways(blocks.model_copy(update={"floors": 1}))
     names = block_nodes(blocks.columns, blocks.rows)
@@ -158,14 +158,14 @@ def turnable_blocks(blocks: Blocks) -> Turnable:
 
 
 def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ...]]:
-    """Yield lanes that follow each other through nodes without another lane: they can only be turned together."""
+    """Yield chains of lanes through nodes without a further lane: the lanes of a chain turn only together."""
     lanes_at: dict[str, list[Edge]] = {}
     for lane in lanes:
         for node in lane:
             lanes_at.setdefault(node, []).append(lane)
 
     def beyond(node: str, lane: Edge) -> Edge | None:
-        """Return the lane that goes on at the end of another, listed in the same sense."""
+        """Return the lane that continues another beyond a node, listed in its direction; None at a junction."""
         around = {*graph.pred[node], *graph.succ[node]}
         here = [other for other in lanes_at[node] if other != lane and other != lane[::-1]]
         if len(around) != 2 or len(here) != 1:  # noqa: PLR2004 - one lane before and one after
@@ -193,7 +193,7 @@ def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ..
 
 
 def _aisles(graph: nx.DiGraph, units: Sequence[tuple[Edge, ...]]) -> Iterator[tuple[tuple[int, Way], ...]]:
-    """Yield aisles of several units, each with the way in which it leads towards larger x or y."""
+    """Yield the aisles of several units, each unit with its direction towards larger x or y."""
     lanes = [lane for unit in units for lane in unit]
     if not lanes:
         return

@@ -1,8 +1,8 @@
-"""Free driving where robots take time to turn on nodes: the cost of a route depends on which edges follow each other.
+"""Free driving where robots take time to turn on nodes, so that the cost of a route depends on consecutive edges.
 
-So the fastest route is searched over edges, not over nodes, towards a goal or from an origin. Each step is an edge with
-the turn from the one before. Turns before the first edge and after the last are not in the time of a route, as a node
-alone does not say where a robot faces there. `FreeTravel` adds them where they are known.
+The fastest route is therefore searched over edges, not over nodes, towards a goal or from an origin. Each step is an
+edge with the turn from the edge before. The time of a route excludes turns before its first edge and after its last, as
+the heading of a robot at these nodes is unknown here; `FreeTravel` adds these turns.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ if TYPE_CHECKING:
 
 
 def turning(highways: nx.DiGraph, edge: Edge, other: Edge) -> float:
-    """Return the quarters of a turn from the heading of one edge to the heading of another, drawn straight."""
+    """Return the turn between the directions of two edges, drawn straight, in quarter turns."""
     return float(quarters(heading(highways, edge) - heading(highways, other)))
 
 
 def heading(highways: nx.DiGraph, edge: Edge) -> float:
-    """Return the angle of an edge, drawn straight."""
+    """Return the direction of an edge, drawn straight, in radians."""
     (x0, y0), (x1, y1) = ((highways.nodes[node]["x"], highways.nodes[node]["y"]) for node in edge)
     return math.atan2(y1 - y0, x1 - x0)
 
 
 def quarters(angle: Any) -> Any:
-    """Return the quarters of a turn by an angle, a number or an array of them."""
+    """Return the size of a turn by an angle in radians, in quarter turns; a number or an array."""
     return abs((angle + math.pi) % (2 * math.pi) - math.pi) / (math.pi / 2)
 
 
 def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
-    """Return how long turns take, and the stops for them: by quarters of a turn, a number or an array of them."""
+    """Return the times of turns, including the stops for them, by quarter turns; a number or an array."""
     return turn_time * quarters + stop_time * (quarters > 0)
 
 
 class Turns:
-    """The turns on all nodes of some Highways; edges are given by node numbers, with the costs of routes.
+    """The turns at all nodes of the Highways; edges are tuples of two node numbers, length, time and cost.
 
-    No route leads through a node that is `closed`. Besides, each turn takes `stop_time`: a robot stops for it.
+    No route leads through a `closed` node. Each turn costs `stop_time` in addition, as a robot stops for it.
     """
 
     def __init__(
@@ -74,14 +74,14 @@ class Turns:
         return np.where((steps != here) & (further != steps), self._times(incoming - outgoing), 0.0)
 
     def _times(self, angles: Any) -> Any:
-        """Return how long turns by some angles take."""
+        """Return the times of turns by angles in radians."""
         return turn_times(quarters(angles), self.turn_time, self.stop_time)
 
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
-        """Return lengths and times from a node to all (or to it), the steps towards it, and the costs.
+        """Return lengths, times, steps and costs of the routes from a node to all (`forward`), or from all to it.
 
-        Steps are over states: the nodes, then the edges. The step of a node is the edge of its route at this end. The
-        step of an edge is the edge that follows on the way to the root or, after the last, the root.
+        Steps are over states: the nodes, then the edges. The step of a node is the edge of its route at this node. The
+        step of an edge is the next edge on the way to the root or, for the last edge, the root.
         """
         import numpy as np
         from scipy.sparse.csgraph import dijkstra
@@ -110,7 +110,7 @@ class Turns:
         return sums[0], sums[1], steps, costs
 
     def far_ends(self, *, forward: bool) -> Any:
-        """Return the node at the root's side of every edge."""
+        """Return for every edge its node on the side of the root."""
         return self.source if forward else self.target
 
     def _graph(self, *, forward: bool) -> Any:
@@ -136,7 +136,7 @@ class Turns:
 
 
 def sums_along(steps: Any, first: Any) -> Any:
-    """Return the sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
+    """Return the sum of `first` along each chain of `steps`; a chain ends at an entry that leads to itself, with 0."""
     total = first
     while True:
         further = steps.take(steps)
@@ -147,7 +147,7 @@ def sums_along(steps: Any, first: Any) -> Any:
 
 
 def last_steps(steps: Any, root: int) -> Any:
-    """Return the node before the root on every chain of `steps`; the node itself on chains that do not lead there."""
+    """Return the node before the root on every chain of `steps`; the last node of a chain that does not lead there."""
     import numpy as np
 
     last = np.where(steps == root, np.arange(len(steps)), steps)

@@ -1,4 +1,4 @@
-"""How far people walk: along the lanes, in either direction, past robots and past each other."""
+"""Walking distances of people, along the lanes in either direction, past robots and past each other."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge, Layout
 
 Spot: TypeAlias = "tuple[Edge, float]"
-"""A position: so far beyond the start of an edge; on a node, which is both ends of the edge then, 0."""
+"""A position as an edge and the distance from its start; for a spot on a node, the node as both ends, and 0."""
 
 
 class Walking:
-    """Distances on foot between spots of a layout, by the shortest way. Each row of nodes is searched once."""
+    """Walking distances between spots of a layout, by the shortest way; each node is searched from only once."""
 
     def __init__(self, layout: Layout) -> None:
         import networkx as nx
@@ -35,7 +35,7 @@ class Walking:
         self._paths: dict[str, dict[str, list[str]]] = {}
 
     def distance(self, start: Spot, goal: Spot) -> float:
-        """Return the length of the shortest way between two spots of storage places; inf where there is none."""
+        """Return the length of the shortest way between two spots of storage places; inf if there is none."""
         edge, offset = start
         other, beyond = self._as_beside(edge, goal)
         if edge == other:
@@ -47,7 +47,7 @@ class Walking:
         )
 
     def nodes(self, start: Spot, goal: Spot) -> list[str]:
-        """Return the nodes passed on the shortest way between two spots of storage places; none on one lane."""
+        """Return the nodes on the shortest way between two spots of storage places; empty if both are on one lane."""
         import networkx as nx
 
         edge, offset = start
@@ -66,14 +66,14 @@ class Walking:
         return dict(self._ways_out(*spot))[node]
 
     def _as_beside(self, edge: Edge, spot: Spot) -> Spot:
-        """Return a spot on the lane back of an edge as one on the edge, which is beside it, or the same lane."""
+        """Return a spot on the edge opposite to `edge` as a spot on `edge`, which is beside it or the same lane."""
         other, beyond = spot
         if other == edge[::-1] and math.isclose(self._length(other), self._length(edge), rel_tol=1e-6):
             return edge, self._length(other) - beyond
         return spot
 
     def _ways_out(self, edge: Edge, offset: float) -> tuple[tuple[str, float], ...]:
-        """Return both ends of an edge and how far they are; one of a spot on a node."""
+        """Return both ends of an edge with their distances from a spot; a spot on a node has only this node."""
         start, end = edge
         return ((start, 0.0),) if start == end else ((start, offset), (end, self._length(edge) - offset))
 
@@ -88,16 +88,16 @@ class Walking:
 
 @lru_cache(maxsize=4)
 def walking_on(layout: Layout) -> Walking:
-    """Return the distances on foot of a layout; runs of a study share them."""
+    """Return the walking distances of a layout, shared by the runs of a study."""
     return Walking(layout)
 
 
 @lru_cache(maxsize=16)
 def zones_of(layout: Layout, zones: int) -> tuple[tuple[Spot, ...], ...]:
-    """Divide the spots of storage places into zones, in the order of their lanes, with as many in each, give or take 1.
+    """Divide the spots of storage places into zones of nearly equal size, in the order of their lanes.
 
-    The spots beside both lanes of an aisle stand together, in the order along it. There are fewer zones where there are
-    fewer spots.
+    Spots on both lanes of an aisle stand together, in the order along the aisle. If there are fewer spots than `zones`,
+    each spot is a zone.
     """
     aisles: dict[tuple[str, ...], set[Spot]] = {}
     for place in layout.storage:
@@ -114,7 +114,7 @@ def zones_of(layout: Layout, zones: int) -> tuple[tuple[Spot, ...], ...]:
 
 
 def at_start(count: int, zones: Sequence[Sequence[Spot]]) -> Iterator[tuple[int, Spot]]:
-    """Iterate over the zone and spot of each of so many people, shared out among zones and spread evenly in each."""
+    """Yield the zone and spot of each of `count` people, dealt out to zones in turn and spread evenly in each."""
     for number in range(count):
         zone, rank = number % len(zones), number // len(zones)
         spots, of_zone = zones[zone], len(range(zone, count, len(zones)))

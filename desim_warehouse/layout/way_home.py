@@ -1,9 +1,10 @@
-"""Plans by which robots that stand in each other's way all come home: searched for before a run, and during it.
+"""Search for plans by which robots that stand in each other's way all come home, before a run and during it.
 
 Each robot has a trail of stands that it still has to use, which ends in a slot off the lanes. A *move* takes the first
-robot of a stand on along its trail, over stands that are free by then: home, or to a *refuge*. That is a one-way lane
-with room, where it stands clear of the nodes and robots come up behind it but never towards it. Moves after which
-no robot is out are a plan (`world.traffic.deadlock.plan`). The search never takes a move back, so it may miss a plan.
+robot of a stand along its trail, over stands that are free by then, either home or to a *refuge*. A refuge is a one-way
+lane with room: a robot on it is clear of the nodes, and others come up behind it but never towards it. A plan is a list
+of moves after which no robot is out (`world.traffic.home_plan`). The search never takes a move back, so it may miss a
+plan.
 """
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ from typing import Generic, Protocol, TypeVar
 R = TypeVar("R")
 """A robot."""
 S = TypeVar("S")
-"""A stand: a node or a lane; or the mark of one direction of a zone, on which robots stand that drive the other way."""
+"""A stand: a node, a lane, or the mark of one direction of a zone, held by the robots that drive in this direction."""
 T_co = TypeVar("T_co", covariant=True)
 
 
 class Way(Protocol[T_co]):
-    """The trail that a robot has still to use, beyond `at`, where it stands."""
+    """The trail of a robot, and its position `at` on the trail; the robot still has to use the stands beyond."""
 
     @property
     def trail(self) -> Sequence[T_co]:
-        """The stands in order; some may be passed already."""
+        """The stands in order; the robot may have passed some already."""
 
     @property
     def at(self) -> int:
@@ -38,11 +39,11 @@ def room(length: float, headway: float) -> int:
 
 
 class Stands(Generic[R, S]):
-    """Which robots stand where, in which order, and which have still to use which stands.
+    """The positions of robots in order, and the robots that have still to use each stand.
 
-    `ways` has every robot with a trail. `users` are robots by what they still have to use, those in slots included.
-    `lines` are the robots out by stand, those ahead first. `held` is what a robot stands on: its stand, and after that
-    the mark of a zone's direction. `refuges` are the lanes on which robots may make way for others, with their room.
+    `ways`: every robot's trail. `users`: by stand, the robots that still have to use it, including those in slots.
+    `lines`: by stand, the robots that are out, those ahead first. `held`: for each robot its stand, then the mark of a
+    zone's direction. `refuges`: the lanes on which robots may make way for others, with their room.
     """
 
     __slots__ = ("held", "lines", "refuges", "users", "ways")
@@ -55,13 +56,13 @@ class Stands(Generic[R, S]):
         self.held: dict[R, tuple[S, ...]] = {}
 
     def put(self, robot: R, held: tuple[S, ...]) -> None:
-        """Let a robot stand there, as the last."""
+        """Put a robot last on each of the stands that it holds."""
         self.held[robot] = held
         for stand in held:
             self.lines.setdefault(stand, []).append(robot)
 
     def take(self, robot: R) -> list[tuple[S, int]]:
-        """Remove a robot from where it stands. Returns its stands and its places in them, for `put_back`."""
+        """Remove a robot from its stands, and return them with its position in each, for `put_back`."""
         places = []
         for stand in self.held.pop(robot):
             line = self.lines[stand]
@@ -73,20 +74,20 @@ class Stands(Generic[R, S]):
         return places
 
     def put_back(self, robot: R, places: Iterable[tuple[S, int]]) -> None:
-        """Let a robot stand where it did before, with the same robots ahead of it."""
+        """Put a robot back to its former positions, with the same robots ahead of it."""
         self.held[robot] = tuple(stand for stand, _ in places)
         for stand, place in places:
             self.lines.setdefault(stand, []).insert(place, robot)
 
 
 class HomeSearch(Generic[R, S]):
-    """A plan for some robots and for all that stand in their way, directly or through others.
+    """A plan for a group of robots and for all robots that stand in their way, directly or through others.
 
-    `moves` are robots and positions on their trails, in order. `left` are the robots still out after them: none, if a
-    plan is found. No other is in the way of any of the group, so whatever others do it is a plan for these.
+    `moves`: robots and positions on their trails, in order. `left`: the robots still out after the moves; empty if a
+    plan was found. No other robot is in the way of the group, so the plan holds whatever other robots do.
 
-    A robot that finds its whole way home free goes home. If none does, a robot in the way of others drives on to the
-    farthest refuge that it can reach, and the search goes on. Every move shortens a trail, so it ends.
+    A robot whose whole way home is free goes home. If there is none, a robot in the way of others drives on to the
+    farthest refuge that it can reach, and the search goes on. Every move shortens a trail, so the search ends.
     """
 
     __slots__ = ("at", "blocked", "free", "left", "lines", "moves", "own", "stands", "to_try", "waiting")
@@ -96,7 +97,7 @@ class HomeSearch(Generic[R, S]):
         self.moves: list[tuple[R, int]] = []
         self.lines = {stand: line.copy() for stand, line in stands.lines.items()}
         self.at: dict[R, int] = {}
-        self.own: dict[R, S] = {}  # where a robot stands
+        self.own: dict[R, S] = {}  # the stand of a robot
         self.blocked: dict[R, int] = {}  # how often others are in the way of a robot
         self.waiting: dict[S, dict[R, None]] = {}  # robots that have still to use a stand, by stand
         self._gather(robots)
@@ -152,7 +153,7 @@ class HomeSearch(Generic[R, S]):
             self._leave(robot)
 
     def _leave(self, robot: R) -> None:
-        """Drive a robot off from the head of its stand: it is out of the way of robots behind it, and of users."""
+        """Take a robot from the head of its stands: it no longer blocks robots behind it and users of the stands."""
         blocked, free, left, own = self.blocked, self.free, self.left, self.own[robot]
         held = self.stands.held[robot]
         for stand in held if held[0] is own else (own,):  # a refuge is in no zone
@@ -166,7 +167,7 @@ class HomeSearch(Generic[R, S]):
                             free.append(other)
 
     def _make_way(self) -> bool:
-        """Let one robot that blocks others drive on to a refuge, and return whether any could. They take turns."""
+        """Move one robot that blocks others on to a refuge, and return whether any could move. Robots take turns."""
         for _ in range(len(self.to_try)):
             robot = self.to_try.popleft()
             if robot not in self.left:
@@ -186,7 +187,7 @@ class HomeSearch(Generic[R, S]):
         return any(other is not robot and other in self.left for other in self.waiting.get(own, ()))
 
     def _refuge(self, robot: R) -> int | None:
-        """Return the farthest refuge that the first robot of a stand can drive to, as a position on its trail."""
+        """Return the farthest refuge that the first robot of a stand can reach, as a position on its trail."""
         lines, refuges, trail, refuge = self.lines, self.stands.refuges, self.stands.ways[robot].trail, None
         for index in range(self.at[robot] + 1, len(trail)):
             step = trail[index]
@@ -202,13 +203,13 @@ class HomeSearch(Generic[R, S]):
         self.moves.append((robot, index))
         trail = self.stands.ways[robot].trail
         passed, refuge = trail[self.at[robot] + 1 : index + 1], trail[index]
-        # In its new place before it leaves the old: no robot may come free that it blocks again.
+        # Added to its new stand before it leaves the old one, lest a robot come free that it blocks again.
         line = self.lines.setdefault(refuge, [])
         waiting = self._waiting_for(refuge)
         for other in waiting:
             if other is not robot and other in self.left:
                 self.blocked[other] += 1
-        if refuge in trail[index + 1 :]:  # to be used once more: robots ahead are in its way twice
+        if refuge in trail[index + 1 :]:  # the robot uses the refuge again later: robots ahead are in its way twice
             self.blocked[robot] += sum(other is not robot for other in line)
         line.append(robot)
         for step in passed:
@@ -218,7 +219,7 @@ class HomeSearch(Generic[R, S]):
         self.at[robot], self.own[robot] = index, refuge
 
     def _waiting_for(self, refuge: S) -> dict[R, None]:
-        """Return the robots that have still to use a refuge, also if no robot has stood there up to now."""
+        """Return the robots that still have to use a refuge, even if no robot has stood there so far."""
         users = self.waiting.get(refuge)
         if users is None:
             users = self.waiting[refuge] = {}

@@ -1,6 +1,6 @@
-"""Zones of the floor with a traffic rule of their own: one robot at a time, or one direction at a time.
+"""Zones of the floor with their own traffic rule: one robot at a time, or one direction at a time.
 
-What other systems call blocks (openTCS: single vehicle only, same direction only) and mutex groups (Open-RMF).
+Other systems call them blocks (openTCS: single vehicle only, same direction only) or mutex groups (Open-RMF).
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ Members = Annotated[
     ],
     Field(min_length=1),
 ]
-"""A part of the floor: nodes by name, and edges as [A, B] in both directions where there are two."""
+"""A part of the floor: nodes by name, and edges as [A, B], in both directions where both exist."""
 
 
 class ZoneSpec(Part):
-    """A part of the floor with a traffic rule of its own."""
+    """A part of the floor with its own traffic rule."""
 
     members: Members = Field(
         description="nodes by name, and edges as [A, B], which hold in both directions of a two-way lane"
@@ -57,7 +57,7 @@ class ZoneSpec(Part):
 
 @dataclass(frozen=True)
 class TrafficZone:
-    """A zone on a layout: its `edges` in both directions where they have them, and the `nodes` they join."""
+    """A zone on a layout: its `edges`, in both directions where both exist, and its `nodes`, with the ends of edges."""
 
     name: str
     rule: Rule
@@ -75,7 +75,7 @@ class TrafficZone:
 
     @property
     def line(self) -> list[str]:
-        """The nodes along its edges, from one end to the other; empty where they are no line."""
+        """The nodes along the zone's edges, from one end to the other; empty if the edges do not form a line."""
         near = self.lane_ends
         ends = [node for node, others in near.items() if len(others) == 1]
         if len(ends) != 2 or any(len(others) > 2 for others in near.values()):  # noqa: PLR2004 - a line's two ends
@@ -102,14 +102,15 @@ def zones_on(layout: Layout, specs: Mapping[str, ZoneSpec]) -> tuple[TrafficZone
 
 
 def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
-    """Return the edges on which no robot waits, as they belong to a zone of one robot."""
+    """Return the edges of zones for one robot, on which no robot waits."""
     return frozenset(edge for zone in zones if zone.rule == "one-robot" for edge in zone.edges)
 
 
 def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
-    """Return the edges of some members, in both directions if they have them, and edges that lead to member nodes.
+    """Return the edges of members of a floor, in both directions where both exist, and all edges into member nodes.
 
-    Of the node of a lift those are the lanes to its doors, not the rides. It stands for all cabins of the lift.
+    A node of a lift stands for the nodes of all its cabins on that floor; their edges are the lanes to the doors, not
+    the rides.
     """
     edges: dict[Edge, None] = {}
     beside, rides = layout.cabins_beside, layout.rides
@@ -125,12 +126,12 @@ def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[
 
 
 def edges_along(layout: Layout, line: Sequence[str]) -> tuple[Edge, ...]:
-    """Return the edges along a line of nodes, in both directions where there are two."""
+    """Return the edges along a line of nodes, in both directions where both exist."""
     return edges_of(layout, pairwise(line))
 
 
 def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> frozenset[Edge]:
-    """Return the edges that lie within one intersection, so that no robot stands between them and the next."""
+    """Return the edges that lie within one intersection, so that no robot waits on them."""
     import networkx as nx
 
     zones = tuple(zones)
@@ -152,7 +153,7 @@ def _is_about(length: float, exact: float) -> bool:
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:
-    """Find zones that name missing nodes or edges, zones that can stall all work, and nodes in two zones."""
+    """Find zones that name missing nodes or edges, zones that could stall all work, and nodes in two zones."""
     zones = zones_on(layout, specs)
     for zone in zones:
         place = f"traffic.zones.{zone.name}"
@@ -178,7 +179,7 @@ def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridl
 
 
 def _one_direction(layout: Layout, zone: TrafficZone, contact: float, gridlock: str) -> Iterator[Finding]:
-    """Find why a zone cannot be kept to one direction at a time without robots getting stuck."""
+    """Find the reasons why a zone cannot be kept to one direction at a time without robots getting stuck."""
     place = f"traffic.zones.{zone.name}"
     if gridlock not in {"auto", "avoid"}:
         text = f"robots that wait for a direction could get stuck under traffic.gridlock: {gridlock}"

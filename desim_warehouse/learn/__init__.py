@@ -1,1 +1,1 @@
-"""Allocation decided from outside: ask and tell, and a Gymnasium environment."""
+"""Allocation decisions from outside the simulation: ask and tell, and a Gymnasium environment."""

@@ -1,4 +1,4 @@
-"""Ask and tell: a run that stops at every allocation decision and takes the answer from outside."""
+"""Ask and tell: runs that stop at every allocation decision, which the caller makes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from desim_warehouse.questions.run import Run
 
 
 class Decision:
-    """A pending allocation decision: free `robots` and open `tasks`; answer it by `assign` or `steps.tell`."""
+    """A pending allocation decision: free `robots` and open `tasks`; answer it with `assign` or `Steps.tell`."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation
@@ -22,11 +22,11 @@ class Decision:
         self.answer: list[tuple[int, int]] = []
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
-        """Whether the charging policy lets the robot take the task, and the station has a free slot."""
+        """Whether the charging policy allows the robot to take the task, and the station has a free slot."""
         return self.situation.feasible(robot, task)
 
     def assign(self, robot: RobotView | int, task: Task | int) -> None:
-        """Give a robot a task; robots and tasks not mentioned stay free and open."""
+        """Assign a task to a robot, by views or numbers; robots and tasks that are not assigned stay free and open."""
         self.answer.append(
             (
                 robot if isinstance(robot, int) else robot.number,
@@ -39,12 +39,14 @@ class Decision:
 
 
 class Steps:
-    """The decisions of one run, one by one: `for decision in steps(model, seed): decision.assign(robot, task)`.
+    """An iterator over the decisions of a run: `for decision in steps(model, seed): decision.assign(robot, task)`.
 
-    After the last one `run` is the outcome. The model's allocation policy is not used; everything else happens
+    After the last decision, `run` is the outcome. The model's allocation policy is not used; everything else happens
     as in the model. A robot that has unloaded and gets no task goes to a bay.
 
-    Raises PolicyError for answers that cannot be carried out, StallError where work is open and nothing is scheduled.
+    Raises:
+        PolicyError: an answer that cannot be carried out.
+        StallError: work is left, and no event is scheduled.
     """
 
     def __init__(self, model: Source, seed: int = 0) -> None:
@@ -70,7 +72,7 @@ class Steps:
         return self._pending
 
     def tell(self, pairs: Iterable[tuple[int, int]]) -> Self:
-        """Answer the pending decision with pairs (robot number, task number)."""
+        """Answer the pending decision with pairs (robot number, task number); raise PolicyError if none is pending."""
         if self._pending is None:
             raise PolicyError("steps: no decision is pending; next() gives the next one")
         self._pending = None
@@ -79,13 +81,13 @@ class Steps:
 
     @property
     def run(self) -> Run:
-        """The outcome, once there are no decisions left."""
+        """The outcome, after the last decision; raises PolicyError before."""
         if self._run is None:
             raise PolicyError("steps: the run is not over; answer its decisions until there are none")
         return self._run
 
     def cost_so_far(self) -> tuple[float, float, int]:
-        """Return the distance driven by all robots, the time, and the collisions so far."""
+        """Return the distance driven by all robots, the time, and the number of collisions so far, in model units."""
         now = self._world.env.now
         robots = self._world.robots
         return (
@@ -104,10 +106,10 @@ def steps(model: Source, seed: int = 0) -> Steps:
     """Begin a run whose allocation decisions are made by the caller; equal decisions give equal logs.
 
     Returns:
-        The decisions, one after the other; after the last `run` is the outcome.
+        An iterator over the decisions; after the last decision its `run` is the outcome.
 
     Raises:
         LayoutError: a layout on which work could stop for good.
-        CheckError: what else `check` calls an error and the model does not accept.
+        CheckError: any other error that `check` finds and the model does not accept.
     """
     return Steps(model, seed)

@@ -27,24 +27,24 @@ FAR = 1e6
 
 
 class AllocationEnv(gymnasium.Env[Any, Any]):
-    """The free robot with the lowest number takes one of the first `slots` open tasks, or none.
+    """An environment in which each free robot, lowest number first, takes one of the first `slots` open tasks, or none.
 
-    Action: 0 to slots - 1: a task; slots: none for now. A task that is not there, or that the robot may not take,
-    counts as none. If every free robot takes none and nothing else is going on, the first feasible pair is
-    assigned, so that an episode ends. `info["action_mask"]` says which actions have an effect.
+    Action: the index of a task from 0 to slots - 1, or slots for no task at present. An empty slot, or a task that the
+    robot may not take, counts as no task. If no free robot takes a task and all robots are free, the first feasible
+    pair is assigned, so that episodes end. `info["action_mask"]` marks the actions that have an effect.
 
-    Observation: `robot` [energy (share of the capacity), free robots (share of the fleet), open tasks
-    (per slot)] and for every slot `tasks` [there (0 or 1), feasible (0 or 1), time to the good, time of the
-    delivery, age], times per `scale`.
+    Observation: `robot`, of shape (3,): energy (share of the capacity), free robots (share of the fleet), open tasks
+    (per slot); and `tasks`, of shape (slots, 5): present (0 or 1), feasible (0 or 1), time to the good, time of the
+    delivery, age; times are divided by `scale`.
 
-    Reward: minus the increase of Cost_total (cost section of the model: distance, time, collisions) since the last
-    decision, per `scale`; so the rewards of an episode add up to minus its cost.
+    Reward: minus the increase of Cost_total (section `cost` of the model: distance, time, collisions) since the last
+    decision, divided by `scale`. So the rewards of an episode sum to minus its cost, divided by `scale`.
 
     Args:
         model: a Model, or the path of a model file.
         overrides: as for `load`.
-        slots: open tasks shown, from the front of the list.
-        scale: what times and costs are divided by.
+        slots: number of open tasks shown, from the front of the list.
+        scale: divisor of times and costs.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as gymnasium declares it
@@ -80,7 +80,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
         self._cost = 0.0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin a run; its seed is drawn from `seed`, so the goods differ from episode to episode."""
+        """Begin a run; its seed is drawn from the generator seeded with `seed`, so that episodes differ."""
         super().reset(seed=seed, options=options)
         self._steps = Steps(self.model, int(self.np_random.integers(2**31)))
         self._cost = 0.0
@@ -88,7 +88,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
         return self._observation(), self._info()
 
     def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Give the current robot its task, and go on to the next robot or decision."""
+        """Assign the chosen task to the current robot, and continue to the next robot or decision."""
         assert self._decision is not None, "reset() comes first"
         robot = self._robots.pop(0)
         if self._mask(robot)[int(action)] and action < self.slots:
@@ -101,7 +101,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
     # Inside
 
     def _settle(self) -> None:
-        """Answer the pending decision. If nothing else is going on, assign a feasible pair so that work goes on."""
+        """Answer the pending decision; if all robots are free and none takes a task, assign a feasible pair."""
         decision, steps = self._decision, self._steps
         assert decision is not None
         assert steps is not None

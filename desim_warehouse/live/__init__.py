@@ -1,7 +1,8 @@
-"""The live page of a model: a server for its own user, on this machine only, and the page that it shows.
+"""The live page of a model, and its server, for a single user on this machine.
 
-`offers` lists the keys that may be changed. `desk` simulates the designs that have listeners, and `answers` words their
-results, before any run and after some. `app` has the HTTP calls and refuses other users; `messages` has their types.
+`offers` lists the keys that may be changed. `desk` simulates the designs that have listeners, and `answers` puts their
+results into words, before and after the first runs. `app` serves the HTTP calls and refuses other users; `messages`
+has their types.
 """
 
 from __future__ import annotations
@@ -39,13 +40,13 @@ _END = 2.0  # seconds that open calls may take at the end
 
 
 class Live:
-    """A live page being served at `address` until `close` is called or Python ends; Jupyter displays it.
+    """A live page served at `address` until `close` is called or Python ends; Jupyter displays it.
 
-    Only this machine can reach it: notebooks of a kernel elsewhere cannot show it.
+    Only this machine can reach the page, so a notebook whose kernel runs elsewhere cannot show it.
     """
 
     def __init__(self, desk: Desk, about: About, port: int, embed: tuple[str, ...]) -> None:
-        """Serve a desk on a port, 0: a free one; raises StudyError where that is taken."""
+        """Serve a desk on a port (0: any free port); raise StudyError for a taken port or without the extra `serve`."""
         try:
             import uvicorn
 
@@ -76,7 +77,7 @@ class Live:
 
     @property
     def address(self) -> str:
-        """The address of the page: the token is behind the #, which browsers send to nobody."""
+        """The address of the page, with the token after the #, which browsers do not send."""
         return f"http://{HOME}:{self.port}/#{self.token}"
 
     @property
@@ -85,7 +86,7 @@ class Live:
         return self.desk.folder
 
     def close(self) -> None:
-        """Stop serving, and end all workers. Finished runs are kept."""
+        """Stop the server and all workers; finished runs are kept."""
         atexit.unregister(self.close)
         if self._server.should_exit:
             return
@@ -124,21 +125,21 @@ def serve(
 
     Args:
         model: a model, its file, or its content.
-        vary: keys that the page offers, with their values as in a study file or None for the usual ones; default:
+        vary: keys that the page offers, with their values as in a study file, or None for the usual values; by default
             robots, chargers, demand, and allocation.
-        target: what designs should meet; default: `on_time >= 95 %` where tasks have due times, else none.
-        workers: processes that simulate, or `auto`: one for each processor.
-        out: the study folder for all runs; default: one in the user's cache, for the user alone.
-        port: on 127.0.0.1; 0: a free one.
-        embed: origins whose pages may show it in a frame; default: none, and in Jupyter those of this machine.
-        changes: changes to the model before all else.
+        target: target of designs; by default `on_time >= 95 %` if tasks have due times, else none.
+        workers: number of processes that simulate, or `auto` for one per processor.
+        out: study folder for all runs; by default a private folder in the user's cache.
+        port: port on 127.0.0.1; 0 for a free port.
+        embed: origins whose pages may show the page in a frame; by default none, or in Jupyter those of this machine.
+        changes: overrides of the model.
 
     Returns:
-        The page's address, and how to end it; in Jupyter the page itself.
+        The live page, with its address and `close`.
 
     Raises:
-        ModelError: with every problem of the model, or of the values to vary.
-        StudyError: a target, key, folder or port that cannot be used, or the extra `serve` is missing.
+        ModelError: all problems of the model, or of the values to vary.
+        StudyError: an unusable target, key, folder or port, or the extra `serve` is missing.
     """
     base = as_model(model, changes)
     goal = _target(base, target)
@@ -167,10 +168,10 @@ def _bound(port: int) -> socket.socket:
 
 
 def _home(model: Model) -> Path:
-    """Return the folder of a model in the user's cache, closed to others.
+    """Make and return the private folder of a model in the user's cache.
 
     Raises:
-        StudyError: where it cannot be used.
+        StudyError: the folder cannot be used.
     """
     try:
         root = cache_folder()
@@ -189,7 +190,7 @@ def _target(model: Model, text: str | None) -> Target | None:
 
 
 def _main(model: Model) -> str:
-    """Return the first indicator of a design without a target."""
+    """Return the main indicator of designs without a target."""
     return "throughput_per_hour" if model.tasks.never_end else "T"
 
 
@@ -237,7 +238,7 @@ def _aim(goal: Target, by: float, unit: str) -> Aim:
 
 
 def _promise(model: Model) -> str:
-    """Return the live page's promise: when verdicts come, with what risk of error, and after how many runs."""
+    """Return the statement on verdicts of the live page: after which runs they come, and at which risk of error."""
     least = days_needed(model).least
     when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"

@@ -1,6 +1,7 @@
-"""The words of the live page for a design, before any run and after some.
+"""Results of a design in words, for the live page.
 
-Before: the quick estimate, or why it cannot be simulated. After: numbers, a verdict that stands, and a sentence.
+Before the first run, these are the quick estimate, or the reason why the design cannot be simulated; afterwards
+numbers, a verdict that is never revised, and a sentence.
 """
 
 from __future__ import annotations
@@ -39,13 +40,13 @@ from desim_warehouse.study.table import Row
 
 CONFIDENCE = 0.95
 FEWEST = 5
-"""Runs after which a design that cannot last, or some of whose runs fail, is given up."""
+"""Fewest runs after which a design is abandoned because its runs fail, or its verdict is clear."""
 _SHOWN = 6
-"""Indicators on the page."""
+"""Largest number of indicators on the page."""
 
 
 class ByHand(NamedTuple):
-    """The quick estimate of a design in words: two sentences, and by key the value that would be enough."""
+    """The quick estimate of a design in words: two sentences, and the sufficient values by key."""
 
     sentence: str
     more: str
@@ -53,10 +54,10 @@ class ByHand(NamedTuple):
 
 
 def by_hand(model: Model, design: str) -> ByHand:
-    """Make the quick estimate of a design.
+    """Make the quick estimate of a design; `design` is its name in the sentence.
 
     Raises:
-        CheckError: where it cannot work, with cures; what the model accepts is no reason.
+        CheckError: the errors of a design that cannot work, with cures, except those that the model accepts.
     """
     problems = [item.problem for item in errors(model) if item.code not in model.accept]
     if problems:
@@ -103,17 +104,17 @@ class Said:
     sentence: str
     more: tuple[str, ...] = ()
     runs: int = 0
-    """How many runs there are, where the first look is still to come."""
+    """The number of runs before the first look; 0 afterwards."""
 
     @property
     def label(self) -> str:
-        """The label of the verdict for people; before the first look (interim analysis) the number of its runs."""
+        """The label of the verdict; before the first look (interim analysis), the number of runs."""
         return f"{self.runs} of {FIRST_OF_MEANS} runs" if self.runs else label(self.verdict)
 
 
 @dataclass(frozen=True)
 class Named:
-    """A design of a shared page: its name in words, its changes, and its model."""
+    """A design with its name in words, its changes to the model, and its model."""
 
     words: str
     changes: Mapping[str, object]
@@ -121,7 +122,7 @@ class Named:
 
 
 class RunsSoFar:
-    """The first runs of a design, from replication 0 on without a gap, and the results that follow."""
+    """The first runs of a design, from replication 0 without gaps, and their results."""
 
     def __init__(self, design: Named, outcomes: Sequence[Outcome], main: str, seed: int) -> None:
         self.design = design
@@ -138,43 +139,43 @@ class RunsSoFar:
 
     @cached_property
     def exact(self) -> bool:
-        """Whether the models use no random numbers, so that one run is enough."""
+        """Whether the design uses no random numbers, so that one run is enough."""
         return self.results.deterministic
 
     @cached_property
     def failed(self) -> list[str]:
-        """The errors of the runs that failed."""
+        """The errors of failed runs."""
         return [row.outcome.error for row in self.rows if row.outcome.error is not None]
 
     @cached_property
     def indicators(self) -> list[str]:
-        """The indicators that such runs are judged by, first the main one."""
+        """The indicators by which the runs are judged, beginning with the main indicator."""
         names = dict.fromkeys(name for row in self.rows for name in row.indicators)
         usual = judged_by(names, never_ends=self.model.tasks.never_end)
         return [name for name in dict.fromkeys([self.main, *usual]) if name in names][:_SHOWN]
 
     def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
-        """Return mean and usual interval of an indicator, over the first n runs."""
+        """Return the mean and confidence interval of an indicator over the first n runs; None without values."""
         return self.results.estimate(self.rows[:n], indicator)
 
     def scale(self, indicator: str) -> Scale:
-        """Return the scale on which the indicator is written."""
+        """Return the scale in which an indicator is written."""
         return words.scale_of(indicator, self.model, [self.estimate(indicator)])
 
     def reached(self, value: str) -> str:
-        """Return the main indicator with a value, inside a sentence."""
+        """Return a phrase with the main indicator and a value."""
         return words.reached(self.main, value)
 
     def values(self, by: float) -> list[float | None]:
-        """Return the main indicator in each run, times `by`."""
+        """Return the main indicator in each run, times `by`; None for runs without a value."""
         values = (by * row.value(self.main) for row in self.rows)
         return [value if math.isfinite(value) else None for value in values]
 
     @cached_property
     def lasting(self) -> Wrong | None:
-        """Return the problem by which the long run will be worse than the runs; it is kept once it is found.
+        """The problem by which the long run will be worse than the runs, at the first look that finds one, or None.
 
-        That work piles up the first run says by itself, as chance is allowed for in its own arrivals.
+        A single run can show that work piles up, as this verdict allows for chance in the arrivals of the run.
         """
         for n, part in [(1, 1.0)] * bool(self.n) + looks_by(self.n):
             for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model, part):
@@ -183,7 +184,7 @@ class RunsSoFar:
         return None
 
     def met(self, target: Target | None) -> Verdict:
-        """Return the verdict on a target, which stands once it fell."""
+        """Return the verdict on a target, which is final once a look has decided."""
         if target not in self._met:
             self._met[target] = self._verdict(target)
         return self._met[target]
@@ -206,7 +207,10 @@ class RunsSoFar:
         return target is not None and all(math.isfinite(row.value(self.main)) for row in self.rows)
 
     def look(self, target: Target | None) -> DesignVerdict[None] | None:
-        """Return the verdict of the first look that decided, or of the last; its bounds are the page's interval."""
+        """Return the verdict of the first look that decided, or of the last look; None before the first look.
+
+        Its bounds are the interval that the page shows.
+        """
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
@@ -221,7 +225,7 @@ class RunsSoFar:
         )
 
     def told(self, target: Target | None) -> str:
-        """Return the main indicator with its one interval, from the verdict; none before the first look at a target."""
+        """Return the main indicator with the interval of its verdict; before the first look, the mean only."""
         estimate, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
         assert estimate is not None
         if target is None or not self._can_meet(target):
@@ -233,7 +237,7 @@ class RunsSoFar:
         return scale.within(look.mean, look.low, look.high, target.value)
 
     def said(self, target: Target | None) -> Said:
-        """Return the verdict on a target, with its sentence."""
+        """Return the verdict on a target in words."""
         verdict, design = self.met(target), self.design.words
         estimate = self.estimate(self.main)
         if verdict == "fails":
@@ -260,12 +264,12 @@ class RunsSoFar:
         return Said(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
-        """Return the cost of a year, where the model has prices."""
+        """Return a phrase with the annual cost; empty if the model has no prices."""
         estimate = self.estimate("annual_cost") if self.main != "annual_cost" else None
         return "" if estimate is None else f", {self.scale('annual_cost').value(estimate.mean)} a year"
 
     def measured(self, target: Target | None) -> list[Measured]:
-        """Return the indicators, each with its one interval."""
+        """Return the indicators, each with its interval."""
         measured = []
         for name in self.indicators:
             estimate = self.estimate(name)
@@ -292,12 +296,12 @@ class RunsSoFar:
         return measured
 
     def busy(self) -> Busy:
-        """Find the busiest group of a design so far, and the load of each group, the largest first."""
+        """Return the busiest group so far, and the load of each group, the largest first."""
         return busy(self.rows, self.model, CONFIDENCE)
 
 
 def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], seed: int, target: str = "") -> Results:
-    """Return the runs of some designs of a model as the results of a study."""
+    """Return the runs of some designs of a model as the results of a study, whose baseline is the first design."""
     from desim_warehouse.study.execution.cache import versions
 
     levels = tuple(Level(design.words, design.changes, ()) for design, _ in designs)
@@ -321,5 +325,5 @@ def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], 
 
 
 def _short(error: str) -> str:
-    """Return an error without the name of its type."""
+    """Return an error as a sentence, without the name of its type."""
     return numbers.sentence(error.partition(": ")[2] or error)

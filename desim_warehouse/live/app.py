@@ -1,9 +1,9 @@
-"""The calls of a live page over HTTP, for its own user only.
+"""HTTP calls of a live page, for its own user only.
 
-Every call but the page itself needs the token. Host must be ours on every call, and Origin where there is one, so that
-no other page, and no name that leads here, can ask. Nothing is allowed to other origins, and bodies are small.
+Every call except the page itself needs the token. Host, and Origin if present, must be ours on every call, so that no
+other page, and no other name of this address, can make calls. Other origins are allowed nothing, and bodies are small.
 
-`TimedRequests` closes connections on which a request is begun and not soon ended.
+`TimedRequests` closes connections whose requests are not complete in time.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound=Message)
 MOST_BODY = 64 * 1024
 ALIVE = 5.0
-"""Seconds between events where nothing happens."""
+"""Seconds between events if nothing changes."""
 _OFTEN = 0.1
-"""Seconds between two answers."""
+"""Least time between two answers, in seconds."""
 SHARED = (
     *(f"replay/js/{name}.js" for name in ("01-unpack", "02-tracks", "03-story", "04-counts", "05-colours", "06-view")),
     *(
@@ -55,7 +55,7 @@ SHARED = (
 """Scripts of the replay that the live page uses."""
 
 WITHIN = 10.0
-"""Seconds in which a request must come whole, and the first one after a connection is opened."""
+"""Time limit for a complete request, also for the first after a connection opens, in seconds."""
 HEADERS = {
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
@@ -65,7 +65,7 @@ HEADERS = {
 
 
 def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
-    """Return the server of a desk, for anybody who has the token."""
+    """Return the ASGI application of a desk, which serves any caller with the token."""
     calls = Calls(desk, about, frames)
     routes = [
         Route("/", calls.page, methods=["GET"]),
@@ -83,14 +83,14 @@ def application(desk: Desk, about: About, token: str, hosts: frozenset[str], fra
 
 
 def page(name: str) -> str:
-    """Return the page as one text; its content security policy comes with the answer."""
+    """Return the page as HTML, without a content security policy, which is sent as a header."""
     import html
 
     return joined("desim_warehouse.live", {"title": html.escape(name), "frozen": ""}, SHARED, policy="")
 
 
 class Guard:
-    """Turns away callers who are not the user of the page, before anything is read or done."""
+    """Middleware that refuses callers other than the user of the page, before anything is read or done."""
 
     def __init__(self, app: ASGIApp, token: str, hosts: frozenset[str]) -> None:
         self.app, self.token, self.hosts = app, token, hosts
@@ -125,7 +125,7 @@ class Guard:
 
 
 def refused(status: int, *problems: str) -> JSONResponse:
-    """Return an answer that says why nothing was done."""
+    """Return a response that lists why a call was refused."""
     return JSONResponse({"problems": list(problems)}, status, HEADERS)
 
 
@@ -139,7 +139,7 @@ class Calls:
         self.by_target = 1.0 if aim is None else scale(aim.indicator, desk.model, (aim.value,)).by
 
     async def page(self, request: Request) -> Response:  # noqa: ARG002
-        """Answer with the page, without any data; its script runs by a word that is new each time (a nonce)."""
+        """Respond with the page, without data; its script is allowed by a nonce that is new for each response."""
         nonce, frames = secrets.token_urlsafe(16), " ".join(self.frames) or "'none'"
         policy = (
             "default-src 'none'; connect-src 'self'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
@@ -149,21 +149,21 @@ class Calls:
         return HTMLResponse(body, headers={**HEADERS, "Content-Security-Policy": policy})
 
     async def model(self, request: Request) -> Response:  # noqa: ARG002
-        """Answer with the model, and the keys on offer."""
+        """Respond with the model, and the keys on offer."""
         return _json(self.about)
 
     async def openapi(self, request: Request) -> Response:  # noqa: ARG002
-        """Answer with the calls as OpenAPI."""
+        """Respond with the calls as OpenAPI."""
         return JSONResponse(openapi(), headers=HEADERS)
 
     async def design(self, request: Request) -> Response:
-        """Answer with the quick estimate of a design."""
+        """Respond with the quick estimate of a design."""
         ask = await _read(request, Ask)
         design = await run_in_threadpool(self.desk.design, ask.levels)
         return _json(asked(design))
 
     async def events(self, request: Request) -> Response:
-        """Answer with the results of a design as they change, event by event."""
+        """Respond with a stream of events, which hold the results of a design whenever they change."""
         design, query = self._known(request.path_params["id"]), request.query_params
         unknown = set(query) - {"runs", "pinned", "target", "floor"}
         if unknown or len(query.multi_items()) != len(query):
@@ -182,12 +182,12 @@ class Calls:
             target = replace(target, value=shown / self.by_target)
         changed, loop = asyncio.Event(), asyncio.get_running_loop()
 
-        def told() -> None:
+        def notify() -> None:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(changed.set)
 
-        listener = Listener(design, pinned, target, int(runs), told, floor=query.get("floor") == "1")
-        self.desk.listen(listener)  # here, where it can be refused still
+        listener = Listener(design, pinned, target, int(runs), notify, floor=query.get("floor") == "1")
+        self.desk.listen(listener)  # before the response begins, as the desk may refuse
         stream = self._stream(listener, changed)
         leave = partial(self.desk.leave, listener)
         return _Stream(stream, leave, media_type="text/event-stream", headers=HEADERS)
@@ -207,14 +207,14 @@ class Calls:
                     yield "event: alive\ndata: {}\n\n"
 
     async def floor(self, request: Request) -> Response:
-        """Answer with the replay of one run, for the page to play."""
+        """Respond with the replay of one run of a design, which the page plays."""
         design = self._known(request.path_params["id"])
         if not design.floor:
             raise HTTPException(404, "floor: none yet, expected after the event that says so")
         return JSONResponse(dict(design.floor), headers=HEADERS)
 
     async def share(self, request: Request) -> Response:
-        """Answer with the page of some designs, which needs no server."""
+        """Respond with the page of some designs, which needs no server."""
         ask = await _read(request, ShareAsk)
         designs = [self._known(name) for name in dict.fromkeys(ask.ids)]
         made = await run_in_threadpool(self.desk.page, [design for design in designs if design.n], self.about)
@@ -229,7 +229,7 @@ class Calls:
 
 
 class _Stream(StreamingResponse):
-    """An answer that goes on until the listener leaves, even before its first line."""
+    """A streaming response that always makes its listener leave at the end, even if it ends before the first line."""
 
     def __init__(self, content: AsyncIterator[str], leave: Callable[[], None], **how: Any) -> None:
         super().__init__(content, **how)
@@ -246,7 +246,7 @@ async def _read(request: Request, kind: type[M]) -> M:
     """Read the body of a call as a message.
 
     Raises:
-        HTTPException: too long, of another type, or not such a message.
+        HTTPException: a body that is too long, of another content type, or no such message.
     """
     if request.headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
         raise HTTPException(415, "Content-Type: expected application/json")
@@ -291,22 +291,22 @@ async def _wrong(_: Request, error: Exception) -> Response:
 
 
 class TimedRequests(H11Protocol):
-    """HTTP/1.1 that closes connections with a request that is not whole in time; uvicorn waits for ever."""
+    """HTTP/1.1 protocol that closes connections whose requests are not complete in time; uvicorn would wait forever."""
 
     _late: TimerHandle | None = None
 
     def connection_made(self, transport: Transport) -> None:  # type: ignore[override]
-        """Wait for the first request."""
+        """Start the time limit of the first request."""
         super().connection_made(transport)
         self._watch()
 
     def data_received(self, data: bytes) -> None:
-        """Wait for the rest of a request, if there is more to come."""
+        """Continue the time limit while a request is incomplete, or stop it."""
         super().data_received(data)
         self._watch()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Stop waiting for requests of a connection."""
+        """Stop the time limit."""
         self._stop()
         super().connection_lost(exc)
 

@@ -1,4 +1,4 @@
-"""The busiest group at a design, as the live page shows it."""
+"""The busiest group of a design, for the live page."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from desim_warehouse.study.table import Row
 
 
 class Busy(NamedTuple):
-    """The busiest group in a sentence, and each group by its name with its load, the largest first."""
+    """A sentence on the busiest group, and the name and load of each group, the largest load first."""
 
     busiest: str
     loads: list[tuple[str, float]]
 
 
 def busy(rows: Sequence[Row], model: Model, confidence: float) -> Busy:
-    """Find the busiest group of a design from its runs: the sentence on it, and the load of each group."""
+    """Return the sentence on the busiest group of a design, and the load of each group, from its runs."""
     measured = loads(rows, model, confidence)
     line = busiest.are(measured)
     listed = [(numbers.capital(load.group.name), load.mean) for load in measured]

@@ -1,7 +1,7 @@
 """The designs of a live page and their runs: listeners, the order of simulation, and results so far.
 
 A run is simulated only while its design has listeners. The design with the fewest runs comes next, and among equals the
-one requested last. So a pinned design and the design beside it grow together, and no listener waits for all others.
+design requested last. So a pinned design and the shown design grow together, and no listener waits for all others.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from desim_warehouse.study.record import read_record, write_record
 Band = tuple[float, float | None, float | None]
 """A mean and the ends of its interval, if there is one."""
 RUNS = 35
-"""Runs of a design where its verdict does not become clear before."""
+"""Number of runs of a design, unless its verdict becomes clear before."""
 MOST_RUNS = 1000
 MOST_DESIGNS = 2000
 MOST_LISTENERS = 64
@@ -55,7 +55,7 @@ _WRITE_EVERY = 5.0  # seconds between writes of the study
 
 @dataclass(eq=False)
 class Design:
-    """A design that was asked for, and its runs."""
+    """A requested design, and its runs."""
 
     id: str
     number: int
@@ -72,7 +72,7 @@ class Design:
 
     @property
     def n(self) -> int:
-        """The number of runs from the first on without a gap, whatever the speed of workers."""
+        """The number of runs from the first without gaps, which does not depend on the speed of workers."""
         n = 0
         while n in self.outcomes:
             n += 1
@@ -81,10 +81,10 @@ class Design:
 
 @dataclass(eq=False)
 class Listener:
-    """A listener to a design, beside a pinned one; `runs`: at least so many, whatever the verdict.
+    """A listener to a design and, if any, to a pinned design.
 
-    `most`: where no verdict falls before. `floor`: whether the floor of a run is to be watched. `told` is called from
-    another thread when there is more to know.
+    `runs`: least number of runs, regardless of the verdict. `told`: called from another thread when results change.
+    `most`: number of runs without a verdict. `floor`: whether the listener watches a run on the floor.
     """
 
     design: Design
@@ -97,7 +97,7 @@ class Listener:
 
 
 class Desk:
-    """The designs of a model that are simulated while somebody listens."""
+    """The designs of a model, which are simulated while they have listeners."""
 
     def __init__(
         self,
@@ -113,7 +113,7 @@ class Desk:
         """Open the folder and prepare the workers, which start with the first run.
 
         Raises:
-            StudyError: where the folder cannot be used, or another study is at work there.
+            StudyError: the folder cannot be used, or another study is writing to it.
         """
         self.model, self.offers, self.main, self.target, self.seed = model, offers, main, target, seed
         self.folder = folder
@@ -134,16 +134,16 @@ class Desk:
         self.thread.start()
 
     def begin(self) -> None:
-        """Start the workers, with the first runs of the model as it is today."""
+        """Start the workers with the first two runs of the model as it is."""
         try:
             today = self.design({})
-        except WarehouseError as error:  # the page says so, too
+        except WarehouseError as error:  # the page reports it too
             self.notes.append(str(error))
         else:
             self.listen(Listener(today, None, self.target, 0, most=2))
 
     def close(self) -> None:
-        """End all workers, and leave the folder with what has ended."""
+        """End all workers, and write the record of the study; finished runs are kept in the folder."""
         self.closing = True
         self.thread.join()
         self.pool.close()
@@ -156,11 +156,11 @@ class Desk:
     # Designs
 
     def design(self, levels: Mapping[str, Any]) -> Design:
-        """Return the design with these values; the others are as in the model.
+        """Return the design with these values by key; all other keys are as in the model.
 
         Raises:
             StudyError: a key or value that is not offered.
-            ModelError: values that no model can have together.
+            ModelError: an invalid combination of values.
             CheckError: a design that cannot work.
         """
         places = {key: offer.today for key, offer in self.offers.items()}
@@ -193,9 +193,9 @@ class Desk:
             return self.designs[name]
 
     def _forget_designs(self) -> None:
-        """Make room for another design: designs without a listener are dropped, those asked for longest ago first.
+        """Make room for another design: drop designs without listeners, the least recently requested first.
 
-        Those with runs go last, and today's stays. Runs stay in the folder, from where they are recalled.
+        Designs with runs are dropped last, and the model as it is never. Runs remain in the folder, and are recalled.
         """
         listened = {design for listener in self.listeners for design in (listener.design, listener.pinned)}
         left = [
@@ -208,7 +208,7 @@ class Desk:
             del self.designs[design.id]
 
     def _recall(self, design: Design) -> None:
-        """Take the runs that the folder has."""
+        """Take the runs of a design that the folder holds, up to the first gap."""
         for r in range(MOST_RUNS):
             outcome = self.store.get(design.digest, run_seed(self.seed, r))
             if outcome is None or self.store.missing(design.digest, run_seed(self.seed, r)):
@@ -216,7 +216,7 @@ class Desk:
             design.outcomes[r] = outcome
 
     def _recall_designs(self) -> None:
-        """List the designs that were tried in this folder before, the latest of the ones still on offer."""
+        """Recall the latest designs that were tried in this folder before and are still on offer."""
         if not (self.folder / STUDY).exists():
             return
         try:
@@ -230,7 +230,7 @@ class Desk:
     # Listening
 
     def listen(self, listener: Listener) -> None:
-        """Begin to simulate what a listener wants; raises StudyError where too many listen."""
+        """Begin to simulate for a listener; raise StudyError if there are too many listeners."""
         with self.lock:
             if len(self.listeners) >= MOST_LISTENERS:
                 raise StudyError(f"{MOST_LISTENERS} listen already: close a page")
@@ -239,7 +239,7 @@ class Desk:
             self._schedule()
 
     def leave(self, listener: Listener) -> None:
-        """Stop the runs that nobody else wants."""
+        """Remove a listener, and cancel runs that no other listener wants."""
         with self.lock:
             if listener in self.listeners:
                 self.listeners.remove(listener)
@@ -248,12 +248,12 @@ class Desk:
     # Runs
 
     def wanted(self, design: Design, listener: Listener) -> int:
-        """Return how many runs of a design a listener wants."""
+        """Return the number of runs of a design that a listener wants."""
         least = listener.runs if design is listener.design else 0
         return max(design.n if self._is_clear(design, listener.target) else listener.most, least)
 
     def _is_clear(self, design: Design, target: Target | None) -> bool:
-        """Whether no more runs are needed; worked out once for each number of runs."""
+        """Whether no more runs are needed; the result is cached for each number of runs."""
         n, key = design.n, None if target is None else target.value
         if design.clear.get(key, (-1, False))[0] != n:
             design.clear[key] = n, n > 0 and self._says_enough(design, n, target)
@@ -267,7 +267,7 @@ class Desk:
         return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "overloaded", "drained"}
 
     def known(self, design: Design) -> RunsSoFar:
-        """Return the runs of a design so far, with the results that follow."""
+        """Return the runs of a design so far, with their results."""
         with self.lock:
             if design.known is None or design.known.n != design.n:
                 outcomes = [design.outcomes[r] for r in range(design.n)]
@@ -275,7 +275,7 @@ class Desk:
             return design.known
 
     def _schedule(self) -> None:
-        """Cancel runs that nobody wants, and hand out those wanted next."""
+        """Cancel runs that no listener wants, and submit the runs wanted next."""
         want: dict[Design, int] = {}
         for listener in self.listeners:
             for design in filter(None, (listener.design, listener.pinned)):
@@ -297,11 +297,11 @@ class Desk:
             self._submit(chosen, run)
 
     def _next(self, design: Design, most: int, watched: bool) -> int | None:
-        """Return the next run of a design; if its floor is watched, the latest once more, for a replay."""
+        """Return the next run of a design, or None; if its floor is watched, the latest run again, for a replay."""
         under_way = any(r in design.outcomes for r in design.handles)
         if watched and design.n and design.floor is None and not under_way:
             return design.n - 1
-        most = min(most, design.n + _AHEAD * self.workers)  # runs count in order: none is far ahead of a slow one
+        most = min(most, design.n + _AHEAD * self.workers)  # runs count in order, so none is far ahead of a slow run
         return next((r for r in range(most) if r not in design.outcomes and r not in design.handles), None)
 
     def _submit(self, design: Design, r: int) -> None:
@@ -312,7 +312,7 @@ class Desk:
         handle.tell(self.ended)
 
     def _work(self) -> None:
-        """Take runs that have ended, in a thread of its own."""
+        """Take finished runs and schedule others until the desk closes; runs in a separate thread."""
         self._recall_designs()
         while not self.closing:
             handle: Handle | None = None
@@ -340,7 +340,7 @@ class Desk:
         if outcome.floor is not None:
             design.floor = outcome.floor
             self._forget_floors(design)
-        outcome = outcome._replace(floor=None)  # the floor is kept once for a design
+        outcome = outcome._replace(floor=None)  # the design keeps the floor
         if r not in design.outcomes:
             try:
                 self.store.add(design.digest, run_seed(self.seed, r), outcome)
@@ -349,9 +349,9 @@ class Desk:
                 self.notes.append(self.error)
             design.outcomes[r] = outcome
             self.changed = True
-        elif design.floor is None:  # it failed, though it did not before
+        elif design.floor is None:  # the repeated run failed, although the first did not
             design.floor = {}
-        self._tell(None if r == 0 else design)  # all pages list what was tried
+        self._tell(None if r == 0 else design)  # all pages list the designs tried
 
     def _forget_floors(self, latest: Design) -> None:
         kept = [design for design in self.designs.values() if design.floor and design is not latest]
@@ -366,7 +366,7 @@ class Desk:
     # Looking
 
     def _beside(self, other: RunsSoFar, pinned: Design, listener: Listener, by: float) -> tuple[Band | None, list[str]]:
-        """Return the band of the pinned design on the scale, and sentences on it beside the design that is shown."""
+        """Return the band of the pinned design, times `by`, and sentences that compare it with the shown design."""
         band: Band | None = None
         lines: list[str] = []
         estimate = other.estimate(self.main)
@@ -378,7 +378,7 @@ class Desk:
         return band, lines + ([] if apart is None else [f"Difference, run by run: {apart}."])
 
     def answer(self, listener: Listener) -> Watched:
-        """Return the state of a listener's design."""
+        """Return the state of a listener's design as a message."""
         with self.lock:
             design, pinned = listener.design, listener.pinned
             runs, wanted = self.known(design), self.wanted(design, listener)
@@ -442,16 +442,16 @@ class Desk:
         )
 
     def results(self, designs: Sequence[Design], target: str = "") -> Results:
-        """Return the runs of some designs, the first as baseline, as the results of a study."""
+        """Return the runs of some designs as the results of a study, whose baseline is the first design."""
         with self.lock:
             pairs = [(design.named, [design.outcomes[r] for r in range(design.n)]) for design in designs]
         return replace(results_of(self.model, pairs, self.seed, target), folder=self.folder, notes=tuple(self.notes))
 
     def page(self, designs: Sequence[Design], about: About) -> FrozenPage:
-        """Return the page of these designs, which needs no server; the first is pinned, the second shown.
+        """Return the page of some designs, which needs no server; the first is pinned, the second shown.
 
         Raises:
-            ReportError: fewer than two that have runs, or too many.
+            ReportError: too few or too many designs.
         """
         from desim_warehouse.live import frozen
 
@@ -462,7 +462,7 @@ class Desk:
         return frozen.page(about.model_copy(update={"folder": ""}), watched, table, start=1, pinned=0)
 
     def _difference(self, base: Design, other: Design) -> str | None:
-        """Return the difference of the second to the first, run by run; None where there is none to tell."""
+        """Return the difference of `other` from `base`, run by run, as text; None if there is none."""
         if base is other:
             return None
         results = self.results([base, other])
@@ -470,7 +470,7 @@ class Desk:
         return None if comparison is None else difference(results, self.main, comparison.differences[0]).text
 
     def _write(self) -> None:
-        """Write the study's record into the folder, so that `desim report` can read it; its runs are in the journal."""
+        """Write the record of the study into the folder for `desim report`; runs are in the journal."""
         self.changed, self.written = False, monotonic()
         tried = [design for design in self.designs.values() if design.n]
         if not tried:
@@ -484,7 +484,7 @@ class Desk:
 
 
 def asked(design: Design) -> Calculated:
-    """Return a design as the page has it at once: by quick estimate."""
+    """Return the quick estimate of a design, which the page shows immediately, as a message."""
     return Calculated(
         id=design.id,
         words=design.named.words,
@@ -497,6 +497,6 @@ def asked(design: Design) -> Calculated:
 
 
 def _times(by: float, band: Band) -> Band:
-    """Return a band on another scale."""
+    """Return a band multiplied by a factor."""
     mean, low, high = band
     return by * mean, None if low is None else by * low, None if high is None else by * high

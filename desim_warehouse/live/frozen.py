@@ -1,4 +1,4 @@
-"""The page of `desim what-if --page` and of Share: the live page with all answers inside, and no server."""
+"""The page of `desim what-if --page` and of Share: a live page that contains all answers and needs no server."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from desim_warehouse.study.table import is_numeric
 from desim_warehouse.values.labels import plain, readable
 
 MOST = 120
-"""Designs of a page: it holds the differences of every two of them."""
+"""Largest number of designs of a page, which holds the differences of all pairs."""
 _ONLINE = ("01-feed.js", "03-watch.js")
 _DIGITS = 6
 
@@ -37,7 +37,7 @@ def check(plan: StudyPlan) -> None:
     """Refuse a study that a page cannot show, before it is simulated.
 
     Raises:
-        ReportError: designs that are not all combinations of the factors' values, or too few or too many of them.
+        ReportError: too few or too many designs, or some combinations of the factors' values are missing.
     """
     count = len({str(point) for point in plan.points()})
     levels = [len({str(level.label) for level in factor.levels}) for factor in plan.factors]
@@ -60,9 +60,15 @@ def page(
     pinned: int | None = None,
     answers: Sequence[str] = (),
 ) -> FrozenPage:
-    """Return the page of some designs, with their differences to each other in the first indicator.
+    """Return the page of some designs, with all pairwise differences in the main indicator.
 
-    `start`, `pinned`: the designs shown first. `answers`: sentences above them.
+    Args:
+        about: the model and its keys; values that no design has are removed.
+        designs: the quick estimate and the results of each design.
+        differences: the difference of each design (column) from each design (row) as text, or None.
+        start: index of the design shown first.
+        pinned: index of the pinned design, if any.
+        answers: sentences above the designs.
     """
     levels = {knob.key: {asked.levels[knob.key] for asked, _ in designs} for knob in about.knobs}
     knobs = [_kept(knob, levels[knob.key]) for knob in about.knobs if len(levels[knob.key]) > 1]
@@ -87,7 +93,7 @@ def page(
 
 
 def _kept(knob: Knob, values: set[Any]) -> Knob:
-    """Return a knob with these values only."""
+    """Return a knob reduced to some of its values."""
     kept = [place for place, value in enumerate(knob.values) if value in values]
     today = kept.index(knob.today) if knob.today in kept else None
     kept_values = {"values": [knob.values[place] for place in kept], "texts": [knob.texts[place] for place in kept]}
@@ -99,14 +105,14 @@ def what_if_page(study: Results, path: str | Path | None = None, *, command: str
 
     Args:
         study: the finished runs of a study whose designs are all combinations of its factors' values.
-        path: where to write the page; None: nowhere yet.
-        command: as it was typed, for readers.
+        path: file to write the page to; None for no file.
+        command: the command as typed, which the page shows.
 
     Returns:
-        The page, which shows itself in Jupyter.
+        The page, which Jupyter displays.
 
     Raises:
-        ReportError: a design that has no page (`check`), no finished run, or a path that cannot be written.
+        ReportError: a study that a page cannot show (`check`), no finished run, or a path that cannot be written.
     """
     check(study.plan)
     if all(row.outcome.error is not None for row in study.rows):
@@ -118,7 +124,7 @@ def what_if_page(study: Results, path: str | Path | None = None, *, command: str
 
 
 class _Frozen:
-    """The designs of a finished study as messages of the live page, which is then frozen: it starts no more runs."""
+    """The designs of a finished study as messages of a live page without a server."""
 
     def __init__(self, study: Results, command: str) -> None:
         self.study, self.command, self.answer = study, command, study.answer
@@ -179,13 +185,13 @@ class _Frozen:
         )
 
     def _own(self, key: str, levels: Sequence[Any]) -> int | None:
-        """Return which of the values tried, from 0, is the model's own; None if none of them is."""
+        """Return the index of the model's own value among the values tried; None if it is not among them."""
         base = self.study.base
         for rank, level in enumerate(levels):
             try:
                 if base.replace({key: level}).digest() == base.digest():
                     return rank
-            except ModelError:  # a value that goes only with another one
+            except ModelError:  # a value that is valid only together with a value of another key
                 continue
         return None
 
@@ -252,7 +258,7 @@ class _Frozen:
         )
 
     def _differences(self, base: str) -> list[str | None]:
-        """Return all designs minus this one; copies of a design have its difference."""
+        """Return the difference of each design from `base` as text; designs with equal runs share a difference."""
         comparison = self.study.compare_finished(self.main, base)
         rows = {} if comparison is None else {str(row.design): row for row in comparison.differences}
         original = {design: self.study.same.get(design, design) for design in self.designs}

@@ -1,4 +1,4 @@
-"""The messages between a live page and its server: the types, and the OpenAPI document made from them."""
+"""Messages between a live page and its server: their types, and the OpenAPI document made from them."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ _APART: dict[Verdict, str] = {
     "met": "Target met",
     "known": "Simulated",
 }
-"""Labels of the page alone, and of what is before the first look; others are those of all answers."""
+"""Labels of verdicts that differ from the words of answers, or exist only on this page."""
 
 
 def label(verdict: Verdict) -> str:
-    """Return the label of a verdict, for people."""
+    """Return the label of a verdict."""
     return capital(_APART.get(verdict) or WORDS[verdict])  # type: ignore[index] # the others are above
 
 
 class Message(BaseModel):
-    """A message, with no other keys."""
+    """A message, which has exactly the keys of its type."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Ask(Message):
-    """A design: values by key, each one offered by the page; keys that are left out are as in the model."""
+    """A request for a design: offered values by key; omitted keys are as in the model."""
 
     levels: Annotated[dict[str, int | float | str], Field(max_length=50)]
 
 
 class ShareAsk(Message):
-    """The designs of a shared page, the first of them as the baseline."""
+    """A request for a shared page: its designs, the baseline first."""
 
     ids: Annotated[list[str], Field(min_length=2, max_length=120)]
 
 
 class Knob(Message):
-    """A key that the page offers: its values, how they are written, and which (from 0) the model has, if any."""
+    """A key that the page offers: its values, their texts, and the index of the model's value, if it is among them."""
 
     key: str
     label: str
@@ -57,7 +57,7 @@ class Knob(Message):
 
 
 class Aim(Message):
-    """The target of designs: `value` is as the page shows it (95 for 95 %)."""
+    """The target of designs, with values as the page shows them (95 for 95 %)."""
 
     indicator: str
     label: str
@@ -70,7 +70,7 @@ class Aim(Message):
 
 
 class About(Message):
-    """The model of the page, what is offered, and how verdicts are reached."""
+    """The model of the page, the keys on offer, and the statement on verdicts."""
 
     version: Literal[1] = 1
     name: str
@@ -87,7 +87,7 @@ class About(Message):
 
 
 class Calculated(Message):
-    """The quick estimate of a design; `needed` has by key the value that would be enough."""
+    """The quick estimate of a design; `needed` holds sufficient values by key."""
 
     id: str
     words: str
@@ -99,7 +99,7 @@ class Calculated(Message):
 
 
 class Measured(Message):
-    """An indicator over the runs of a design; `text` is as `desim what-if` prints it, other numbers are in `unit`."""
+    """An indicator over the runs of a design; `text` is as in `desim what-if`, and numbers are in `unit`."""
 
     name: str
     label: str
@@ -111,7 +111,7 @@ class Measured(Message):
 
 
 class Tried(Message):
-    """A design that has runs."""
+    """A design with runs, for the list of designs tried."""
 
     id: str
     words: str
@@ -122,11 +122,11 @@ class Tried(Message):
 
 
 class Watched(Message):
-    """The state of a design: every event holds the whole of it, so a missed event loses nothing.
+    """The state of a design; every event holds the whole state, so that a missed event loses nothing.
 
-    `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each. `pinned_at`: mean and ends of
-    the interval of the pinned design. `done`: nothing more is simulated, and why.
-    `busiest`: who is busiest, in a sentence; `busy`: each group by its name, with its load, the largest first.
+    `n`: number of runs that count, without gaps. `values`: the main indicator in each run. `pinned_at`: mean and
+    interval of the pinned design. `done`: why no more runs are simulated; empty before. `busiest`: sentence on the
+    busiest group. `busy`: name and load of each group, the largest load first.
     """
 
     id: str
@@ -155,7 +155,7 @@ class Refusal(Message):
     problems: list[str]
 
 
-# A list of calls, long as it is.
+# A long list of calls.
 def openapi() -> dict[str, Any]:
     """Return the calls and their types as OpenAPI 3.1."""
     types = (Ask, ShareAsk, About, Calculated, Watched, Refusal)

@@ -1,4 +1,4 @@
-"""The keys that a live page offers to change: robots, chargers, demand and allocation, or keys that its user names."""
+"""Keys that a live page offers to change: robots, chargers, demand and allocation, or keys that the user names."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from desim_warehouse.values.labels import readable
 
 ROBOTS, DEMAND, ALLOCATION = "fleet.size", "tasks.demand", "policies.allocation"
 _MOST = 60
-"""Steps of a slider that is not given."""
+"""Largest number of steps of a slider whose values the user does not name."""
 _DEMANDS = range(5, 21)
-"""Tenths of today's demand that are offered."""
+"""The demands on offer, in tenths of today's demand."""
 
 
 @dataclass(frozen=True)
 class Offer:
     """A key of the model and the values that the page offers for it: `values[today]` is the value in the model.
 
-    `changes`: what each value changes in the model, `texts`: how it is written. Numbers have a slider.
+    `changes`: overrides of the model for each value. `texts`: each value as text. Numbers have a slider.
     """
 
     key: str
@@ -45,7 +45,7 @@ class Offer:
         return is_numeric(self.values)
 
     def place(self, value: Any) -> int | None:
-        """Return the rank of a value, which has the type that was offered; None for any other."""
+        """Return the index of an offered value; None for any other value, or another type."""
         kind = (int, float) if self.is_number else str
         fits = isinstance(value, kind) and not isinstance(value, bool)
         return self.values.index(value) if fits and value in self.values else None
@@ -56,11 +56,11 @@ def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[s
 
     Args:
         model: the model as it is today.
-        vary: keys, with their values as in a study file or None for the usual ones; empty: the usual keys.
+        vary: keys, with their values as in a study file, or None for the usual values; empty for the usual keys.
 
     Raises:
-        ModelError: values that no model can have.
-        StudyError: a key whose values must be given.
+        ModelError: invalid values.
+        StudyError: a key without values that has no usual values.
     """
     usual = _usual(model)
     if not vary:
@@ -80,7 +80,7 @@ def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[s
 
 
 def levels_of(offered: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return the value of each key that makes exactly these changes to the model; None where no values do."""
+    """Return the values by key that make exactly these changes to the model; None if no offered values do."""
     levels, made = {}, dict[str, Any]()
     for key, offer in offered.items():
         fits = [place for place, change in enumerate(offer.changes) if change and change.items() <= changes.items()]
@@ -91,7 +91,10 @@ def levels_of(offered: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[
 
 
 def spoken_design(offered: Mapping[str, Offer], places: Mapping[str, int]) -> str:
-    """Return a design in words: its robots and chargers, and all else that is not as today."""
+    """Return a design in words: its robots and chargers, and all other values that differ from the model's.
+
+    `places`: the index of the value of each key.
+    """
     chosen = {}
     for key, offer in offered.items():
         counted = key == ROBOTS or key.endswith(".total_chargers")
@@ -128,7 +131,7 @@ def _usual(model: Model) -> dict[str, Offer]:
 
 
 def _range(today: int) -> list[int]:
-    """Return whole numbers around today's number, up to more than twice as many."""
+    """Return integers around today's number, up to more than twice this number."""
     most = max(math.ceil(2.2 * today), 6)
     step = math.ceil(most / _MOST)
     return sorted({today, *range(step, most + 1, step)})
@@ -155,7 +158,7 @@ def _demand(model: Model) -> Offer:
 
 
 def _given(model: Model, key: str, values: Any) -> Offer:
-    """Offer the values that a user names, with today's among them."""
+    """Offer the values that a user names, and the model's value."""
     (factor,) = Study(model, {key: values}).plan.factors
     levels: dict[Any, Mapping[str, Any]] = {level.label: level.overrides for level in factor.levels}
     now = label(level_of(model, key))

@@ -1,1 +1,1 @@
-"""Look of pages: colours, templates, and the one file that a page is."""
+"""Appearance of pages: colours, templates, and assembly into a single file."""

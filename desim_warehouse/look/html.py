@@ -1,4 +1,4 @@
-"""Pages without scripts: their templates, which escape all names, their style, and the figures in them.
+"""Pages without scripts: their templates, which escape all names, and their style and figures.
 
 For the page of an answer or report, and for the course of a run in its replay.
 """
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 
 FIGURES = ("grid", "floor", "points")
-"""Kinds of figures that have rules of their own, by their class."""
+"""CSS classes of figures with rules that other pages can omit."""
 _COLOURS = 64
-"""Colours of a picture."""
+"""Number of colours of a picture."""
 
 
 @cache
 def template(name: str) -> Template:
-    """Load a template of the package; text that is put in is escaped unless it is Markup."""
+    """Load a template of the package; inserted text is escaped unless it is Markup."""
     loader = PackageLoader("desim_warehouse.look")
     made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return made.get_template(name)
@@ -45,14 +45,14 @@ def figure(macro: str, *values: object) -> Markup:
 
 
 def picture(axes: Axes) -> Markup:
-    """Turn a figure into a picture inside the page, with a text that says in words what it shows."""
-    data, facts = axes._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
+    """Embed a figure of matplotlib into the page as a picture, with its alternative text."""
+    data, facts = axes._repr_png_()  # type: ignore[attr-defined] # as Jupyter does
     return figure("picture", b64encode(_in_few_colours(data)).decode("ascii"), facts["width"], facts["alt"])
 
 
 def _in_few_colours(png: bytes) -> bytes:
-    """Return a picture in a quarter of the bytes: figures have few colours, and edges that are smoothed."""
-    from PIL import Image  # which matplotlib brings
+    """Return a picture in a quarter of the bytes, as figures have few colours besides smoothed edges."""
+    from PIL import Image  # a dependency of matplotlib
 
     with Image.open(BytesIO(png)) as picture:
         smaller = BytesIO()
@@ -61,7 +61,7 @@ def _in_few_colours(png: bytes) -> bytes:
 
 
 def style(figures: Collection[str] = FIGURES) -> str:
-    """Return the style of a page with such figures, with the colours of waiting as on the floors of replays."""
+    """Return the style of a page with some kinds of `figures`, and with the colours of waiting of replays."""
     light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
     heat = f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
     return (
@@ -72,7 +72,7 @@ def style(figures: Collection[str] = FIGURES) -> str:
 
 
 def _without(figures: Collection[str], css: str) -> str:
-    """Remove the rules of a style that are only for such figures."""
+    """Remove the rules of a style that apply only to some kinds of figures."""
     if not figures:
         return css
     listed = "|".join(figures)
@@ -95,7 +95,7 @@ def course_style(themes: bool = False) -> str:
 
 
 def _css(name: str) -> str:
-    """Read a style without comments and spaces."""
+    """Read a style, and remove comments and spaces."""
     return _short(files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8"))
 
 

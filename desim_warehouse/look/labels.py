@@ -1,6 +1,6 @@
-"""Placement of names on a drawing: beside the object named, without covering anything else.
+"""Place names on a drawing beside their objects, without covering anything else.
 
-For the floor that `desim draw`, `plot.layout` and the page of a run show.
+For the floor in `desim draw`, in `plot.layout` and on the page of a run.
 """
 
 from __future__ import annotations
@@ -11,26 +11,26 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 Box = tuple[float, float, float, float]
-"""Left, top, right and bottom, in the units of the drawing; y grows downwards."""
+"""A rectangle as left, top, right and bottom, in the units of the drawing; y grows downwards."""
 Side = tuple[int, int]
-"""A direction by its signs along x and y: (0, -1) is above."""
+"""A direction as its signs along x and y: (0, -1) is above."""
 LETTER = 0.62
-"""Width of a letter, as a part of the size of its font."""
+"""Width of a letter, as a share of the font size."""
 _SIDES: tuple[Side, ...] = ((0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1))
 _FARTHER = (1.0, 2.5, 4.5)
-"""Gaps between what is named and its name: one after another they are tried."""
+"""Gaps between an object and its name, in the order in which they are tried, as multiples of the least gap."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """The place of a name on a drawing: its box, and on which side it stands (-1: left, 0: over or below)."""
+    """The place of a name on a drawing: its box, and its side of the object (-1: left, 0: above or below, 1: right)."""
 
     box: Box
     across: int
 
     @property
     def x(self) -> float:
-        """The x at which the text is anchored: its end next to what it names, or its middle."""
+        """The x at which the text is anchored: its end next to the object, or its middle."""
         left, _, right, _ = self.box
         return (left + right) / 2 - self.across * (right - left) / 2
 
@@ -42,11 +42,11 @@ class Spot:
 
 @dataclass
 class Sheet:
-    """The boxes on a drawing that are occupied already.
+    """The occupied boxes on a drawing.
 
     Attributes:
         marks: nodes, slots and names, which no name covers.
-        lines: lanes and storage places, which a name covers only where no other place is free.
+        lines: lanes and storage places, which a name covers only if no other spot is free.
     """
 
     marks: list[Box]
@@ -55,18 +55,18 @@ class Sheet:
     def put(
         self, sizes: Sequence[tuple[float, float]], around: Box, gap: float, side: Side, *, again: bool = False
     ) -> tuple[Spot, int] | None:
-        """Find a free spot for a name beside a box, and keep it free of later names.
+        """Find a free spot for a name beside a box, and reserve it.
 
         Args:
-            sizes: width and height of the name, the best size first; a smaller one on the best side is preferred to a
-                larger one on another.
-            around: the box of what is named.
-            gap: the least room between the two.
-            side: where it stands if it can; else on the sides next to that one, and farther out.
-            again: whether the name stands elsewhere already, so that it may not cover lines, either.
+            sizes: width and height of the name, the best size first; a smaller size on the best side is preferred to a
+                larger size on another side.
+            around: the box of the object.
+            gap: the least distance between the two.
+            side: the preferred side; the adjacent sides, and larger gaps, are tried next.
+            again: whether the name is already shown elsewhere, so that it may not cover lines.
 
         Returns:
-            The spot and which of the sizes it has; None where each would cover a mark.
+            The spot and the index of its size; None if every spot would cover a mark.
         """
         spots = [list(_spots(size, around, gap, side)) for size in sizes]
         best = [(some[:1], number) for number, some in enumerate(spots)]
@@ -80,12 +80,12 @@ class Sheet:
 
 
 def box_around(x: float, y: float, half: float) -> Box:
-    """Return the square of half a side about a point."""
+    """Return the square around a point with half side `half`."""
     return x - half, y - half, x + half, y + half
 
 
 def boxes_along(start: tuple[float, float], end: tuple[float, float], pitch: float) -> Iterator[Box]:
-    """Yield boxes that cover a line: one where it goes along x or y, else one for each `pitch` of its length."""
+    """Yield boxes that cover a line: one box if it is parallel to x or y, else a box for each `pitch` of its length."""
     (x0, y0), (x1, y1) = start, end
     slanted = min(abs(x1 - x0), abs(y1 - y0)) > 0
     pieces = max(math.ceil(math.dist(start, end) / pitch), 1) if slanted else 1

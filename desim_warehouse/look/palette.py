@@ -1,4 +1,4 @@
-"""The colours of figures and replay pages.
+"""Colours of figures and pages.
 
 For `plot`, the replay, the live page and pages of answers.
 """
@@ -8,9 +8,9 @@ from __future__ import annotations
 from desim_warehouse.states import ROLES, TIMES
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C00")
-"""Okabe & Ito (2008), Color Universal Design, darkest first for lines on white; yellow darkened to be seen."""
+"""Okabe & Ito (2008), Color Universal Design, darkest first for lines on white; yellow is darkened to be visible."""
 STATE_COLOURS = {state.name: state.colour for state in sorted(TIMES.values(), key=lambda state: state.stacked)}
-"""States of a robot in figures, in the order in which they are stacked."""
+"""Colours of the states of a robot in figures, in the order in which they are stacked."""
 INK, FAINT = "#222222", "#777777"
 PAGE = {
     "light": {
@@ -42,8 +42,11 @@ PAGE = {
         "two": "#5fd3c4",
     },
 }
-"""The parts of a page around its figures, on light or dark ground; `second`: of stations, `charge`: of chargers, `a`
-and `b`: of two designs that are compared, `one` and `two`: of two runs side by side, colours that mean nothing else."""
+"""Colours of a page around its figures, on a light or dark ground.
+
+`second`: stations; `charge`: chargers; `a`, `b`: two designs compared; `one`, `two`: two runs side by side, in colours
+without another meaning.
+"""
 
 GROUND = {
     "light": {
@@ -83,7 +86,7 @@ GROUND = {
         "wall": "#3a4651",
     },
 }
-"""The floor of a replay page on light or dark ground."""
+"""Colours of the floor of a replay page on a light or dark ground."""
 
 _SAFE = {
     "light": {
@@ -137,8 +140,10 @@ PALETTES = {
         },
     },
 }
-"""What moves on the floor, by the role of a robot's state, and goods: safe for colour-blind people (after Okabe and
-Ito), or the paper's; on light and on dark ground, over which it goes."""
+"""Colours of robots, by the role of their state, and of goods and people, on a light or dark ground.
+
+`safe`: distinguishable for colour-blind people (after Okabe and Ito); `paper`: the colours of the paper.
+"""
 
 COURSE = {
     "light": {
@@ -170,18 +175,20 @@ COURSE = {
         "battery": "#a9b96f",
     },
 }
-"""Curves over the clock on light and dark ground: what robots do, by the names of `outcome.day.DOING`, and the rest."""
+"""Colours of curves over time on a light or dark ground: activities of robots (`outcome.day.DOING`), and others."""
 
 WAITED_STEPS = (0.01, 0.05, 0.2)
-"""Shares of the time in which somebody waits at a place, from which the steps of maps of waiting begin: the same on all
-floors, so that a map of a floor that loses little does not look like one that is jammed. Below the first there is no
-colour."""
+"""Lower bounds of the colour steps of waiting maps: shares of the time in which a robot waits at a place.
+
+They are equal for all floors, so that a map with little waiting does not look jammed. Below the first step there is no
+colour.
+"""
 HEAT = {
     "light": ["#b8860b", "#d1491a", "#7a0f2b"],
     "dark": ["#b98f2f", "#ff9a4d", "#fff0c2"],
 }
-"""Waiting on floors, a colour for each step: more waiting stands out more."""
+"""Colours of the steps of waiting maps, by ground."""
 NO_WAIT = "#DDDDDD"
-"""Where hardly anybody waits, in figures on white."""
+"""Colour of places with hardly any waiting, in figures on white."""
 BAY, CHARGER, STATION = GROUND["light"]["bayLine"], PAGE["light"]["charge"], GROUND["light"]["outLine"]
-"""Places in figures, as on pages."""
+"""Colours of places in figures, as on pages."""

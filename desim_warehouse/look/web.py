@@ -1,4 +1,4 @@
-"""Pages of one file: `WebPage` saves or shows any page, `joined` makes the pages of the replay and the live page.
+"""Pages in a single file: `WebPage` saves or shows any page, `joined` assembles the replay and the live page.
 
 For the replay, the live page and pages of answers.
 """
@@ -19,29 +19,29 @@ from desim_warehouse.folders import refuse_other
 from desim_warehouse.look.palette import PAGE
 
 ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
-"""Characters that must be escaped in a script of a page."""
+"""Escapes of characters that are not safe in a script of a page."""
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
-"""What a page that is a file may do: run its own script."""
+"""Content security policy of a page in a file, which may run only its own scripts."""
 
 
 class WebPage:
-    """A page that needs no network and no other file: write it with `save`; in Jupyter it shows itself."""
+    """A page that needs neither a network nor other files: `save` writes it to a file, and Jupyter displays it."""
 
     sandbox = "allow-scripts"
-    """What its frame in Jupyter lets it do."""
+    """Permissions of the page in its frame in Jupyter."""
     height = 720
-    """Of that frame, in pixels."""
+    """Height of this frame in pixels."""
 
     def __init__(self, title: str, page: str) -> None:
         self.title = title
         self.html = page
 
     def save(self, path: str | Path) -> Path:
-        """Write the page to a file.
+        """Write the page to a file, and return its path.
 
         Raises:
-            ReportError: where it cannot be written, or a file of somebody else is there.
+            ReportError: the file cannot be written, or exists and is not such a page.
         """
         path = Path(path)
         try:
@@ -52,7 +52,7 @@ class WebPage:
         return path
 
     def _repr_html_(self) -> str:
-        """Return the page in a frame of its own."""
+        """Return the page in a frame for Jupyter."""
         return (
             f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
             f'sandbox="{self.sandbox}" style="width:100%;height:{self.height}px;border:0"></iframe>'
@@ -63,7 +63,7 @@ class WebPage:
 
 
 class StillPage(WebPage):
-    """A page without scripts, whose frame lets none run."""
+    """A page without scripts, in a frame that runs none."""
 
     sandbox = ""
 
@@ -75,12 +75,14 @@ def joined(
     policy: str = POLICY,
     without: Sequence[str] = (),
 ) -> str:
-    """Join the page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
+    """Assemble the page of a package: its page.html as body, its page.css, and its scripts in the order of their names.
 
-    Before these come the `shared` scripts of other pages, such as `replay/js/07-floor.js`. `policy`: what it may do,
-    empty where that is sent with the page. `without`: scripts that it does without.
-
-    Each `{{name}}` in page.html, and the `{{title}}` of all pages, stands for one of the parts, safe as it is.
+    Args:
+        package: a package with page.html, page.css and js/.
+        parts: HTML or text, already escaped, for each `{{name}}` in page.html, and for the `{{title}}`.
+        shared: scripts of other pages that come first, such as `replay/js/07-floor.js`.
+        policy: content security policy; empty if it is sent with the page.
+        without: names of scripts that are left out.
     """
     common, home = files("desim_warehouse.look"), files(package)
     scripts = [common.joinpath("web.js"), *(files("desim_warehouse").joinpath(name) for name in shared)]
@@ -97,7 +99,7 @@ def joined(
 
 
 def _filled(template: str, parts: Mapping[str, str]) -> str:
-    """Fill a template: each `{{name}}` is replaced; what is put in is not looked at."""
+    """Replace each `{{name}}` of a template by the part of that name; parts are not searched for names."""
     result: list[str] = []
     for piece in template.split("{{"):
         name, mark, rest = piece.partition("}}")
@@ -106,7 +108,7 @@ def _filled(template: str, parts: Mapping[str, str]) -> str:
 
 
 def _bare(script: str) -> str:
-    """Strip a script of indentation and lines of comment, a sixth of it; no text goes over two lines."""
+    """Remove indentation and comment lines, a sixth of a script; no string may span two lines."""
     return re.sub(r"^ *(//.*\n)?", "", script, flags=re.MULTILINE)
 
 
@@ -115,7 +117,7 @@ def _read(item: Traversable) -> str:
 
 
 def safe_json(value: Any) -> str:
-    """Write JSON that is safe in a script element, whatever names it contains."""
+    """Return JSON that is safe in a script element, whatever names it contains."""
     text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     for character, escape in ESCAPES.items():
         text = text.replace(character, escape)
@@ -123,9 +125,9 @@ def safe_json(value: Any) -> str:
 
 
 def colours(themes: bool = True) -> str:
-    """Return the colours of the parts of any page, on light and dark ground; prints are on light ground.
+    """Return the style with the colours of a page, on a light or dark ground; prints are on a light ground.
 
-    `themes`: for a page that sets `data-theme`, else the system alone decides.
+    `themes`: for a page that sets `data-theme`; without it only the system decides.
     """
     light, dark = (
         " ".join(f"--{name}: {colour};" for name, colour in PAGE[ground].items()) + f" color-scheme: {ground};"

@@ -6,11 +6,15 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import Any
 
-from desim_warehouse.errors import ModelError, got
+from desim_warehouse.errors import ModelError, first_of, got
 from desim_warehouse.layout.blocks import Blocks
 from desim_warehouse.model.messages import FilePositions, Keys, Outline, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
+
+STAR = "*"
+MOST_NAMED = 6
+"""Names that a message lists, of which others may be varied."""
 
 
 class Unset(Enum):
@@ -66,6 +70,9 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
         if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
             positions.overridden((str(text),), f"{named} {text}")
+        elif STAR in keys and not _is_there(document.data, keys[: keys.index(STAR) + 1]):
+            problems.append(_starred(document.data, keys))
+            positions.overridden(keys, f"{named} {text}")
         elif not _is_there(document.data, keys) and not outline.known(keys):
             problems.append(outline.unknown_key(keys))
             positions.overridden(keys, f"{named} {text}")
@@ -74,6 +81,17 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
             problems += _remove(document.data, keys)
         else:
             problems += _put(document.data, keys, overrides[text], positions, f"{named} {text}")
+
+
+def _starred(section: Any, keys: Keys) -> Problem:
+    """Report a star for which a key must have a name, with the keys of the names that there are."""
+    place = keys.index(STAR)
+    for key in keys[:place]:
+        section = section.get(key) if isinstance(section, dict) else None
+    names = list(section) if isinstance(section, dict) else []
+    meant = [dotted((*keys[:place], str(name), *keys[place + 1 :])) for name in names]
+    expected = f"expected {'one of ' * (len(meant) > 1)}{first_of(meant, MOST_NAMED)}" if meant else "expected a name"
+    return Problem(keys, f"a star does not stand for all names here, {expected}", at_key=True)
 
 
 def _rank(text: Any) -> list[tuple[int, str]]:

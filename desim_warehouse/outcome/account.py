@@ -63,7 +63,7 @@ OF_ROBOTS = {
         *_TRAFFIC,
     )
 }
-"""The parts of a robot's time, in the order of columns. Edges, nodes and hours have the same."""
+"""The parts of a robot's time, in the order of columns; accounts by edge, node and hour have these columns too."""
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#AB9ABF")
 _TO_POD = Share("waiting_for_pod", "waiting for a pod", "#8FA6C9")
 _TO_LINES = Share("waiting_for_lines", "waiting while other lines are picked", "#CFC86B")
@@ -81,16 +81,20 @@ OF_TASKS = {
     _TO_LINES.name: _TO_LINES,
     **_AT_WORK,
 }
-"""The parts of a task's time: waiting for others to make a batch, waiting for a robot to take it, also in a robot's
-queue, then what that robot does, then the work on its load unit, where it is done only after that. With pods a task is
-a line: it waits until a robot goes for a pod with its item, and is picked after other lines of that pod."""
+"""The parts of a task's time, in order: waiting for a batch, waiting for a robot (also in a robot's queue), the
+activities of that robot, and the work on the load unit if the task is done only after it. With pods a task is a line,
+which waits until a robot goes for a pod with its item, and for other lines of that pod to be picked."""
 BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name, _TO_POD.name)
-"""The part of a task's time that it waits for a batch, and those before a robot takes it."""
+"""The part in which a task waits for a batch, and all parts before a robot takes it."""
 _PICKED = names(lambda state: state.phase is Phase.UNLOADING)
 
 
 def account(history: History, by: By = "robot") -> pd.DataFrame:
-    """Divide the time of every task, flow, station, robot, edge, node or hour into its parts (see `Run.account`)."""
+    """Divide the time of every task, flow, station, robot, edge, node or hour into its parts (see `Run.account`).
+
+    Raises:
+        ReportError: another `by`, or a run without `log: all`.
+    """
     import pandas as pd
 
     if by not in get_args(By):
@@ -129,7 +133,7 @@ def _rows(history: History, by: By) -> Found:
 
 
 def share_of_tasks(history: History, *parts: str) -> float:
-    """Return the share of some causes in the time of all tasks together."""
+    """Return the share of some parts in the time of all tasks together; 0 without tasks."""
     spent = account(history, "task").sum()
     whole = float(spent.sum())
     return math.fsum(float(spent.get(part, 0.0)) for part in parts) / whole if whole else 0.0
@@ -139,7 +143,7 @@ def share_of_tasks(history: History, *parts: str) -> float:
 
 
 def booked(history: History) -> list[list[Piece]]:
-    """Divide the time of each robot in pieces, as `pieces` does, with the closure or person at the root of waits."""
+    """Divide the time of each robot as `pieces` does, but book waits whose root is a closure or person on this root."""
     if history not in _known:
         chains = Chains(history)
         _known[history] = [[part for piece in robot for part in _blamed(piece, chains)] for robot in chains.fleet]
@@ -157,7 +161,7 @@ def _blamed(piece: Piece, chains: Chains) -> Iterator[Piece]:
 
 
 def _counted(history: History) -> Iterator[Piece]:
-    """Iterate over the pieces of all robots from the end of the warm-up on."""
+    """Iterate over the pieces of all robots from the end of the warm-up."""
     return (piece for robot in booked(history) for piece in robot if history.counts(piece.start))
 
 
@@ -178,7 +182,7 @@ def _by_node(history: History) -> Found:
 
 
 def _by_hour(history: History) -> Found:
-    """Divide the account by hours, counted from the end of the warm-up."""
+    """Divide the account into hours, counted from the end of the warm-up."""
     hour = history.model.units.hour
     bounds = [history.begin + n * hour for n in range(max(math.ceil(history.counted / hour), 1))]
     ends = [*bounds[1:], math.inf]
@@ -218,7 +222,7 @@ def _by_station(history: History) -> Found:
 
 
 def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
-    """Divide the time of the mean task of each row, without rows that have no tasks and tasks that are in no row."""
+    """Divide the time of the mean task of each row; rows without tasks, and tasks without a row, are omitted."""
     tasks = counted_tasks(history)
     row_of = {number: row(task) for number, task in tasks.items()}
     count = Counter(row_of.values())
@@ -230,7 +234,7 @@ def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str])
 
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
-    """Iterate over the parts of each task: the time in which no robot has it, and what its robot does with it."""
+    """Iterate over the parts of each task: the time before a robot has it, its robot's activities, and work on it."""
     fleet = booked(history)
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
@@ -265,11 +269,11 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
 
 
 def _turns(history: History) -> dict[int, float]:
-    """Return when each line could be picked at the earliest: with pods a line waits for the robot's line before it."""
+    """Return the earliest time at which each line could be picked: when the robot's previous line was delivered."""
     last, turns = [0.0] * len(history.states), {}
     for row in history.rows("delivered"):
         turns[row.task], last[row.robot] = last[row.robot], row.time
     for assignment in sorted(history.assignments, key=lambda assignment: (assignment.start, assignment.task)):
-        if assignment.ended == "open":  # the first of a robot's is picked when the run ends, the others wait
+        if assignment.ended == "open":  # when the run ends, the robot's first open line is being picked, others wait
             turns[assignment.task], last[assignment.robot] = last[assignment.robot], math.inf
     return turns

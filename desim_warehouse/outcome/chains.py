@@ -24,21 +24,22 @@ from desim_warehouse.outcome.records import Wait
 from desim_warehouse.states import APART, PICKER, SHOWN, TOO_LOW, Phase, names
 
 TRAFFIC = ("behind_robot", "before_intersection")
-"""Parts of the account in which a robot waits for another."""
+"""Parts of the account in which a robot waits for another robot."""
 CROSSING, LANE, TWO_WAY, RING = "crossing", "lane", "two_way_lane", "ring"
-"""Roots that are no state of a robot: others cross, drive ahead, come the other way, or all wait for each other."""
+"""Roots other than states: robots cross, drive ahead, come the other way, or all wait for each other."""
 QUEUES = frozenset(name for name, state in SHOWN.items() if state.queue is not None)
 ANYWHERE = TOO_LOW | names(lambda state: state.queue == PICKER)
-"""Queues for whichever charger is free, or picker, at no place of their own."""
+"""Queues for any free charger or picker, which have no place of their own."""
 _MOVING = frozenset({Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY, Phase.REST})
 
 _known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
 
 
 class Root(NamedTuple):
-    """The end of a chain of waits: a state of a robot, a closure, a person, or a root listed above; and its place.
+    """The end of a chain of waits, and its place.
 
-    `at`: a node, or an edge (`A>B`); "" for a charger, whichever is free first, and for pickers, who come anywhere.
+    `cause`: a state of a robot, a closure, a person, or a root listed above. `at`: a node, an edge (`A>B`) or a two-way
+    lane (`A-B`); "" for queues for any charger or picker.
     """
 
     cause: str
@@ -55,7 +56,7 @@ class Lost(NamedTuple):
 
 
 def lost(history: History) -> list[Lost]:
-    """Cut all waiting of the run, robot by robot, into parts that have one root each. Done once for all reports."""
+    """Cut all waiting times of the run, robot by robot, into parts with one root each. The result is cached."""
     if history not in _known:
         chains = Chains(history)
         pieces_of_waiting = (piece for robot in chains.fleet for piece in robot if _waits(piece))
@@ -64,7 +65,7 @@ def lost(history: History) -> list[Lost]:
 
 
 def roots(history: History) -> list[Root]:
-    """Return for each wait in traffic, in the order of `History.waits`, the root that it had for longest."""
+    """Return the root that each wait in traffic had for longest, in the order of `History.waits`."""
     chains = Chains(history)
     spent: defaultdict[tuple[int, float], defaultdict[Root, float]] = defaultdict(lambda: defaultdict(float))
     for robot in chains.fleet:
@@ -98,7 +99,7 @@ def _waits(piece: Piece) -> bool:
 
 
 def _place(wait: Wait) -> Root:
-    """Return the root of a wait for no robot that could be followed: the traffic at the place of the wait."""
+    """Return the root of a wait whose chain ends here: the closure or person, or the traffic at its place."""
     if wait.cause in APART:
         return Root(wait.cause, ">".join(wait.into) if wait.into else wait.node or "")
     return Root(LANE, ">".join(wait.edge)) if wait.edge is not None else Root(CROSSING, wait.node or "")
@@ -121,11 +122,11 @@ class Chains:
         self.shared = {node for lane in history.layout.two_way for node in lane}
 
     def wait(self, robot: int, time: float) -> Wait:
-        """Return the wait that a robot is in at a time at which it waits in traffic."""
+        """Return the wait of a robot at a time at which it waits in traffic."""
         return self.waits[robot][bisect_right(self.over[robot], time)]
 
     def follow(self, piece: Piece) -> Iterator[Lost]:
-        """Cut a piece of waiting into parts, each with the root at which its chain then ends."""
+        """Cut a piece of waiting into parts, each with the root of its chain at that time; in no particular order."""
         todo: list[tuple[Piece, float, float, tuple[int, ...]]] = [(piece, piece.start, piece.end, ())]
         while todo:
             link, start, end, before = todo.pop()
@@ -159,7 +160,7 @@ class Chains:
         return Root(TWO_WAY, root.at) if root.cause == CROSSING and root.at in self.shared else root
 
     def _at_work(self, doing: Piece, wait: Wait) -> Root:
-        """Return the root where the last robot of a chain does not wait: its work or, where it drives, the place."""
+        """Return the root if the last robot of a chain does not wait: its work or, if it drives, the wait's place."""
         if SHOWN[doing.part].phase not in _MOVING:
             edge = doing.edge or ""
             beside = SHOWN[doing.part].phase is Phase.LOADING and edge in self.picked

@@ -1,10 +1,10 @@
-"""The course of a run over the clock: robots by what they do, deliveries, open tasks, queues, chargers, batteries.
+"""The course of a run over time: robots by activity, deliveries, open tasks, queues, chargers, batteries.
 
 For the drawing of a run's course on its page and in its replay, and for `plot.day`.
 
-Sums since the start hide when something happened. So the run is cut into parts of five minutes, counted from the end of
-the warm-up in both directions. Each curve has its mean in each part, so it integrates to the run's own indicator.
-Waiting in traffic is told from work with `log: all` only; without it a robot that waits counts as at work.
+Cumulative sums hide when something happened. So the run is cut into parts of five minutes, counted from the end of the
+warm-up in both directions. Each curve gives the mean of each part, so that it integrates to the run's indicator. Waits
+in traffic need `log: all`; without it a robot that waits counts as at work.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from desim_warehouse.states import CHARGER, FOR_PICKER, FOR_SERVER, OFF_DUTY, PI
 from desim_warehouse.values.arrays import Floats
 
 PART = 300.0
-"""Seconds of a part, in runs of a usual length."""
+"""Length of a part in runs of usual length, in seconds."""
 LEAST, MOST = 24, 600
-"""Parts of a run: shorter ones have finer parts, longer ones coarser."""
+"""Fewest and most parts of a run: shorter runs have finer parts, longer runs coarser parts."""
 _FINER = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0)
 _COARSER = (600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 43200.0, 86400.0)
 
@@ -39,7 +39,7 @@ DOING = {
     "free": "without a task",
     "off": "off duty",
 }
-"""What robots do, in words, in the order in which figures stack it, from below."""
+"""Activities of robots, with their labels, in the order in which figures stack them from below."""
 _REST: dict[Phase | None, str] = {
     Phase.CHARGING: "charging",
     Phase.BREAKDOWN: "broken",
@@ -47,13 +47,14 @@ _REST: dict[Phase | None, str] = {
     Phase.DECISION: "free",
 }
 _TIMES_MEDIAN = 2.0
-"""How many times its median, and the fleet beyond that, the most open tasks must be to be a stretch of its own."""
+"""The peak of open tasks is a pile-up if it exceeds this multiple of their median by more than one task per robot."""
 
 
 class PileUp(NamedTuple):
     """A stretch of time with far more open tasks than usual: `most` at its peak, against a median of `usual`.
 
-    `doing` is what robots do in that time more than in the rest of it, and `share` the part of the fleet that does.
+    `doing`: the activity (see `DOING`) whose share of the fleet exceeds its share in the whole run the most. `share`:
+    its share in this time.
     """
 
     start: float
@@ -66,14 +67,14 @@ class PileUp(NamedTuple):
 
 @dataclass(frozen=True)
 class Day:
-    """A run in parts of equal length; the first and the last may be shorter.
+    """The course of a run in n parts of equal length, except the first and the last part, which may be shorter.
 
-    `bounds`: the n + 1 ends of the parts, in the time unit of the model. All else has n values, the mean of each part:
-    `robots`, how many there are by what they do, in the order of `DOING` and without what none ever does; `delivered`
-    tasks an hour; `open` tasks; `queue`: load units before the workers of stations, or robots that queue at stations
-    where there are no workers; `chargers` in use (None without chargers); `battery`: the level, as a share of the
-    capacity (None without batteries). `begin`: the end of the warm-up. `worst`: the worst stretch, None: nothing stands
-    out.
+    `begin`: the end of the warm-up. `bounds`: the n + 1 ends of the parts, in the time unit of the model. All curves
+    have n values, the means of the parts. `robots`: number of robots by activity, in the order of `DOING`, without
+    activities that never occur. `delivered`: tasks per hour. `open`: number of open tasks. `queue`: load units waiting
+    for workers of stations or, in models without workers, robots queueing at stations. `chargers`: number in use, None
+    without chargers. `battery`: mean level as a share of the capacity, None without batteries. `worst`: the longest
+    standstill or else the pile-up, None if nothing stands out.
     """
 
     begin: float
@@ -88,7 +89,7 @@ class Day:
 
 
 def day(history: History) -> Day:
-    """Return the course of a run, at any level of the log."""
+    """Return the course of a run, for any level of the log."""
     bounds, end = _bounds(history), history.end
     lengths, hour = np.diff(bounds), history.model.units.hour
     delivered = [min(task.delivered, end) for task in history.delivered]
@@ -109,14 +110,14 @@ def day(history: History) -> Day:
 
 
 def part_length(seconds: float) -> float:
-    """Return the length of the parts into which a run of so many seconds is cut, in seconds."""
+    """Return the length of the parts, in seconds, into which a run of `seconds` is cut."""
     if seconds < LEAST * PART:
         return max((length for length in _FINER if length * LEAST <= seconds), default=seconds / LEAST)
     return next((length for length in (PART, *_COARSER) if length * MOST >= seconds), _COARSER[-1])
 
 
 def mean_number(spans: Iterable[tuple[float, float]], bounds: Floats) -> Floats:
-    """Return the mean number of spans of time that are under way in each part between two bounds."""
+    """Return the mean number of intervals (`spans`) under way in each part between consecutive bounds."""
     table = np.array(list(spans), dtype=float).reshape(-1, 2)
     begun, over = _so_far(table[:, 0], bounds), _so_far(table[:, 1], bounds)
     return np.maximum(np.diff(begun - over), 0.0) / np.diff(bounds)
@@ -140,7 +141,7 @@ def _bounds(history: History) -> Floats:
 
 
 def doing(part: str) -> str:
-    """Return the name in `DOING` for a state of a robot, or for waiting in traffic."""
+    """Return the activity in `DOING` of a state of a robot, or of waiting in traffic."""
     if part not in SHOWN:
         return "traffic"
     state = SHOWN[part]
@@ -157,10 +158,10 @@ def _robots(history: History, bounds: Floats) -> dict[str, Floats]:
 
 
 def shares_of_robots(history: History) -> dict[str, Floats]:
-    """Return for each robot the shares of its evaluation period by what it does, in the order of `DOING`.
+    """Return the share of each activity in the evaluation period, by robot, in the order of `DOING`.
 
-    They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
-    far as `day` does.
+    Shares are nan without an evaluation period. Activities that never occur are omitted. Waits in traffic need
+    `log: all`, as in `day`.
     """
     spent = {name: np.zeros(history.model.fleet.size) for name in DOING}
     for number, robot in enumerate(parts_of_robots(history)):
@@ -193,7 +194,7 @@ def _battery(history: History, bounds: Floats) -> Floats | None:
 
 
 def _mean_of_line(times: Floats, values: Floats, bounds: Floats) -> Floats:
-    """Return the mean of a curve of straight pieces in each part between two bounds."""
+    """Return the mean of a piecewise linear curve in each part between consecutive bounds."""
     points = np.sort(np.concatenate([times, bounds]))
     heights = np.interp(points, times, values)
     areas = np.concatenate([[0.0], np.cumsum(np.diff(points) * (heights[:-1] + heights[1:]) / 2)])
@@ -201,7 +202,7 @@ def _mean_of_line(times: Floats, values: Floats, bounds: Floats) -> Floats:
 
 
 def _worst(history: History, bounds: Floats, still_open: Floats, robots: dict[str, Floats]) -> Halt | PileUp | None:
-    """Return the longest standstill of deliveries; else the stretch with most open tasks, if it is far from usual."""
+    """Return the longest standstill of deliveries or, without any, the pile-up of open tasks, if there is one."""
     still = halts(history)
     if still:
         return max(still, key=lambda halt: halt.end - halt.start)
@@ -220,7 +221,10 @@ def _worst(history: History, bounds: Floats, still_open: Floats, robots: dict[st
 
 
 def _around(values: Floats, top: int, least: float, first: int) -> tuple[int, int]:
-    """Return the bounds of the stretch around part `top` with values of at least `least`, from part `first` on."""
+    """Return the first part, and the part after the last, of the stretch around `top` with values of at least `least`.
+
+    Parts before `first` are excluded.
+    """
     low = high = top
     while low > first and values[low - 1] >= least:
         low -= 1
@@ -230,7 +234,7 @@ def _around(values: Floats, top: int, least: float, first: int) -> tuple[int, in
 
 
 def _more_than_else(robots: dict[str, Floats], bounds: Floats, low: int, high: int) -> tuple[str, float]:
-    """Return the state that robots are in more between two parts than in the whole run, and the share of the fleet."""
+    """Return the activity whose share in parts `low` to `high` most exceeds its share in the run, and the former."""
     lengths = np.diff(bounds)
     fleet = float(sum(numbers[0] for numbers in robots.values())) or 1.0
 

@@ -95,10 +95,7 @@ def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
 
 
 def _what(part: str) -> Cause | None:
-    """Return the cause of a standstill that a state, or a wait in traffic, shows.
-
-    It is None for a robot that is at work, or drives to park.
-    """
+    """Return the cause of a standstill that a state or a wait in traffic suggests; None for work and drives to park."""
     if part in APART:
         return "lanes"
     if part not in SHOWN:
@@ -118,7 +115,7 @@ def _what(part: str) -> Cause | None:
 
 
 def _cause(history: History, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
-    """Return the cause of a standstill: what most robots did in it, or what those waited for that stood before them."""
+    """Return the cause of a standstill: the main activity of robots in it, or the root of queues, hours or repairs."""
     cause = max(spent, key=spent.__getitem__)
     if cause == "queues":
         roots: tuple[Cause, ...] = ("lanes", "pickers")
@@ -129,7 +126,7 @@ def _cause(history: History, spent: Mapping[Cause, float], start: float, end: fl
 
 
 def _waits_for_repair(history: History, time: float) -> bool:
-    """Whether every task that is open at a time is on a robot that is broken then."""
+    """Whether all open tasks at a time are assigned to robots that are broken down then."""
     open_tasks = {task.number for task in history.tasks.values() if task.released <= time < task.delivered}
     holders = {task.task: task.robot for task in history.assignments if task.start <= time < task.end}
     broken = {
@@ -142,7 +139,7 @@ def _waits_for_repair(history: History, time: float) -> bool:
 
 
 def _shut(model: Model, start: float, end: float) -> Cause:
-    """Return why robots without a task are given none between two times: hours or closures."""
+    """Return why robots without a task get none between two times: hours, closures, or no task."""
     middle, stations_by_node = (start + end) / 2, specs(model, model.floor)
     stations = [
         model.hours(stations_by_node[node].hours)

@@ -1,8 +1,8 @@
-"""The history of a run, read from its log: the only module that interprets its rows.
+"""The history of a run, read from its log by the only module that interprets rows.
 
-`History` gives tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
-needed. Indicators, figures, replay and exports are made from them. `rows` gives the rows themselves by the names of
-their columns.
+`History` holds tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
+needed. Indicators, figures, replay and exports are made from these records. `History.rows` yields the rows themselves,
+by the names of their columns.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
-"""Pieces of a charge curve that is not straight."""
+"""Number of linear pieces of a curved charge."""
 
 Spans = tuple[list[int], list[float]]
-"""Tasks done in equal spans of time, and the sums of their cycle times."""
+"""The number of tasks done in each of several equal spans of time, and the sum of their cycle times in each."""
 
 
 def _blocked(row: LogRow, end: float) -> Blocked:
@@ -62,9 +62,9 @@ def _blocked(row: LogRow, end: float) -> Blocked:
 
 
 class History:
-    """The history of a run, from the start at 0 to `end`.
+    """The history of a run, from its start at 0 to `end`.
 
-    Indicators count from `begin`, the end of the warm-up, on.
+    Indicators count from `begin`, the end of the warm-up.
     """
 
     def __init__(self, log: Log, model: Model, layout: Layout, seed: int) -> None:
@@ -76,7 +76,7 @@ class History:
         self.end: float = log.end
 
     def rows(self, *kinds: str) -> Iterator[LogRow]:
-        """Iterate over the rows of some kinds, in order of time, or over all rows if none is named."""
+        """Iterate over the rows of some kinds, or over all rows if no kind is named, in order of time."""
         if not kinds:
             return map(LogRow._make, self.log.rows)
         rows = self._work if _MOTION.isdisjoint(kinds) else self.log.rows
@@ -84,18 +84,18 @@ class History:
 
     @cached_property
     def _work(self) -> list[tuple[Any, ...]]:
-        """The rows of tasks, states and rotations: few beside the rows of moves and waits."""
+        """The rows of tasks, states and rotations, which are few compared with the rows of moves and waits."""
         return [row for row in self.log.rows if row[1] not in _MOTION]
 
     # What is counted
 
     @property
     def history(self) -> History:
-        """The history of the whole run: of `History` itself, of a part of a run its whole."""
+        """The history itself, as `PartHistory.history` is the history of the whole run."""
         return self
 
     def since(self, begin: float) -> History:
-        """Return the run's history with the evaluation period beginning at `begin`; itself where it does so already."""
+        """Return the run's history with the evaluation period beginning at `begin`; itself if it already does."""
         if begin == self.begin:
             return self
         other = History(self.log, self.model, self.layout, self.seed)
@@ -113,7 +113,7 @@ class History:
         return [(self.begin, self.end)]
 
     def counts(self, time: float) -> bool:
-        """Whether an event at a time is counted: from the very end of the warm-up on."""
+        """Whether an event at a time is counted: from the end of the warm-up, this instant included."""
         return time >= self.begin
 
     def within(self, start: float, end: float) -> float:
@@ -129,25 +129,25 @@ class History:
 
     @cached_property
     def workplaces(self) -> dict[str, StationSpec]:
-        """The stations, by node, where the loads that are put down are worked on."""
+        """The stations in which load units are worked on, by node."""
         specs = {node: self.model.layout.stations[item.zone] for node, item in self.layout.stations.items()}
         return {node: spec for node, spec in specs.items() if spec.work_time is not None}
 
     @cached_property
     def for_workers(self) -> list[TaskHistory]:
-        """The tasks whose load units people in a station work on, in order of release, as the world noted it."""
+        """The tasks whose load units are worked on in a station, in order of release."""
         return [self.tasks[number] for number in sorted(self._for_workers)]
 
     @cached_property
     def _for_workers(self) -> Collection[int]:
         if self.log.for_workers is not None:
             return self.log.for_workers
-        # Versions before 0.4.0 do not say it: what was put down at a node with such a station is taken to be for it.
+        # Logs before 0.4.0 do not record it: all load units put down at a node with such a station count as for it.
         return {row.task for row in self.rows("delivered") if row.node in self.workplaces}
 
     @cached_property
     def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory], list[TaskHistory]]:
-        """All tasks by number, the tasks delivered, and the tasks done, each list in the order of these events."""
+        """All tasks by number, the delivered tasks in order of delivery, and the done tasks in order of completion."""
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
         done: list[TaskHistory] = []
@@ -163,7 +163,7 @@ class History:
             elif row.kind in _LOADING:
                 loading.add(row.robot)
             elif row.kind in _LOADED:
-                if row.robot in loading:  # else it goes on, from a stop on its way or after a breakdown
+                if row.robot in loading:  # else the robot drives on after a stop on its way or a breakdown
                     loading.remove(row.robot)
                     tasks[row.task].loaded = row.time
             elif row.kind == "working":
@@ -192,7 +192,7 @@ class History:
 
     @property
     def done(self) -> list[TaskHistory]:
-        """The tasks that were done (see `TaskHistory`), in the order in which they were, the warm-up included."""
+        """The tasks that were done (see `TaskHistory`), in order of completion, the warm-up included."""
         return self._tasks[2]
 
     @cached_property
@@ -207,7 +207,7 @@ class History:
 
     @cached_property
     def counted_done(self) -> list[TaskHistory]:
-        """The tasks that were done in the evaluation period, in that order."""
+        """The tasks that were done in the evaluation period, in order of completion."""
         return [task for task in self.done if self.counts(task.done)]
 
     @cached_property
@@ -217,13 +217,13 @@ class History:
 
     @cached_property
     def ended_with_its_work(self) -> bool:
-        """Whether the run ended as all its work was done, before its length was over."""
+        """Whether the run ended before its length was over because all its work was done."""
         return not self.model.tasks.never_end and self.end < self.model.run.end and len(self.done) == len(self.tasks)
 
     def falling_due(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
-        """Return the deadlines that fall in the evaluation period, ends included, by due time: met, missed or open.
+        """Return the deadlines in the evaluation period, ends included, in order of time, whether met, missed or open.
 
-        If the run ended with its work, deadlines after its end that were met count too.
+        If the run ended with its work, met deadlines after its end are included.
         """
         later = self.ended_with_its_work
         counted = (deadline for deadline in deadlines if deadline is not None and self.counts(deadline.due))
@@ -234,17 +234,17 @@ class History:
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of tasks that fall in the evaluation period, in order of time."""
+        """The deadlines of tasks in the evaluation period, in order of time."""
         return self.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The due times of work on load units for stations with workers, in the evaluation period, in order."""
+        """The deadlines of work on load units in stations, in the evaluation period, in order of time."""
         return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
     def order_deadlines(self) -> list[Deadline]:
-        """The due times of orders that fall in the evaluation period, in order of time."""
+        """The deadlines of orders in the evaluation period, in order of time."""
         return self.falling_due(order.deadline for order in self.orders)
 
     @cached_property
@@ -263,7 +263,7 @@ class History:
 
     @cached_property
     def assignments(self) -> list[Assignment]:
-        """Which robot had which task when, in order of time."""
+        """The assignments of tasks to robots, in order of time."""
         held: dict[int, tuple[int, float]] = {}
         assignments = []
         for row in self.rows("assigned", "delivered", "returned"):
@@ -277,13 +277,13 @@ class History:
 
     @cached_property
     def knows_batches(self) -> bool:
-        """Whether the log says when tasks were put into batches: it is of 0.4.0 or later, and there are batches."""
+        """Whether the model has batches and the log records when tasks joined them, as it does from 0.4.0 on."""
         batching = self.model.policies.batching.name != "single"
         return batching and all(math.isfinite(self.tasks[assignment.task].batched) for assignment in self.assignments)
 
     @cached_property
     def trips(self) -> list[Trip]:
-        """The trips of robots, in the order in which they ended, without tasks that were given back."""
+        """The trips of robots, in the order of their ends; trips whose tasks were given back are left out."""
         taken: dict[int, list[tuple[int, float]]] = defaultdict(list)
         left: dict[int, int] = defaultdict(int)
         trips = []
@@ -301,7 +301,7 @@ class History:
 
     @cached_property
     def pickers_work(self) -> list[PickerSpan]:
-        """The walks and picks of all pickers, in the order in which they begin."""
+        """The walks and picks of all pickers, in the order of their starts."""
         spans = []
         for row in self.rows("walking", "picking"):
             assert row.edge is not None
@@ -314,7 +314,7 @@ class History:
 
     @cached_property
     def starts(self) -> list[Start]:
-        """The start of each robot: as the model has it or, in a fleet that begins in steady state, at its charger."""
+        """The start of each robot: as in the model or, if the fleet begins in steady state, at its charger."""
         starts = self.model.fleet.starts(self.layout.bays)
         for row in self.rows(AT_START):
             if row.time > 0:
@@ -325,7 +325,7 @@ class History:
 
     @cached_property
     def changes(self) -> list[list[StateSpan]]:
-        """The states of each robot in order of time, also states of zero length. At the start it is idle."""
+        """The states of each robot in order of time, including states of zero length. Robots start idle."""
         batteries = self.model.battery is not None
         levels = start_levels(self.model, Streams(self.seed))
         now: list[tuple[str, float, int, float | None, str]] = [
@@ -346,12 +346,12 @@ class History:
 
     @cached_property
     def states(self) -> list[list[StateSpan]]:
-        """For each robot its states in order of time. They fill the run, and none has zero length."""
+        """The states of each robot in order of time. They fill the run, and none has zero length."""
         return [[span for span in robot if span.end > span.start] for robot in self.changes]
 
     @cached_property
     def served(self) -> list[tuple[str, float, float]]:
-        """The intervals in which robots loaded or unloaded in stations: node of the station, begin, end."""
+        """The intervals in which robots loaded or unloaded in stations, as (node of the station, begin, end)."""
         stored = {row.task for row in self.rows("released") if row.value is not None and row.value >= 0}
         comes_and_goes = self.model.pods is not None  # no robot is served twice before it drives again
         inside: dict[int, str] = {}
@@ -366,14 +366,14 @@ class History:
                     inside.pop(row.robot, None)
                     since.pop(row.robot, None)
                 continue
-            if row.kind in {"lifted", "stored"}:  # a pod of a storage place: no server has a hand in that
+            if row.kind in {"lifted", "stored"}:  # a pod at a storage place, without a server
                 since.pop(row.robot, None)
                 continue
             if row.robot in since:
                 spans.append((inside[row.robot], since.pop(row.robot), row.time))
             has_left = (comes_and_goes and row.kind in _DRIVING) or row.node not in {None, inside.get(row.robot)}
             if has_left or (row.kind in _LOADING and row.task in stored):
-                inside.pop(row.robot, None)  # it has left: goods of a storage place lie outside
+                inside.pop(row.robot, None)  # it has left, as goods of a storage place are outside
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time
         return spans + [(inside[robot], start, self.end) for robot, start in since.items()]
@@ -398,7 +398,7 @@ class History:
             elif row.kind in APART:
                 start, stands = row.time - (row.value or 0.0), on[row.robot]
                 waits.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind, row.edge))
-            else:  # in a bay or station it may wait, too, but on no edge
+            else:  # a robot in a bay or station may also wait, on no edge
                 on[row.robot] = row.edge
         return waits
 
@@ -409,7 +409,7 @@ class History:
 
     @cached_property
     def blocked(self) -> list[Blocked]:
-        """The intervals in which edges were closed or had people in them, in order of time, up to the run's end."""
+        """The intervals in which edges were closed or had people in them, in order of their starts, up to the end."""
         spans = []
         since: dict[tuple[Edge | None, float | None], LogRow] = {}
         for row in self.rows("edge_closed", "edge_opened", "person_in", "person_out"):
@@ -423,7 +423,7 @@ class History:
 
     @cached_property
     def stays(self) -> list[list[Whereabouts]]:
-        """The whereabouts of each robot in order of time, from its start. Needs `log: moves` or `all`."""
+        """The whereabouts of each robot in order of time, from the start. Needs `log: moves` or `all`."""
         stays = [[Whereabouts(0.0, start.edge, start.node)] for start in self.starts]
         for row in self.rows(*PLACES):
             stays[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
@@ -438,12 +438,12 @@ class History:
 
     @cached_property
     def chargers(self) -> int:
-        """All chargers that robots can stand at."""
+        """The number of chargers that robots can use."""
         return sum(chargers_at(self.model, self.layout).values())
 
     @cached_property
     def chargings(self) -> list[ChargeSpan]:
-        """The intervals in which robots were at a charger, one robot after the other. Empty without batteries."""
+        """The intervals in which robots were at a charger, robot by robot. Empty without batteries."""
         return [
             ChargeSpan(
                 span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0
@@ -468,15 +468,15 @@ class History:
         )
 
     def _level_when_counting_begins(self, charge: ChargeSpan) -> float:
-        """Return the level of a battery from which on its charging is counted."""
+        """Return the level of a battery at the start of a charge, or of the part of it in the evaluation period."""
         return charge.before + self._charged(charge.robot, charge.before, max(self.begin - charge.start, 0.0))
 
     @cached_property
     def lowest_levels(self) -> list[float]:
-        """The lowest level of each battery in the evaluation period, as a share of its capacity; else empty.
+        """The lowest level of each battery in the evaluation period, as a share of its capacity; empty without any.
 
-        At every level of the log. Levels only fall between charging stops, so the lowest is at the beginning of a
-        state, or at an end.
+        This needs no particular level of the log: levels only fall between charging stops, so that the lowest is at the
+        start of a state, or at the end of the run.
         """
         lowest = list(self.energy_at_end)
         for charge in self.chargings:
@@ -490,9 +490,9 @@ class History:
 
     @cached_property
     def charger_wait(self) -> float:
-        """The evaluation period that all robots together queued for a charger. Their other queueing was for a server.
+        """The total time in which robots queued for a charger, in the evaluation period.
 
-        Robots that rest too low to work are not in the queue.
+        Robots that rest because their batteries are too low for work are not in the queue.
         """
         queued = (
             span
@@ -504,10 +504,10 @@ class History:
 
     @cached_property
     def energy_curves(self) -> list[Curve]:
-        """For each robot the times and energies of the corners of its battery level, linear between them.
+        """The times and energies of the corners of each robot's battery level, which is linear between them.
 
-        The log has the energy at every change of state. In between it falls at the state's rate. Where standing draws
-        another rate, waits are corners too, as far as they are recorded (`log: all`), and a tapered charge is sampled.
+        The log has the energy at every change of state. In between it falls at the state's rate. If the rate at rest
+        differs, recorded waits (`log: all`) add corners. A tapered charge is sampled.
         """
         if self.model.battery is None:
             return []
@@ -541,7 +541,7 @@ class History:
         return {kind for kind, kind_model in by_kind(self.model).items() if kind_model.policies.charging.name == "swap"}
 
     def _corners(self, span: StateSpan, waits: list[Wait]) -> list[tuple[float, float]]:
-        """Return times and energies in a state of a robot: at its start, and wherever the rate of drawing changes."""
+        """Return times and energies in a state of a robot: at its start, and wherever the rate changes."""
         level, robot = span.energy or 0.0, span.robot
         points = [(span.start, level)]
         if span.seen.phase is Phase.CHARGING:
@@ -564,14 +564,14 @@ class History:
         return points
 
     def _charged(self, robot: int, level: float, time: float) -> float:
-        """Return the energy that a charger gives in a time. A swapped battery is full only at the end of it."""
+        """Return the energy that a charger gives in a time; 0 for swapped batteries, which are full only at the end."""
         if self._kinds[robot] in self._swapped:
             return 0.0
         return charging.charge_gain(self.batteries[robot], level, time)
 
 
 def in_spans(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
-    """Return how many tasks were done in each of a number of equal spans of time, and the sums of their cycle times."""
+    """Return the number of tasks done in each of several equal spans of time, and the sums of their cycle times."""
     width = (end - begin) / spans
     counts, times = [0] * spans, [0.0] * spans
     for task in tasks:

@@ -1,8 +1,8 @@
-"""The one list of indicators of a run.
+"""The list of all indicators of a run.
 
-An indicator is added by adding it to `INDICATORS`, here: its name, unit, meaning, which direction is better, how it is
-computed from the history of a run, and where it applies. Runs, studies, targets, reports, figures, the command line
-and the reference in the documentation all read this list.
+To add an indicator, add it to `INDICATORS`: its name, unit, meaning, better direction, computation from the history of
+a run, and the runs that have it. Runs, studies, targets, reports, figures, the command line and the reference in the
+documentation all read this list.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ Unit = Literal[
 Better = Literal["less", "more"]
 Way = Literal["rises", "falls"]
 AT = "@"
-"""Between an indicator and the part of the day that it is of."""
+"""Separator between the name of an indicator and a part of the day."""
 
 _MORE_OF = {AT_START, WAITING.name, *APART, *(name for name, state in STATES.items() if state.queue == SERVER)}
 """States in which a larger fleet usually spends more of its time: idle, in queues and in traffic."""
@@ -63,14 +63,17 @@ _JUDGED = {
         *("worked_on_time", "orders_on_time", "charger_utilisation", "availability", "annual_cost"),
     ),
 }
-"""What a run is judged by, first things first: where its work ends (first of all as in the paper), and where not."""
+"""Indicators by which a run is judged, the most important first, by whether work never ends.
+
+If it ends, the first indicators are those of the paper.
+"""
 
 _COUNTS: dict[Unit, tuple[str, str]] = {
     "share of tasks": ("tasks_due", "tasks"),
     "share of load units": ("loads_due", "worked"),
     "share of orders": ("orders_due", "orders"),
 }
-"""The indicator that counts what a share is of, and the one that did so in runs of versions before 0.4.0."""
+"""The indicator that counts the whole of a share, and the indicator that did so before 0.4.0."""
 _MEASURED: frozenset[Unit] = frozenset(
     [
         *("time", "length", "energy", "money per year", "money per task"),
@@ -78,21 +81,26 @@ _MEASURED: frozenset[Unit] = frozenset(
         *("share of people's time", "share of workers' time", "share of pickers' time"),
     ]
 )
-"""Units of what is not made of counts, which may agree by chance."""
+"""Units of measurements; counts, and shares of them, may agree by chance."""
 
 
 @dataclass(frozen=True)
 class Indicator:
-    """A figure by which a run is judged.
+    """A performance indicator of a run.
 
-    `title`: for people, on axes and in reports. `unit`: its kind of unit. The model says what time and length are
-    counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
-    `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
-    `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
-    `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`:
-    where it is computed as `by_flow`, of the tasks that come in it, else of what happens in it.
-    `signed`: whether it can be less than 0. `with_robots`: which way it usually moves with more robots that do the work
-    of a day, None: neither by itself. That is a first guess, from which searches begin and which they look into.
+    Attributes:
+        title: name on axes and in reports.
+        unit: kind of unit; the model gives the units of time and length.
+        meaning: definition, for the reference.
+        better: whether less or more is better; None for neither by itself.
+        compute: returns the value in the evaluation period.
+        applies: returns whether a run has the indicator.
+        by_flow: returns the value for the tasks of a flow, named `NAME:FLOW`; None if flows do not have the indicator.
+        by_time: returns the value for a part of the day, named `NAME@11:30-13:00`, if demand has rates by the clock:
+            for the tasks that arrive in the part if it is the function `by_flow`, or else for the events in the part.
+        signed: whether the value can be negative.
+        with_robots: how the value usually changes with more robots for the work of a day, as a first guess of
+            searches, which they check; None if unknown.
     """
 
     name: str
@@ -108,13 +116,13 @@ class Indicator:
     with_robots: Way | None = None
 
     def of(self, mark: str, part: str) -> Indicator:
-        """Return the indicator of one flow (`:`), or of one part of the day (`@`)."""
+        """Return the indicator for one flow (`mark` is `:`), or for one part of the day (`@`)."""
         title = f"{self.title}, {said_part(part) if mark == AT else part}"
         return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
 
     @property
     def is_share(self) -> bool:
-        """Whether the indicator is a share, at most 1 and shown in per cent."""
+        """Whether the indicator is a share, which is at most 1 and shown in per cent."""
         return self.unit.startswith("share")
 
     @property
@@ -124,7 +132,7 @@ class Indicator:
 
 
 def _share_of(state: State) -> Indicator:
-    """Return the indicator for the share of the fleet's time in a state. Waiting in traffic is apart; all sum to 1."""
+    """Return the indicator for the share of the fleet's time in a state; with waiting in traffic, all sum to 1."""
     return Indicator(
         f"share_{state.name}",
         f"Fleet {state.doing}",
@@ -138,7 +146,7 @@ def _share_of(state: State) -> Indicator:
 
 
 def _waited_apart(state: State) -> Indicator:
-    """Return the indicator of the time of a wait in traffic that is no collision."""
+    """Return the indicator for the time of a wait in traffic that is not a collision."""
     return Indicator(
         state.name,
         f"Time {state.doing}",
@@ -734,11 +742,15 @@ INDICATORS = {
         *(_share_of(state) for state in TIMES.values()),
     )
 }
-"""By name, in the order of tables."""
+"""Indicators by name, in the order of tables."""
 
 
 class RunIndicators(dict[str, float]):
-    """The indicators of a run by name; one that it does not have is refused with the reason or the nearest name."""
+    """The indicators of a run by name.
+
+    Raises:
+        NoIndicatorError: an indicator that the run does not have, with the reason or the nearest name.
+    """
 
     def __missing__(self, name: str) -> float:
         indicator = look_up(name)
@@ -765,19 +777,19 @@ def kpis(history: History) -> RunIndicators:
 
 
 _CONDITION = re.compile(r"; (only (?:with|where) .+?)(?:$|, where|[;:]|\. )")
-"""Which models have an indicator, as its meaning says."""
+"""The condition in the meaning of an indicator under which models have it."""
 
 
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
-    """Return the indicators by which a run of this kind is judged, the most important first, as far as it has them."""
+    """Return the names by which a run of this kind is judged, the most important first; `names` are all it has."""
     return [name for name in _JUDGED[never_ends] if name in names]
 
 
 def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
-    """Return the indicators of runs that are asked for; `all` stands for every indicator that they have.
+    """Return the requested indicators of runs; `all` stands for every indicator that they have.
 
     Raises:
-        StudyError: for one that no run has, naming the nearest.
+        StudyError: an indicator that no run has, with the nearest name.
     """
     for name in wanted:
         if name != "all" and has and name not in has:
@@ -786,7 +798,7 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def no_run_has(name: str, has: Collection[str]) -> str:
-    """Return the message for an indicator that runs lack: what it takes, or the nearest that they have."""
+    """Return the message for an indicator that no run has: the condition for it, or the nearest name."""
     indicator = look_up(name)
     condition = None if indicator is None else _CONDITION.search(indicator.meaning)
     missing = hint(name, has) if condition is None else f"which is there {condition[1]}"
@@ -794,7 +806,7 @@ def no_run_has(name: str, has: Collection[str]) -> str:
 
 
 def hint(name: str, has: Collection[str]) -> str:
-    """Return the hint on which indicator was meant: by its name, another word, its title, or a flow beside it."""
+    """Return a hint on which indicator was meant, by a similar name, a synonym, its title, or a flow beside it."""
     names = name.split(",")
     if len(names) > 1:
         return f"expected one name at a time; the option may be repeated, for {spoken(map(str.strip, names))}"
@@ -804,7 +816,7 @@ def hint(name: str, has: Collection[str]) -> str:
 
 
 def _of_flow(phrase: str) -> str | None:
-    """Return the indicator of a flow that a phrase such as `express on time` means."""
+    """Return the indicator of a flow for a phrase such as `express on time`, or None."""
     for name in sorted(
         (name for name, indicator in INDICATORS.items() if indicator.by_flow and "_" in name), key=len, reverse=True
     ):
@@ -815,10 +827,10 @@ def _of_flow(phrase: str) -> str | None:
 
 
 def refuse_unknown(name: str, models: Iterable[Model]) -> None:
-    """Refuse an indicator before anything is simulated: there is none, or no model has its flow or part of the day.
+    """Refuse an unknown indicator, or a flow or part of the day that no model has, before any simulation.
 
     Raises:
-        StudyError: the name, and the nearest of those that the models have.
+        StudyError: the name, and the nearest name that the models have.
     """
     base, mark, part = split(find(name).name)
     if not mark:
@@ -831,7 +843,7 @@ def refuse_unknown(name: str, models: Iterable[Model]) -> None:
     if part not in has:
         begun = (
             part_or_flow for part_or_flow in has if part_or_flow.startswith(part[: len("11:30")])
-        )  # times of day are not like each other
+        )  # similar spelling does not mean similar times
         near = next(begun, None) if mark == AT else nearest(part, has)
         parts = f"expected {spoken(has, 'or')}" if has else "the model has none"
         meant = f"did you mean '{base}{mark}{near}'?" if near else parts
@@ -839,7 +851,7 @@ def refuse_unknown(name: str, models: Iterable[Model]) -> None:
 
 
 def look_up(name: str) -> Indicator | None:
-    """Return an indicator of ours by its name, also of a flow or a part of the day (`split`), or None."""
+    """Return an indicator by its name, also for a flow or a part of the day (`split`); None if it is unknown."""
     base, mark, part = split(name)
     indicator = INDICATORS.get(base)
     if not mark or indicator is None:
@@ -854,32 +866,32 @@ def said_part(part: str) -> str:
 
 
 def split(name: str) -> tuple[str, str, str]:
-    """Split an indicator's name in three: `on_time`, `:` and `outbound`, or `on_time`, `@` and `11:30-13:00`."""
+    """Split an indicator's name into three parts: `on_time`, `:`, `outbound`, or `on_time`, `@`, `11:30-13:00`."""
     return name.partition(AT if AT in name.partition(":")[0] else ":")
 
 
 def within(name: str) -> tuple[float, float]:
-    """Return the range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
+    """Return the range of an indicator by its name (`Indicator.within`); unbounded for an unknown name."""
     indicator = look_up(name)
     return (-math.inf, math.inf) if indicator is None else indicator.within
 
 
 def is_measured(name: str) -> bool:
-    """Whether an indicator is a measurement, as times and costs are; counts of two designs may agree by chance."""
+    """Whether an indicator is a measurement, such as a time or a cost, which two designs do not share by chance."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _MEASURED
 
 
 def is_of_due(name: str) -> bool:
-    """Whether an indicator is a share of the tasks or orders that are done or come due."""
+    """Whether an indicator is a share of the tasks, load units or orders that come due."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _COUNTS
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
-    """Return the indicators that count the tasks or orders behind an indicator that is a share; else none.
+    """Return the names of indicators that count the whole of a share of tasks or orders; empty for other indicators.
 
-    Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
+    `has`: the names that the run has. Versions before 0.4.0 counted all tasks of the flows with due times.
     """
     indicator = look_up(name)
     base, mark, flow = split(name)
@@ -893,7 +905,7 @@ def counted_in(name: str, has: Collection[str]) -> list[str]:
 
 
 def find(name: str) -> Indicator:
-    """Return an indicator by its name. Raises StudyError if no indicator has it, naming the nearest."""
+    """Return an indicator by its name; raise StudyError, with the nearest name, if it is unknown."""
     indicator = look_up(name)
     if indicator is None:
         raise StudyError(f"indicator {name!r}: there is none, {hint(name, INDICATORS)}")

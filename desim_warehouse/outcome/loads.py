@@ -25,9 +25,9 @@ _WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING, Phase.
 
 
 class RobotTime(NamedTuple):
-    """Parts of the time in which robots are on duty and not broken: work, the drive back to parking, and waits.
+    """Shares of work, drives back to parking, and waits in the time in which robots are on duty and not broken.
 
-    `held`: waits; `traffic`: the part of `held` in which they wait in traffic.
+    `held`: all waits. `traffic`: the waits in traffic among them.
     """
 
     work: float
@@ -37,7 +37,7 @@ class RobotTime(NamedTuple):
 
 
 def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
-    """Divide the time of robots by the indicators of a run; nan without such time."""
+    """Return the shares of the time of robots from the indicators of a run; nan without such time."""
 
     def share(names: Iterable[str]) -> float:
         return math.fsum(kpis.get(f"share_{name}", 0.0) for name in names)
@@ -55,9 +55,9 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
 
 
 def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
-    """Measure the load of each group in the evaluation period of a run, by its history and its indicators.
+    """Measure the load of each group in the evaluation period of a run, from its history and its indicators.
 
-    Lanes are among them where robots wait in traffic longer than they work. Without evaluation period there are none.
+    Lanes are included if robots wait in traffic longer than they work. Empty without an evaluation period.
     """
     model, measured = history.model, list[Load | None]()
     factor, (carried, worked) = peak_factor(model), _asked_for(history)
@@ -99,7 +99,7 @@ def _came(history: History) -> int:
 
 
 def _in_hand(history: History) -> int:
-    """Return by how many the tasks in the hands of robots grew in the evaluation period."""
+    """Return by how much the number of tasks assigned to robots grew in the evaluation period."""
     begin, end = (
         sum(
             1
@@ -112,9 +112,9 @@ def _in_hand(history: History) -> int:
 
 
 def _asked_for(history: History) -> tuple[float, float]:
-    """Return the ratio of tasks that came to tasks delivered, and of loads put down to loads worked on.
+    """Return the ratio of arrived to delivered tasks, and of load units put down to load units worked on.
 
-    Both are 1 where the backlog is no larger than chance allows, with what comes while stations or robots are off.
+    Each is 1 if the backlog is no larger than chance and arrivals outside the hours of stations or robots explain.
     """
     model, hours = history.model, history.counted
     if not model.tasks.arrive or not hours:
@@ -133,7 +133,7 @@ def _asked_for(history: History) -> tuple[float, float]:
 
 
 def _use_of_people(history: History) -> dict[str, float]:
-    """Measure at each node where loads are worked on the share of its people's time that they work."""
+    """Return the utilisation of the workers at each node where load units are worked on."""
     model, shares = history.model, {}
     for node, spec in history.workplaces.items():
         staff = {node: (spec.workers, model.hours(spec.hours))}

@@ -1,8 +1,8 @@
-"""The output of a run: one row per event, and the tallies, which are the same at every level of detail.
+"""The output of a run: one row per event, and tallies, which do not depend on the level of detail.
 
-A row is a plain tuple with the columns of `LogRow` while the simulation runs. Nothing else takes rows apart by
-position: `history` reads them, and `Run.log` shows them as a table. To add a column, add it to `LogRow` with its
-meaning in `COLUMNS`, and to the methods of `Log` that write it. A kind of row has a line in `KINDS`.
+A row is a plain tuple with the columns of `LogRow` while the simulation runs. `history` reads rows, by the names of
+their columns, and `Run.log` shows them as a table. To add a column, add it to `LogRow`, its meaning to `COLUMNS`, and
+its value to the methods of `Log` that write it. Each kind of row has an entry in `KINDS`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Detail = Literal["all", "moves", "tasks"]
 STATES = tuple(states.STATES)
-"""What a robot is doing. Waiting in traffic is counted apart. `wait`: it queues for a server or a charger."""
+"""Names of the states of a robot; waits in traffic are not among them. `wait`: queueing for a server or a charger."""
 NONE = -1
 """No robot, or no task."""
 
@@ -38,14 +38,14 @@ COLUMNS = {
     "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; `walking`, "
     "`picking`: the picker; -1: none",
 }
-"""What the columns mean, in their order."""
+"""The meanings of the columns, in their order."""
 
 PLACES = ("enter", "parked", "docked", "cleared")
-"""Rows that say where a robot is from then on: on an edge, or off the lanes at a node."""
+"""Kinds of rows that change the place of a robot: onto an edge, or off the lanes at a node."""
 
 
 class LogRow(NamedTuple):
-    """A row by the names of its columns."""
+    """A row of the log, with its columns by name."""
 
     time: float
     kind: str
@@ -59,7 +59,7 @@ class LogRow(NamedTuple):
 
 
 class RowKind(NamedTuple):
-    """A kind of row: the least detailed `level` of the log that has it, what happened, and what its `value` is."""
+    """A kind of row: the least detailed `level` of the log that has it, the event, and the meaning of `value`."""
 
     level: Detail
     meaning: str
@@ -121,7 +121,7 @@ KINDS = {
     ),
     "lift_fails": RowKind("all", "a lift fails with its cabin at `node`, and works again at `until`", "none"),
 }
-"""The kinds of rows (energy: the robot's)."""
+"""The kinds of rows; `energy` is the energy in the robot's battery."""
 
 _MOVES = frozenset(name for name, kind in KINDS.items() if kind.level == "moves")
 
@@ -143,16 +143,15 @@ class _Body(Protocol):
 
 @dataclass
 class Log:
-    """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
+    """The rows of a run at a level of detail, `tasks` (also states and rotations), `moves` or `all`, and its tallies.
 
-    `robots`, `edges`, `nodes` and `stations` are the tallies of the counted part of the run: one dict of plain numbers
-    for each robot, edge, intersection and station (None: a version before 0.4.0 did not count there), counted between
-    `begin` and `end`. `due` holds the due times of tasks, `flows` their
-    flows, `orders` their orders, `energy` what the battery of each robot holds at the end, empty without batteries.
-    `for_workers` are the tasks whose load units are worked on in a station: it is known at their release where they can
-    go nowhere else, or when they are put down; None: a version before 0.4.0 did not say. `people` has visits, their
-    time, and their time shared with robots, and is empty without people.
-    `version`: of the desim-warehouse that wrote it.
+    `robots`, `edges`, `nodes` and `stations`: tallies of the evaluation period between `begin` and `end`, a dict for
+    each robot, edge, intersection and station; `stations` is None in logs before 0.4.0. `rings`: time, robots and
+    edges of each rotation. `due`, `flows`, `orders`: due times, flows and orders of tasks. `energy`: the energy in each
+    robot's battery at the end, empty without batteries. `for_workers`: tasks whose load units are worked on in a
+    station, noted at their release if they can go nowhere else, or else when they are put down; None in logs before
+    0.4.0. `people`: visits, their time, and the time shared with robots; empty without people. `version`: the version
+    of desim-warehouse that wrote the log.
     """
 
     level: Detail = "all"
@@ -175,7 +174,7 @@ class Log:
     """Whether moves are written at any level, to be read before the log is finished (see `forget_moves`)."""
 
     def __post_init__(self, knows_moves: bool) -> None:
-        """Saves the hot path a comparison of strings."""
+        """Store the level as booleans, to save the hot path comparisons of strings."""
         self.moves = knows_moves or self.level != "tasks"
         self.everything = self.level == "all"
 
@@ -191,7 +190,7 @@ class Log:
         edge: tuple[str, str] | None = None,
         other: int = NONE,
     ) -> None:
-        """Write an event of a task or a robot, at the node where it is or comes to next."""
+        """Write an event of a task or a robot, at the node where the robot is or comes to next."""
         self.rows.append((time, kind, robot, task, node, edge, value, None, other))
 
     def released(
@@ -234,7 +233,7 @@ class Log:
         self._beside("aside", now, robot)
 
     def back(self, now: float, robot: _Body) -> None:
-        """Write that a robot that stood beside its lane is on it again."""
+        """Write that a robot that stood beside its lane is on the lane again."""
         self._beside("back", now, robot)
 
     def _beside(self, kind: str, now: float, robot: _Body) -> None:
@@ -243,7 +242,7 @@ class Log:
             self.rows.append((now, kind, robot.number, robot.task, None, edge, position, None, NONE))
 
     def drive(self, robot: _Body, since: float) -> None:
-        """Write that a robot sets off at `since`, or drives on from then, for its target."""
+        """Write that a robot sets off for its target, or drives on to it, at `since`."""
         row = (since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, NONE)
         self.rows.append(row)
 
@@ -281,11 +280,11 @@ class Log:
         offset: float,
         until: float,
     ) -> None:
-        """Write that a picker sets out for a stop of a robot, or begins to handle what it has come for (`kind`)."""
+        """Write that a picker sets out for a stop of a robot, or begins to handle its load unit (`kind`)."""
         self.rows.append((now, kind, robot, task, node, edge, offset, until, picker))
 
     def closed(self, edge: tuple[str, str], begin: float, until: float) -> None:
-        """Write that an edge closes by its calendar, and opens again."""
+        """Write that an edge closes by its calendar, and that it opens again."""
         self.rows.append((begin, "edge_closed", NONE, NONE, None, edge, None, until, NONE))
         self.event(until, "edge_opened", NONE, NONE, None, None, edge=edge)
 
@@ -296,7 +295,7 @@ class Log:
                 self.event(time, kind, NONE, NONE, None, float(number), edge=edge)
 
     def person_rides(self, begin: float, edge: tuple[str, str], waited: float, until: float) -> None:
-        """Write that a person rides in a lift, from where it sets out to them until its doors close behind them."""
+        """Write that a person uses a lift, from when the cabin sets out to them until its doors close behind them."""
         if self.everything:
             self.rows.append((begin, "person_rides", NONE, NONE, edge[0], edge, waited, until, NONE))
 
@@ -306,20 +305,20 @@ class Log:
             self.rows.append((begin, "lift_fails", NONE, NONE, node, None, None, until, NONE))
 
     def of(self, *kinds: str) -> Iterator[LogRow]:
-        """Iterate over the rows of some kinds, in order of time once it is closed."""
+        """Iterate over the rows of some kinds, in order of time if the log is closed."""
         return map(LogRow._make, [row for row in self.rows if row[1] in kinds])
 
     def written(self) -> int:
-        """Return how many rows there are so far."""
+        """Return the number of rows so far."""
         return len(self.rows)
 
     def forget_moves(self) -> None:
-        """Leave out moves that were written beyond its level."""
+        """Remove moves that the level of the log does not include."""
         if self.level == "tasks":
             self.rows = [row for row in self.rows if row[1] not in _MOVES]
 
     def close(self, end: float) -> None:
-        """End the log of a run: sort rows by time, without rows that were only announced for later."""
+        """Close the log at the end of a run: sort rows by time, and remove rows announced for later."""
         self.end = end
         self.rows.sort(key=itemgetter(0))
         del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]

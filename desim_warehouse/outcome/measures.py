@@ -32,12 +32,12 @@ def count(tally: str) -> Callable[[History], int]:
 
 
 def collisions(history: History) -> int:
-    """Count episodes of waiting, regardless of stops and starts within one; counted by time steps, S has no limit."""
+    """Count episodes of waiting, not stops within an episode; a count of time steps would grow as steps shrink."""
     return int(history.totals["rear_ends"] + history.totals["crossings"])
 
 
 def cost(history: History) -> float:
-    """Return the paper's cost in the evaluation period: distance x w_d + time x w_t + S x w_c (T without warm-up)."""
+    """Return the paper's cost in the evaluation period, distance x w_d + time x w_t + S x w_c."""
     weights, distance = history.model.cost, history.totals["distance"]
     return distance * weights.distance + history.counted * weights.time + collisions(history) * weights.collisions
 
@@ -76,7 +76,7 @@ def worked_on_time(tasks: History | PartHistory) -> float:
 
 
 def counted_work(tasks: History | PartHistory) -> list[TaskHistory]:
-    """Return the load units that were worked on by the end, from the end of the warm-up on."""
+    """Return the load units on which work was finished in the evaluation period."""
     whole = tasks.history
     return [task for task in tasks.put_down if whole.counts(task.worked) and task.worked <= whole.end]
 
@@ -86,21 +86,21 @@ def worker_wait(tasks: History | PartHistory) -> float:
 
 
 def worker_utilisation(tasks: History | PartHistory) -> float:
-    """Return the utilisation of workers by some tasks only: the tasks of a flow, or all."""
+    """Return the utilisation of workers by the tasks of a flow, or by all tasks."""
     whole = tasks.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
     return in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)
 
 
 def worker_utilisation_then(part: PartHistory) -> float:
-    """Return the utilisation of workers in a part of the day, whenever its tasks came."""
+    """Return the utilisation of workers in a part of the day by all tasks, whenever they arrived."""
     whole = part.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
     return in_hours(staff, [(task.station, task.begun, task.worked) for task in whole.put_down], part.stretches)
 
 
 def server_utilisation(part: History | PartHistory) -> float:
-    """Return the utilisation of servers: one is in use while a robot loads or unloads in its station."""
+    """Return the utilisation of servers; a server is in use while a robot loads or unloads in its station."""
     whole = part.history
     staff = {
         node: (item.servers, whole.model.hours(whole.model.layout.stations[item.zone].hours))
@@ -114,9 +114,14 @@ def in_hours(
     busy: Iterable[tuple[str, float, float]],
     stretches: Sequence[Stretch],
 ) -> float:
-    """Return the utilisation of servers or workers in their hours: a number of them, and hours, for each node.
+    """Return the utilisation of servers or workers in their hours; nan without such time.
 
-    Work after the end of the hours, as `at_close: finish` has it, is not counted: it has no such time.
+    Work after the end of the hours (`at_close: finish`) is not counted.
+
+    Args:
+        staff: number of servers or workers, and their hours, by node.
+        busy: node, begin and end of each interval of work.
+        stretches: stretches of time to look at.
     """
     time = math.fsum(
         number * hours.share(begin, end) * (end - begin) for number, hours in staff.values() for begin, end in stretches
@@ -172,7 +177,7 @@ def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
 
 
 def departure_lead(tasks: History | PartHistory) -> float:
-    """Return the longest time before its departure at which a task arrived that missed it; 0 if no task missed one."""
+    """Return the longest time between the arrival of a task and the departure that it missed; 0 if none missed one."""
     missed = (
         task.due - task.released for task in for_departures(tasks) if task.due is not None and task.done > task.due
     )
@@ -196,7 +201,7 @@ def loads_due(tasks: History | PartHistory) -> int:
 
 
 def met(deadlines: Sequence[Deadline]) -> float:
-    """Return the share of due times that were met."""
+    """Return the share of deadlines that were met; nan without any."""
     return mean([not deadline.missed for deadline in deadlines])
 
 
@@ -205,7 +210,7 @@ def mean(values: Sequence[float]) -> float:
 
 
 def quantile(ordered: Sequence[float], part: float) -> float:
-    """Return a quantile of sorted values, interpolated linearly as numpy does (kept here to start up without it)."""
+    """Return a quantile of sorted values, interpolated linearly as by numpy, which would slow down the start."""
     if not ordered:
         return math.nan
     place = part * (len(ordered) - 1)
@@ -215,7 +220,7 @@ def quantile(ordered: Sequence[float], part: float) -> float:
 
 
 def backlog_growth(history: History) -> float:
-    """Return tasks released minus tasks done in the evaluation period, an hour."""
+    """Return tasks released minus tasks done in the evaluation period, per hour."""
     hours = history.counted / history.model.units.hour
     released = sum(1 for task in history.tasks.values() if history.counts(task.released))
     return (released - len(history.counted_done)) / hours if hours else math.nan
@@ -226,7 +231,10 @@ def energy_lowest(history: History) -> float:
 
 
 def energy_drift(history: History) -> float:
-    """Return energy charged minus energy drawn, 0 where the two differ by rounding alone."""
+    """Return the energy charged minus the energy drawn, as a share of the capacity per hour.
+
+    The result is exactly 0 if the two differ by rounding only.
+    """
     batteries, hours = history.batteries, history.counted / history.model.units.hour
     if not batteries or not hours:
         return math.nan
@@ -243,7 +251,7 @@ def charger_utilisation(part: History | PartHistory) -> float:
 
 
 def robots_busy(part: History | PartHistory) -> float:
-    """Return the share of time on duty in which a robot is not idle: waits count, as they keep it from a task."""
+    """Return the share of time on duty in which robots are not idle; waits count, as they keep robots from a task."""
     time = dict.fromkeys(RESTING, 0.0)
     for robot in part.history.changes:
         for span in robot:
@@ -260,18 +268,18 @@ def length(stretches: Sequence[Stretch]) -> float:
 
 
 def overlap(start: float, end: float, stretches: Sequence[Stretch]) -> float:
-    """Return how much of an interval lies in stretches of time."""
+    """Return the length of the part of an interval that lies in stretches of time."""
     return math.fsum(max(min(end, last) - max(start, first), 0.0) for first, last in stretches)
 
 
 def time_in(history: History, states: Iterable[str]) -> float:
-    """Return the time of all robots together in some states; 0 in states that the model does not have."""
+    """Return the total time of all robots in some states; 0 for states that the model does not have."""
     return math.fsum(history.totals.get(state, 0.0) for state in states)
 
 
 def availability(history: History) -> float:
     operating, broken = time_in(history, OPERATING), time_in(history, BROKEN)
-    counts = operating + broken > ROUNDING * history.counted  # not what rounding leaves of time that was all waited
+    counts = operating + broken > ROUNDING * history.counted  # else robots only waited, and the rest is rounding
     return operating / (operating + broken) if counts else math.nan
 
 
@@ -280,7 +288,7 @@ def breaks_down(history: History) -> bool:
 
 
 def station_wait(history: History) -> float:
-    """Return the time that robots queue for a server or a charger. Rounding may leave the sums just below 0."""
+    """Return the total time in which robots queue for a server; rounding may make the difference negative."""
     return max(time_in(history, _QUEUEING) - history.charger_wait, 0.0)
 
 
@@ -329,7 +337,7 @@ def has_stations(history: History) -> bool:
 
 
 def has_tally(name: str) -> Callable[[History], bool]:
-    """Return a condition for indicators: whether robots of a run have a tally of this name."""
+    """Return a condition for indicators: whether the robots of a run have a tally of this name."""
     return lambda history: name in history.totals
 
 
@@ -361,9 +369,10 @@ def pile_on(history: History) -> float:
 
 
 def lifts_taken(history: History) -> dict[str, float]:
-    """Return the utilisation of each lift: the share of the evaluation period in which it is busy, by the rides in it.
+    """Return the utilisation of each lift by name: the share of the evaluation period in which robots hold it.
 
-    The time that robots wait for cabins and ride is logged for all lifts together, and divided in proportion to rides.
+    The time in which robots wait for cabins and ride is logged for all lifts together. It is divided in proportion to
+    the least times of their rides.
     """
     layout, model, whole = history.layout, history.model, history.counted
     passed = {row["edge"]: row["passages"] for row in history.log.edges} if layout.lifts else {}
@@ -372,7 +381,7 @@ def lifts_taken(history: History) -> dict[str, float]:
     }
     driven = {lift: beside(model, lift, mine) for lift, mine in rides.items()}
     least = {lift: time_taken(model, lift, mine) - driven[lift] for lift, mine in rides.items()}
-    weights = least if any(least.values()) else dict.fromkeys(rides, 1.0)  # cabins were called, and nobody rode yet
+    weights = least if any(least.values()) else dict.fromkeys(rides, 1.0)  # cabins were called, but no ride is over
     times = history.totals[IN_LIFT] / math.fsum(weights.values()) if rides else 0.0
     return {lift.name: (times * weights[lift] + driven[lift]) / whole if whole else math.nan for lift in rides}
 
@@ -395,19 +404,19 @@ def picker_walking(part: History | PartHistory) -> float:
 
 
 def _of_pickers(part: History | PartHistory, *, picks: bool) -> float:
-    """Return the share of the time of all pickers, in their hours, in which they pick, or walk."""
+    """Return the share of the time of all pickers, in their hours, in which they pick (`picks`) or walk."""
     busy = [("", span.start, span.end) for span in part.history.pickers_work if span.picks is picks]
     return in_hours(_pickers(part.history), busy, part.stretches)
 
 
 def _pickers(history: History) -> dict[str, tuple[int, Hours]]:
-    """Return the number of pickers and their hours, under one name as `in_hours` takes places; empty without any."""
+    """Return the number of pickers and their hours under the place "", as `in_hours` takes them; empty without any."""
     pickers = history.model.pickers
     return {} if pickers is None else {"": (pickers.count, history.model.hours(pickers.hours))}
 
 
 def lines_per_picker(part: History | PartHistory) -> float:
-    """Return the loads handled by the end of a pick in the evaluation period, for each hour of a picker at work."""
+    """Return the number of picks that end in the evaluation period, per hour of a picker at work."""
     ends = [span.end for span in part.history.pickers_work if span.picks]
     lines = sum(begin <= end <= until for end in ends for begin, until in part.stretches)
     at_work = math.fsum(
@@ -419,7 +428,7 @@ def lines_per_picker(part: History | PartHistory) -> float:
 
 
 def station_idle(history: History) -> float:
-    """Return the share of the time of servers in which they pick no line, changes of pods included."""
+    """Return the share of the time of servers in which they pick no line; changes of pods count as idle."""
     stations, model = history.layout.stations, history.model
     busy = math.fsum(row["busy"] for row in history.log.stations or ())
     time = math.fsum(

@@ -1,4 +1,4 @@
-"""The cost of a year: of the design (`model.facts.costs`), and of what was counted in a run.
+"""Annual cost of a design (`model.facts.costs`) together with the energy and late orders of a run.
 
 For the indicators of cost.
 """
@@ -12,7 +12,7 @@ from desim_warehouse.outcome.history import History
 
 
 def annual_cost(history: History) -> float:
-    """Return the cost of a year of `prices.hours` hours like the evaluation period; nan without prices or such time."""
+    """Return the cost of a year with `prices.hours` hours like the evaluation period; nan without prices or period."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     if prices is None or not hours:
         return math.nan
@@ -21,16 +21,16 @@ def annual_cost(history: History) -> float:
 
 
 def cost_per_task(history: History) -> float:
-    """Return the annual cost divided by the tasks of a year at the rate of the run; nan where there were none."""
+    """Return the annual cost divided by the tasks of a year at the throughput of the run; nan without tasks."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     tasks = history.totals["delivered"] / hours if hours else 0.0
     return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan
 
 
 def late(history: History) -> int:
-    """Count the orders that came due in the evaluation period, its end included, and were not done by then.
+    """Count the orders that came due in the evaluation period, its end included, and missed their due times.
 
-    A task of no order counts as an order by itself.
+    A task without an order counts as an order.
     """
     alone = history.falling_due(task.deadline for task in history.tasks.values() if not task.order)
     return sum(deadline.missed for deadline in (*history.order_deadlines, *alone))

@@ -14,12 +14,12 @@ from desim_warehouse.values.calendars import Stretch
 
 
 class PartHistory:
-    """Some of the tasks of a run, with the properties that `History` has for all, and some `stretches` of its time."""
+    """A part of the tasks of a run, with the properties of `History`, and a part of its time (`stretches`)."""
 
     def __init__(
         self, history: History, belongs: Callable[[TaskHistory], bool], stretches: Sequence[Stretch] | None = None
     ) -> None:
-        """Take the tasks that `belongs` picks; `stretches`: in order and apart, by default the evaluation period."""
+        """Select tasks by `belongs`; `stretches` are disjoint and in order, by default the evaluation period."""
         self.history = history
         self.stretches = history.stretches if stretches is None else stretches
         self._belongs = belongs
@@ -47,7 +47,7 @@ class PartHistory:
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of the tasks of this part that fall in the evaluation period, in order of time."""
+        """The deadlines of the tasks of this part in the evaluation period, in order of time."""
         return self.history.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
@@ -57,7 +57,7 @@ class PartHistory:
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The due times of the work on the tasks of this part, as `deadlines`."""
+        """The deadlines of the work on load units of this part in the evaluation period, in order of time."""
         return self.history.falling_due(task.work_deadline for task in self.history.for_workers if self._belongs(task))
 
 
@@ -67,7 +67,7 @@ def of_flow(history: History, flow: str) -> PartHistory:
 
 
 def by_day_part(history: History) -> dict[str, PartHistory]:
-    """Return each part of the day (`parts_of_the_day`) with the tasks that come in it, by name; none without tasks."""
+    """Return each part of the day (`parts_of_the_day`) in which tasks arrive, by name, with these tasks."""
     named = parts_of_the_day(history.model)
     if not named:
         return {}

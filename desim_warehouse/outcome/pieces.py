@@ -1,6 +1,6 @@
-"""The time of robots in pieces that fill it, each with one state or one wait, and where. Waits need `log: all`.
+"""The time of robots cut into pieces, each in one state or wait, on one edge or at one node. Needs `log: all`.
 
-For the account of time, chains of waiting, and the use of stations and chargers.
+For the account of time, chains of waits, and the use of stations and chargers.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Piece(NamedTuple):
 
 
 def pieces(history: History) -> list[list[Piece]]:
-    """Cut each robot's time into pieces, in order, which fill the run from 0 to its end. Done once for all accounts."""
+    """Cut each robot's time into pieces, in order, which fill the run from 0 to its end. The result is cached."""
     if history not in _known:
         _known[history] = list(_cut(history))
     return _known[history]

@@ -1,11 +1,11 @@
-"""Where every robot is at any time, rebuilt from the log of a run alone.
+"""Positions of all robots at any time, reconstructed from the log of a run alone.
 
 For the replay, and for `Run.positions`.
 
-A robot's path is a chain of *legs*: from one position on an edge to another, at constant speed, between two
-times; after a leg it stands. The slots of a bay or station are joined to their node by short edges of their
-own, which only this module knows: a robot in a slot stands at the start of one, and drives to its end in the
-exit time of the model. So are places beside lanes, in wide aisles: a robot that loads there stands at the start.
+A robot's path is a chain of *legs*, each from one position on an edge to another at constant speed; after a leg the
+robot stands. In this module, the slots of a bay or station are joined to their node by short edges. A robot in a slot
+stands at the start of its edge, and drives to the end in the exit time of the model. Places beside lanes in wide aisles
+have such edges too: a robot that loads there stands at the start.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ EPS = 1e-6
 
 @dataclass(frozen=True)
 class Edges:
-    """All edges as straight lines: edges of the layout, then one for each slot of a zone and place beside a lane."""
+    """All edges as straight lines: edges of the layout, then edges of the slots of zones and of places beside lanes."""
 
     source: list[str]
-    """Where each begins: its node, or the node whose zone the slot belongs to."""
+    """The node at which each edge begins, or to whose bay or station its slot belongs."""
     target: list[str]
     start: Floats
-    """One row for each edge: x and y of its start."""
+    """x and y of the start of each edge, a row each, in the units of the layout."""
     end: Floats
     length: Floats
     real: int
-    """How many of them are edges of the layout."""
+    """The number of edges of the layout, which come first."""
     twin: Ints
-    """Of an edge of the layout that is part of a two-way lane the number of the edge back, else -1."""
+    """For each edge of the layout, the number of the opposite edge of its two-way lane, or -1 if it is one-way."""
     beside: dict[tuple[str, float], int]
-    """The edges of places beside lanes, by lane (`A>B`) and how far along."""
+    """The numbers of the edges of places beside lanes, by lane (`A>B`) and position along it."""
 
     def points(self, edge: Ints, position: Floats) -> Floats:
-        """Return the points at positions (length units) along edges: one row of x and y each."""
+        """Return the points at positions along edges, in length units: a row of x and y each."""
         part = np.divide(position, self.length[edge], out=np.zeros(len(edge)), where=self.length[edge] > 0)
         points: Floats = self.start[edge] + part[:, None] * (self.end[edge] - self.start[edge])
         return points
@@ -62,7 +62,11 @@ class Edges:
 
 @dataclass(frozen=True)
 class Legs:
-    """All legs of all robots, robot by robot in order of time; `first[i]` is the first of robot i."""
+    """All legs of all robots, robot by robot, in order of time.
+
+    Legs of robot i are `first[i]` to `first[i + 1]` - 1. `begin`, `end`: times. `edge`: number in `Edges`. `origin`,
+    `target`: positions along the edge, in length units.
+    """
 
     first: Ints
     begin: Floats
@@ -73,7 +77,7 @@ class Legs:
 
 
 class Positions:
-    """The positions of all robots during a run; raises ReportError where the log does not hold them."""
+    """The positions of all robots during a run; raises ReportError without `log: all`."""
 
     def __init__(self, history: History) -> None:
         need_all(history)
@@ -82,7 +86,7 @@ class Positions:
         self.legs = _Follower(history, self.zones, self.edges).legs()
 
     def at(self, time: float) -> tuple[Ints, Floats]:
-        """Return the edge that each robot is on at a time, and its position along it."""
+        """Return the number of each robot's edge at a time, and its position along the edge in length units."""
         legs = self.legs
         index = np.empty(len(legs.first) - 1, dtype=np.int64)
         for robot, (low, high) in enumerate(zip(legs.first, legs.first[1:], strict=False)):
@@ -91,13 +95,13 @@ class Positions:
         return self._along(index, np.full(len(index), time))
 
     def of(self, robot: int, times: Floats) -> tuple[Ints, Floats]:
-        """Return the edge that a robot is on at some times, and its position along it."""
+        """Return the numbers of a robot's edges at some times, and its positions along them in length units."""
         low, high = self.legs.first[robot : robot + 2]
         later = np.searchsorted(self.legs.begin[low:high], times, side="right")
         return self._along(low + np.maximum(later - 1, 0), times)
 
     def _along(self, leg: Ints, times: Floats) -> tuple[Ints, Floats]:
-        """Return the edges of some legs, and the positions along them: of each leg at its own time."""
+        """Return the edge of each leg, and the position along it at the time of the same index."""
         legs = self.legs
         begin, end = legs.begin[leg], legs.end[leg]
         lasts = end > begin
@@ -106,22 +110,22 @@ class Positions:
         return legs.edge[leg], origin + part * (target - origin)
 
     def last_nodes(self, edge: Ints, position: Floats) -> list[str]:
-        """Return the node that each robot reached last, from positions along edges."""
+        """Return the last node that each robot reached, from positions along edges."""
         is_at_end = position >= self.edges.length[edge] - EPS
         ends = zip(edge.tolist(), is_at_end.tolist(), strict=True)
         return [self.edges.target[n] if at_end else self.edges.source[n] for n, at_end in ends]
 
     def points(self, time: float) -> Floats:
-        """Return the point at which every robot is at a time, one row of x and y each, in the units of the layout."""
+        """Return the point of every robot at a time, a row of x and y each, in the units of the layout."""
         return self.edges.points(*self.at(time))
 
     def headings(self, time: float) -> Floats:
-        """Return the direction every robot faces at a time, in radians from x towards y."""
+        """Return the direction that every robot faces at a time, in radians from x towards y."""
         return self.edges.headings(self.at(time)[0])
 
 
 def need_all(history: History) -> None:
-    """Refuse a run whose log does not hold where its robots drove."""
+    """Refuse a run whose log does not record the drives of robots; raises ReportError."""
     if history.log.level != "all":
         raise ReportError(
             f"where robots are needs log: all (now log: {history.log.level}), run with --set log=all to record "
@@ -168,7 +172,7 @@ def _place(row: LogRow) -> tuple[str, float]:
 
 
 def _point_beside(history: History, edge: tuple[str, str], offset: float) -> tuple[float, float]:
-    """Return the point at which a robot stands that has left its lane, D from it on the side of the storage place."""
+    """Return the point of a robot beside its lane, at distance D on the side of the storage place."""
     layout = history.layout
     (x, y), heading = layout.position(edge, offset), layout.headings[edge]
     aside = -math.sin(heading), math.cos(heading)  # to the right, as y grows downwards
@@ -183,7 +187,7 @@ def _point_beside(history: History, edge: tuple[str, str], offset: float) -> tup
 
 
 class _Berths:
-    """The slots of one zone: a robot takes the nearest free one."""
+    """The slots of one zone; a robot takes the nearest free slot."""
 
     def __init__(self, first_edge: int, count: int) -> None:
         self.free = list(range(first_edge, first_edge + count))
@@ -200,7 +204,7 @@ class _Berths:
 
 
 class _Follower:
-    """Follows every robot through the rows of a log and notes its legs."""
+    """Follow every robot through the rows of a log, and note its legs."""
 
     def __init__(self, history: History, places: Sequence[Zone], edges: Edges) -> None:
         self.history = history
@@ -256,7 +260,7 @@ class _Follower:
         self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
 
     def _settle(self, time: float, robot: int, kind: str, node: str | None) -> None:
-        """Note that a robot is in a bay or station from now on."""
+        """Note that a robot is in a bay or station from `time` on."""
         assert node is not None
         inside = self.inside[robot]
         berths = self.berths[kind, node]
@@ -270,7 +274,7 @@ class _Follower:
         self._note(robot, time, time, edge, 0.0, 0.0)
 
     def _enter(self, row: LogRow) -> None:
-        """Note that a robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
+        """Note that a robot's centre leaves a node for an edge, with the drive to the node if it was in a slot."""
         robot, time = row.robot, row.time
         inside = self.inside[robot]
         if inside is not None:
@@ -288,13 +292,13 @@ class _Follower:
         self.inside[robot] = None
 
     def _come_out(self, robot: int, time: float) -> None:
-        """Note that a robot broke down; in a drawing it is then on the lane, as no robot breaks down in a bay."""
+        """Note that a robot broke down; no robot breaks down in a bay, so it is drawn on the lane."""
         inside = self.inside[robot]
         if inside is not None and inside[2] == "bay":
             self._leave_berth(robot, time, inside)
 
     def _drive(self, row: LogRow) -> None:
-        """Note that a robot sets off along the edge it is on."""
+        """Note that a robot sets off along its edge."""
         robot, time, edge = row.robot, row.time, self._number(row)
         assert row.value is not None
         assert row.until is not None

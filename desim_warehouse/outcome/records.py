@@ -1,6 +1,6 @@
-"""Records of a run, with named fields: its tasks, orders, states, waits and whereabouts.
+"""Records of a run: its tasks, orders, states, waits and whereabouts.
 
-`History` makes them from the log; indicators, figures, replay and exports read them.
+`History` makes records from the log; indicators, figures, replay and exports read them.
 """
 
 from __future__ import annotations
@@ -15,29 +15,29 @@ Edge: TypeAlias = tuple[str, str]
 
 
 class Deadline(NamedTuple):
-    """A deadline: when something was due, and when it was done (inf: not by the end of the run)."""
+    """A deadline of a task, load unit or order: its due time, and when it was done (inf: not by the end of the run)."""
 
     due: float
     done: float
 
     @property
     def missed(self) -> bool:
-        """Whether the deadline passed before it was done."""
+        """Whether the deadline passed before the task, load unit or order was done."""
         return self.done > self.due
 
     def overrun(self, end: float) -> float:
-        """Return the lateness: 0 if it was done in time, and up to `end` if it was not done by then."""
+        """Return the tardiness: 0 if done in time, and the time up to `end` if not done by then."""
         return max(min(self.done, end) - self.due, 0.0)
 
 
 @dataclass(slots=True)
 class TaskHistory:
-    """When a task was released, loaded, delivered and done (inf: never), where, and when it was due (None: never).
+    """The times of a task: released, loaded, delivered and done (inf: never), and due (None: no due time).
 
-    `batched`: when it was put into a batch (inf: never). `begun`, `worked`: when work on its load unit in the station
-    began and ended (inf: not yet, or there is none). `done`: when it was delivered, or worked on where
-    `tasks.done_when` says so. `station`: the node of its delivery, which was into a storage place there if it is
-    `stored`.
+    `batched`: when the task was put into a batch (inf: never). `begun`, `worked`: when work on its load unit in the
+    station began and ended (inf: not yet, or no work). `done`: when the task was delivered or, with
+    `tasks.done_when: worked`, worked on. `station`: the node of its delivery. `stored`: whether it was put into a
+    storage place there.
     """
 
     number: int
@@ -62,17 +62,17 @@ class TaskHistory:
 
     @property
     def deadline(self) -> Deadline | None:
-        """When the task was due, and done; None if it was not due."""
+        """The deadline of the task; None without a due time."""
         return None if self.due is None else Deadline(self.due, self.done)
 
     @property
     def work_deadline(self) -> Deadline | None:
-        """When the work on its load unit was due, and done; None if it was not due."""
+        """The deadline of the work on the task's load unit; None without a due time."""
         return None if self.due is None else Deadline(self.due, self.worked)
 
 
 class OrderHistory(NamedTuple):
-    """An order: its tasks, when the first of them was released, and when the last was done (inf: never)."""
+    """An order: the tasks that belong together, and their flow."""
 
     flow: str
     order: str
@@ -90,12 +90,15 @@ class OrderHistory(NamedTuple):
 
     @property
     def cycle_time(self) -> float:
-        """The time from the order's release until the whole of it was done."""
+        """The time from the order's release until its last task was done."""
         return self.done - self.released
 
     @property
     def deadline(self) -> Deadline | None:
-        """When the order was due and done: late from the first instant at which a task is; None if no task was due."""
+        """The deadline of the order; None if no task has a due time.
+
+        An order is due with the first of its tasks that misses its due time, or else with the last task.
+        """
         deadlines = [task.deadline for task in self.tasks if task.deadline is not None]
         if not deadlines:
             return None
@@ -122,12 +125,15 @@ class StateSpan(NamedTuple):
 
     @property
     def seen(self) -> State:
-        """The state as it is shown: queueing for a server is another than for a charger."""
+        """The state as shown, which distinguishes queues for servers from queues for chargers."""
         return seen(self.state, self.task)
 
 
 class Assignment(NamedTuple):
-    """A robot with a task from its assignment to its delivery or return (`ended`, or `open` at the end of the run)."""
+    """A robot with a task, from assignment to delivery or return.
+
+    `ended`: `delivered` or `returned`, or `open` at the end of the run.
+    """
 
     robot: int
     task: int
@@ -137,7 +143,7 @@ class Assignment(NamedTuple):
 
 
 class Trip(NamedTuple):
-    """A robot with the tasks that it does together, from their assignment to the last delivery."""
+    """A robot with the tasks of one tour, from their assignment to the last delivery."""
 
     robot: int
     tasks: tuple[int, ...]
@@ -148,8 +154,8 @@ class Trip(NamedTuple):
 class Wait(NamedTuple):
     """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
 
-    `on` is the edge on which it stands, None in a bay or station. `cause` is `waiting` for a collision, else what it
-    waits for before `node`, by its name in `states.APART`, to enter the edge `into`.
+    `on`: the edge on which the robot stands, None in a bay or station. `cause`: `waiting` for a collision, or else the
+    reason for which it waits before `node` to enter the edge `into`, by its name in `states.APART`.
     """
 
     robot: int
@@ -164,9 +170,9 @@ class Wait(NamedTuple):
 
 
 class PickerSpan(NamedTuple):
-    """A picker at work for a robot from `start` to `end`: on the way to its stop, or (`picks`) handling what it loads.
+    """A picker at work for a robot from `start` to `end`: walking to its stop or, if `picks`, handling its load unit.
 
-    The stop is `offset` beyond the start of `edge`. `end` may lie after the end of the run.
+    The stop is `offset` length units beyond the start of `edge`. `end` may be after the end of the run.
     """
 
     picker: int
@@ -190,9 +196,9 @@ class ChargeSpan(NamedTuple):
 
 
 class Whereabouts(NamedTuple):
-    """Where a robot is from `start` on: on an `edge`, or (None) in a bay or station beside `node`.
+    """The place of a robot from `start` on: on an `edge`, or in a bay or station beside `node` if `edge` is None.
 
-    It is on an edge until its centre leaves the node at the edge's end, or until it is in the bay or station there.
+    A robot is on an edge until its centre leaves the node at the edge's end, or until it is in a bay or station there.
     """
 
     start: float
@@ -201,9 +207,9 @@ class Whereabouts(NamedTuple):
 
 
 class Blocked(NamedTuple):
-    """An edge that no robot enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
+    """An edge that no robot enters from `start` to `end`, as a calendar closes it or a person is in it.
 
-    `visit` is -1 for a calendar.
+    `visit`: number of the person's visit; -1 for a calendar.
     """
 
     edge: Edge
@@ -213,7 +219,7 @@ class Blocked(NamedTuple):
 
 
 class Rotation(NamedTuple):
-    """A full ring of robots that turned by one position, and the edges that they were on (`A>B`, "" in a bay)."""
+    """A full ring of robots that turned by one position, and the edges of the robots (`A>B`, "" in a bay)."""
 
     time: float
     robots: tuple[int, ...]

@@ -1,9 +1,9 @@
-"""Stations and chargers: how many of their servers or chargers are in use and how many robots queue, at any time.
+"""Numbers of servers and chargers in use, and of robots that queue for them, over time.
 
 For the stations on a run's page and in its replay.
 
-Both are read from the account of time, so that utilisation and queues here are the sums of its parts there. A server is
-in use while a robot loads or unloads in the station. Needs `log: all`.
+Both come from the pieces of the account of time, so that utilisations and queues agree with the account. A server is in
+use while a robot loads or unloads in the station. Needs `log: all`.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ Steps: TypeAlias = tuple[list[float], list[int]]
 
 @dataclass(frozen=True)
 class Resource:
-    """The servers of a station, or the chargers of a bay, over a run.
+    """The servers of a station, or the chargers of a bay, during a run.
 
-    `number`: of servers or chargers. `busy` and `queue`: times from 0 on, in order, and from each on how many are in
-    use, and how many robots queue, those among them that wait for the station to open. `hours`: when it is open.
+    `number`: number of servers or chargers. `busy`, `queue`: step functions of the number in use, and of robots that
+    queue or wait for the station to open, as times from 0 on and the values from these times on. `hours`: opening hours
+    of the station.
     """
 
     kind: Place
@@ -40,27 +41,27 @@ class Resource:
     hours: Hours = ALWAYS
 
     def utilisation(self, begin: float, end: float) -> float:
-        """Return the share of the time of all servers or chargers in use between two times; nan if these are the same.
+        """Return the utilisation of the servers or chargers between two times; nan if the times are equal.
 
-        A station with hours counts the time in which it is open: more than 1 where it finishes what it has begun.
+        It is a share of the opening hours, and may exceed 1 if the station finishes loads after it closes.
         """
         return in_use(area(self.busy, begin, end), self.number, self.hours, begin, end)
 
     def mean_queue(self, begin: float, end: float) -> float:
-        """Return how many robots queue between two times, on average; nan if the times are the same."""
+        """Return the mean number of robots that queue between two times; nan if the times are equal."""
         return area(self.queue, begin, end) / (end - begin) if end > begin else float("nan")
 
 
 def in_use(busy: float, number: int, hours: Hours, begin: float, end: float) -> float:
-    """Return the share of the open time of a number of servers that is `busy`; nan without such time."""
+    """Return the share of busy time in the opening time of all servers; nan if they are never open."""
     time = number * (end - begin) * hours.share(begin, end)
     return busy / time if time > 0 else math.nan
 
 
 def use_of_stations(history: History) -> dict[str, float]:
-    """Return for the node of each station the share of its servers' time in use, at every level of the log.
+    """Return the utilisation of the servers of each station by node, for any level of the log.
 
-    The world counts it. Versions before 0.4.0 did not, so there it takes `log: all`, and is none without.
+    Logs before 0.4.0 have no such tallies; they need `log: all`, and give an empty dict without it.
     """
     begin, end, model = history.begin, history.end, history.model
     if history.log.stations is None:
@@ -75,7 +76,7 @@ def use_of_stations(history: History) -> dict[str, float]:
 
 
 def resources(history: History) -> list[Resource]:
-    """Return all stations, then the chargers of all bays that have some, if the robots have batteries."""
+    """Return all stations and, if the robots have batteries, the chargers of all bays with chargers."""
     layout = history.layout
     places: dict[tuple[Place, str], tuple[str, int]] = {
         ("station", node): (item.zone, item.servers) for node, item in layout.stations.items()
@@ -108,7 +109,7 @@ def resources(history: History) -> list[Resource]:
 
 
 def steps(changes: list[tuple[float, int]]) -> Steps:
-    """Return a step function of a number over time: from the times at which it rises or falls, 0 at the start."""
+    """Return the step function of a number that is 0 at first and changes at (time, difference) pairs."""
     change: defaultdict[float, int] = defaultdict(int)
     for time, by in changes:
         change[time] += by
@@ -125,7 +126,7 @@ def steps(changes: list[tuple[float, int]]) -> Steps:
 
 
 def area(curve: Steps, begin: float, end: float) -> float:
-    """Return the integral of a step function between two times: robots times time units."""
+    """Return the integral of a step function between two times, in robots times time units."""
     times, counts = curve
     total, index = 0.0, max(bisect_right(times, begin) - 1, 0)
     while index < len(times) and times[index] < end:

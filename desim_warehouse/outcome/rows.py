@@ -1,4 +1,4 @@
-"""Rows or aisles in which robots wait: the waits of single crossings added up, where the floor is drawn in rows.
+"""Waits in traffic summed over rows or aisles, on floors whose nodes are in rows.
 
 For the figures on a run's page.
 """
@@ -12,13 +12,14 @@ from collections import defaultdict
 from desim_warehouse.outcome.history import History
 
 _NAME = re.compile(r"r(\d+)c(\d+)")
-"""A node of a floor drawn in rows: its row and its aisle."""
+"""The name of a node on a floor of rows: its row and its aisle."""
 
 
 def waits_by_row(history: History) -> dict[str, float]:
-    """Return for each row the share of the fleet's time waited in traffic, most first; by aisle where that tells more.
+    """Return the share of the fleet's time waited in traffic by row, or by aisle if the largest share is an aisle's.
 
-    A robot waits at the node before which it stands. Empty on floors whose nodes are in no rows. Needs `log: all`.
+    The largest share comes first. A wait belongs to the node ahead of the robot. Empty on floors without rows. Needs
+    `log: all`.
     """
     fleet = history.counted * history.model.fleet.size
     if not fleet or not all(_NAME.fullmatch(node) for node in history.layout.graph):

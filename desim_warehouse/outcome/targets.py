@@ -1,6 +1,6 @@
-"""A planner's target, as in "throughput_per_hour >= 220", and amounts of indicators as people write them.
+"""Parse a planner's target, as in "throughput_per_hour >= 220", and amounts of indicators, as in "5 min".
 
-For `--target` of every command that has it, and for the table of indicators of an answer.
+For `--target` of every command, and for the table of indicators of an answer.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _TARGET = re.compile(
     r"(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[A-Za-z%/][^<>=≥≤]*?)?\s*"
 )
 _KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
-"""Kinds of units of indicators that have units of their own; shares are in per cent."""
+"""Kinds of quantities by the units of indicators that people may write; shares take per cent."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A bound on the mean of an indicator, in the indicator's unit; `unit` is the unit's name, where it has one."""
+    """A bound on the mean of an indicator, in the indicator's unit; `unit` is its name, or "" without one."""
 
     measure: Indicator
     sense: Sense
@@ -39,16 +39,16 @@ class Target:
 
     @property
     def sign(self) -> float:
-        """+1 where more is better, -1 where less is."""
+        """+1 if the target is a lower bound, -1 if it is an upper bound."""
         return 1.0 if self.sense in (">=", ">") else -1.0
 
     @property
     def more_helps(self) -> bool:
-        """Whether more robots are expected to do no worse: True unless the indicator usually moves the other way."""
+        """Whether more robots are expected to help: True unless the indicator usually moves away from the target."""
         return self.measure.with_robots != ("falls" if self.sign > 0 else "rises")
 
     def met_by(self, mean: float) -> bool:
-        """Whether a mean that is known exactly meets the target."""
+        """Whether an exactly known mean meets the target."""
         gap = self.sign * (mean - self.value)
         return gap >= 0.0 if self.sense in (">=", "<=") else gap > 0.0
 
@@ -59,7 +59,7 @@ class Target:
 
     @property
     def text(self) -> str:
-        """The target as it is read again: with a plain number."""
+        """The target with a plain number, as `parse_target` reads it."""
         return f"{self.indicator} {self.sense} {self.value:.15g}"
 
     def __str__(self) -> str:
@@ -67,14 +67,14 @@ class Target:
 
 
 def parse_target(text: str, units: UnitNames | None = None) -> Target:
-    """Read a target such as `throughput_per_hour >= 220` or `on_time >= 95 %`, sensible or not.
+    """Parse a target such as `throughput_per_hour >= 220` or `on_time >= 95 %`, without checking that it makes sense.
 
     Args:
-        text: an indicator, a bound, a number, and a unit or none: then it is in the unit of the model.
-        units: of the model; None: not known yet, and the target has none.
+        text: an indicator, a bound, a number, and optionally a unit, by default the model's.
+        units: units of the model; None if not known yet, and the target then has no unit.
 
     Raises:
-        StudyError: the text, what was expected, and the nearest indicator.
+        StudyError: the text, the expected form, and the nearest indicator.
     """
     match = _TARGET.fullmatch(text)
     if match is None:
@@ -93,16 +93,16 @@ def parse_target(text: str, units: UnitNames | None = None) -> Target:
 
 
 def amount_of(measure: Indicator, text: str, units: UnitNames | None, where: str) -> float:
-    """Read an amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
+    """Parse an amount of an indicator, such as `5 min` or `1 %`, and return it in the indicator's unit.
 
     Args:
         measure: the indicator.
-        text: a number, and a unit or none.
-        units: of the model; None: not known yet.
+        text: a number, and optionally a unit.
+        units: units of the model; None if not known yet.
         where: the option or key as the user wrote it, for the message.
 
     Raises:
-        StudyError: no number, or a unit of another kind.
+        StudyError: not a number, or a unit of another kind.
     """
     kind = "share" if measure.is_share else _KINDS.get(measure.unit)
     if kind != "share" and text.endswith("%"):

@@ -161,13 +161,13 @@ def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
 
 
 def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Return how long before the end of the warm-up the run ended, None if it did not."""
+    """Return how long before the end of the warm-up the run ended; None if it ended later."""
     early = model.run.warm_up - kpis.get("T", math.nan)
     return early if early > 0 else None
 
 
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
-    """Return the evaluation period in the unit of the model; the whole run if it ends before its warm-up does."""
+    """Return the length of the evaluation period in time units; of the whole run if it ends within the warm-up."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
     return end - warm_up if end >= warm_up else end
 
@@ -228,7 +228,7 @@ RULES = {
         _ends_in_warm_up,
     ),
 }
-"""By code, in the order in which verdicts are listed."""
+"""Rules by code, in the order in which verdicts are listed."""
 
 
 def piles_up(verdicts: Iterable[Verdict]) -> bool:
@@ -264,7 +264,7 @@ def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
 def judge_design(runs: Sequence[Mapping[str, float]], model: Model, part: float = 1.0) -> list[Verdict]:
     """Return the verdicts on a design, from its runs: by the mean of each indicator over the runs that have it.
 
-    `part`: the share of the error (alpha) to spend, where a design is judged again as runs come in.
+    `part`: the share of alpha to spend, if a design is judged repeatedly as runs come in.
     """
     values: defaultdict[str, list[float]] = defaultdict(list)
     for run in runs:
@@ -344,10 +344,8 @@ def _refills(fall: float, model: Model) -> bool:
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
-    """Return in words the use of chargers and robots to expect once batteries have settled, by estimate."""
-    time = kpis.get("T", math.nan)
-    counted = time - model.run.warm_up if time > model.run.warm_up else time
-    away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
+    """Return a sentence on the estimated use of chargers once batteries have settled."""
+    away = model.fleet.size * _counted(kpis, model) * (1 - kpis.get("share_charging", math.nan))
     drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
     if not chargers or not math.isfinite(drawn):
         return "the cost of charging does not show"
@@ -363,7 +361,7 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
 
 
 def amount_of(value: float) -> str:
-    """Return a value with two digits."""
+    """Return a value with two significant digits."""
     return amount(float(f"{value:.2g}"))
 
 

@@ -1,8 +1,8 @@
-"""Drawn places of bays and stations: slots beside their node, away from edges; one in the lane on its node.
+"""Drawn places of bays and stations: slots beside their node, away from edges, or on the node for a bay in the lane.
 
 For drawings of the floor, the replay and the page of a run.
 
-On a grid of cells they are inside the cell of their node, as beside it are others.
+On a grid of cells, slots are inside the cell of their node, as other cells are beside it.
 """
 
 from __future__ import annotations
@@ -21,37 +21,37 @@ Point = tuple[float, float]
 SIDES: tuple[Point, ...] = ((0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0))
 """North, south, west, east."""
 NEAR = 3.2
-"""From a node to the middle of the first slot, in radii: 40 px for the paper's robots."""
+"""Distance from a node to the middle of the first slot, in radii: 40 px for the paper's robots."""
 PITCH = 2.6
-"""From slot to slot, in radii."""
+"""Distance between slots, in radii."""
 NARROW = 2
-"""Slots side by side where edges or another zone are near."""
+"""Slots side by side if edges or another zone are near."""
 _CELLS = 64
-"""Nodes from which on a floor may be a grid of cells."""
+"""Fewest nodes of a floor that may be a grid of cells."""
 _ROOMY = 8
-"""Radii beyond which an edge is no step from cell to cell."""
+"""Longest step from cell to cell, in radii."""
 _INSIDE = 0.9
 """Share of the side of a cell that its slots take up."""
 _ALIKE = 0.9
-"""Share of the edges of a grid that are steps."""
+"""Least share of the edges of a grid that are steps."""
 DEEP = 8
-"""The most slots in a row away from the node."""
+"""Largest number of slots in a row away from the node."""
 MANY = 0.15
-"""Share of the longer side of the floor that a full row away from the node takes up at most, where there are more."""
+"""Largest length of a full row away from the node, as a share of the longer side of the floor, for more than `DEEP`."""
 SPREAD = 0.85
 """Share of the shortest edge at a node that its slots may take up side by side."""
 
 
 @dataclass(frozen=True)
 class Zone:
-    """A bay or station at a node: the middle of every slot, the nearest to the node first."""
+    """A bay or station at a node, with the middle of every slot, the nearest to the node first."""
 
     kind: str
     name: str
     node: str
     places: tuple[Point, ...]
     room: float
-    """The radius for which each slot has room; a robot may be drawn smaller there."""
+    """The radius for which each slot has room; larger robots are drawn smaller there."""
 
 
 def robot_radii(model: Model) -> list[float]:
@@ -84,7 +84,7 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
 
 @lru_cache(maxsize=32)
 def _steps(layout: Layout) -> tuple[float, bool]:
-    """Return the usual length of an edge (lower quartile), and whether nearly all go so far along x or y."""
+    """Return the lower quartile of edge lengths, and whether nearly all edges are steps of this length along x or y."""
     point_of = {node: (data["x"], data["y"]) for node, data in layout.graph.nodes(data=True)}
     ways = [(point_of[b][0] - point_of[a][0], point_of[b][1] - point_of[a][1]) for a, b in layout.graph.edges]
     spans = sorted(math.hypot(*way) for way in ways)
@@ -94,7 +94,7 @@ def _steps(layout: Layout) -> tuple[float, bool]:
 
 
 def cell_size(model: Model, layout: Layout) -> float:
-    """Return the side of the cells, one robot to each, if the floor is a grid of them; else 0."""
+    """Return the side of the cells if the floor is a grid of cells with one robot each; else 0."""
     if layout.goods_size or len(layout.graph) < _CELLS:
         return 0.0
     usual, alike = _steps(layout)
@@ -102,12 +102,12 @@ def cell_size(model: Model, layout: Layout) -> float:
 
 
 def _slots(start: Sequence[str], node: str, bay: BayPlaces) -> int:
-    """Return the number of slots of a bay; without a number one for each robot that starts there."""
+    """Return the number of slots of a bay; if the model gives none, the number of robots that start there."""
     return max(start.count(node) if bay.places is None else bay.places, 1)
 
 
 def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
-    """Lay out slots in rows inside the cells of their nodes; a bay and a station that share one have half each."""
+    """Lay out slots in rows inside the cells of their nodes; a bay and a station at one node have half a cell each."""
     start, largest = model.fleet.homes(layout.bays), max(robot_radii(model))
     zones = [("bay", bay.zone, node, _slots(start, node, bay)) for node, bay in layout.bays.items()]
     zones += [("station", station.zone, node, station.places) for node, station in layout.stations.items()]
@@ -128,9 +128,9 @@ def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
 
 
 def _room(layout: Layout, count: int, radius: float) -> float:
-    """Return the radius for which slots are drawn: a robot's, or less where so many slots would cover the floor.
+    """Return the radius for which slots are drawn: a robot's, or less if so many slots would cover the floor.
 
-    Imported plants have slots for the largest fleet that could be asked for.
+    Imported plants have slots for the largest possible fleet.
     """
     if count <= DEEP:
         return radius
@@ -139,9 +139,9 @@ def _room(layout: Layout, count: int, radius: float) -> float:
 
 
 def _places(layout: Layout, node: str, count: int, radii: tuple[float, float], nth: int) -> tuple[Point, ...]:
-    """Return slots in rows that grow away from the node, no wider than the space before its neighbours.
+    """Return slots in rows that extend away from the node, no wider than the space before its neighbours.
 
-    `radii`: of robots, and for which slots have room.
+    `radii`: the radius of robots, and the radius for which slots have room.
     """
     across, deep, free = _outward(layout, node, nth)
     here = layout.graph.nodes[node]
@@ -168,14 +168,14 @@ def _places(layout: Layout, node: str, count: int, radii: tuple[float, float], n
 
 @lru_cache(maxsize=32)
 def _reach(layout: Layout, side: Point) -> float:
-    """Return how far out the nodes lie on a side."""
+    """Return the coordinate of the outermost node on a side."""
     return float(max(side[0] * data["x"] + side[1] * data["y"] for _, data in layout.graph.nodes(data=True)))
 
 
 def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
-    """Return unit vectors along and away from a zone, and whether it is outside the floor.
+    """Return unit vectors along and away from a zone, and whether the zone is outside the floor.
 
-    It goes towards the outside if it can, else where no edge is, else between edges.
+    A zone is placed towards the outside if possible, or else where there is no edge, or else between edges.
     """
     graph = layout.graph
     here = graph.nodes[node]

@@ -1,6 +1,6 @@
-"""Plants drawn in other programs, whose files `desim import` makes models of.
+"""Import of plants drawn in other programs, from which `desim import` makes models.
 
-A reader turns a file into a `Plant`; `imported` makes a model of it and says what could not be carried over.
+A reader turns a file into a `Plant`; `imported` makes a model of it, with remarks on what could not be carried over.
 """
 
 from __future__ import annotations
@@ -61,25 +61,25 @@ def read_layout(
             networkx, GeoJSON, DXF, a workbook with sheets nodes and edges (Excel), or a table of nodes with one of
             edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx: nodes with x and y in
             metres, y downwards, and perhaps role (such as load) and station; edges perhaps with length (or weight),
-            speed and side_by_side; those of an undirected graph are two-way lanes.
+            speed and side_by_side; the edges of an undirected graph are two-way lanes.
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
-            charge, park or none; by default as the names of operations sound.
-        robots: size of the fleet; default: as many as vehicles are drawn.
+            charge, park or none; by default as the names of operations suggest.
+        robots: size of the fleet; default: the number of vehicles drawn.
         robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
         tasks: a file with the tasks: transport orders of openTCS (XML), or tasks of LoRR or MAPD.
-        layout: of LIF the layout, of Open-RMF maps and sites the level to read.
-        vehicle_type: of LIF, whose edges are lanes.
-        strict: of LIF, whether what its standard forbids is refused.
-        graph: of Open-RMF maps and sites, the graph_idx of the lanes to read.
-        lanes: of DXF and GeoJSON, the layers whose lines are lanes.
-        two_way: of LIF, CSV and Excel, whether edges that do not say lead both ways.
-        cell: of grids, the side of a cell in metres.
+        layout: for LIF the layout, for Open-RMF maps and sites the level to read.
+        vehicle_type: for LIF, the vehicle type whose edges are lanes.
+        strict: for LIF, whether violations of the standard are errors.
+        graph: for Open-RMF maps and sites, the graph_idx of the lanes to read.
+        lanes: for DXF and GeoJSON, the layers whose lines are lanes.
+        two_way: for LIF, CSV and Excel, whether edges without a stated direction lead both ways.
+        cell: for grids, the side of a cell in metres.
 
     Returns:
-        The model, in metres and seconds. `desim_warehouse.plants.import_layout` has the remarks with it, too.
+        The model, in metres and seconds. `desim_warehouse.plants.import_layout` also returns the remarks.
 
     Raises:
-        ModelError: where it cannot be read, or robots could do nothing there.
+        ModelError: the file cannot be read, or robots could do nothing there.
     """
     settings: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
     chosen: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""Checks of a drawing: faults are noted by name and position, and corrected where no model could be made otherwise.
+"""Checks of a drawing: faults are noted by name and position, and corrected if otherwise no model could be made.
 
 For `desim import` and `desim export`, which print the remarks.
 """
@@ -12,9 +12,9 @@ from statistics import median
 from desim_warehouse.plants.plant import Link, Plant
 
 APART = 0.01
-"""Points drawn on one spot are moved so far from each other, in metres."""
+"""Distance in metres by which points drawn on one spot are moved apart."""
 DIGITS = 4
-"""Of coordinates and lengths in metres: no more than a drawing means."""
+"""Decimals of coordinates and lengths in metres, the precision of a drawing."""
 _SHORT = 0.99  # of the straight distance: shorter links are noted
 _FAR_TOO_SHORT = 0.1  # of the straight distance: shorter links may be in another unit
 _WIDEST = 1000.0  # metres: a wider floor may be in another unit
@@ -22,11 +22,12 @@ _LONG = 200.0  # metres: if half of all links are longer, their unit may be anot
 
 
 def put_right(plant: Plant) -> None:
-    """Check a plant before a model is made of it, correct what must be corrected, and note in it what looks wrong.
+    """Check a plant before a model is made of it, correct what must be corrected, and note what looks wrong.
 
     - Locations linked to no point are left out.
     - Links shorter than the straight line between their points keep their length.
-    - Links shorter than a tenth of it, of several hundred metres, and floors beyond 1 km are probably in another unit.
+    - Links shorter than a tenth of that line, links of several hundred metres, and floors beyond 1 km are doubtful:
+    they are probably in another unit.
     - Points on one spot are moved apart a little, as two nodes cannot coincide.
     """
     unlinked = [location for location in plant.locations if not location.operations]
@@ -78,7 +79,7 @@ def floor_of(plant: Plant) -> tuple[float, float]:
 
 
 def length_of(plant: Plant, link: Link) -> float:
-    """Return the length of a link in metres: as drawn, else the straight distance."""
+    """Return the length of a link in metres: as drawn, or else the straight distance."""
     return distance(plant, link.source, link.target) if link.length is None else link.length
 
 

@@ -1,12 +1,12 @@
 """DXF drawings for `desim import`: lanes are lines of some layers, marks are blocks and points by their names.
 
 - This needs ezdxf (the extra `dxf`) and a drawing saved as DXF, not DWG. Units are those of the drawing ($INSUNITS), y
-  is upwards. Layers that are off or frozen are left out.
-- Lines, polylines, arcs, circles, ellipses and splines of the model space are read; those inside inserted blocks, and
-  points there, only if they are on a layer of lanes or nothing else has lines. Without `--lanes`, layers of lanes are
-  those with lane, path, route, track, aisle or AGV in their names.
+is upwards. Layers that are off or frozen are left out.
+- Lines, polylines, arcs, circles, ellipses and splines of the model space are read. Those inside inserted blocks, and
+points there, are read only if they are on a layer of lanes, or if nothing else has lines. Without `--lanes`, layers of
+lanes are those with lane, path, route, track, aisle or AGV in their names.
 - Lines on a layer called one-way lead from their first point to the last; all others lead both ways.
-- Blocks or layers say what places are: CHARGER, `pick`, `drop`, or what `--operation` says.
+- The names of blocks or layers tell the kind of places: CHARGER, `pick`, `drop`, or the words of `--operation`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _FINE = 1000  # parts of a curve's size: no chord is finer
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be a drawing: by its ending, or how DXF and DWG begin."""
+    """Return whether a file may be a drawing, by its ending or its first bytes."""
     return path.suffix.lower() in {".dxf", ".dwg"} or start.startswith(b"AutoCAD Binary DXF")
 
 
@@ -45,11 +45,11 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
     Args:
         path: the file.
-        content: what stands in it.
-        lanes: layers whose lines are lanes; default: those that are called so, or the only one with lines.
+        content: its bytes.
+        lanes: layers whose lines are lanes; default: layers with such names, or the only layer with lines.
 
     Raises:
-        ModelError: where it cannot be read, or does not say which lines are lanes.
+        ModelError: the file cannot be read, or it is unclear which lines are lanes.
     """
     plant = Plant(path.stem, f"{path.name} (DXF)")
     document = _document(path, content, plant)
@@ -72,7 +72,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 def _document(path: Path, content: bytes, plant: Plant) -> Any:
-    """Read the drawing with ezdxf, also where it is a little damaged; repairs are noted in the plant."""
+    """Read the drawing with ezdxf, even if it is slightly damaged; repairs are noted in the plant."""
     if content.startswith((b"AC10", b"AutoCAD Binary DXF")):
         raise ModelError([f"{path}: a binary drawing (DWG or binary DXF), expected it saved as DXF in text (ASCII)"])
     try:
@@ -110,7 +110,7 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
 
 
 def _without(content: bytes, message: str) -> bytes:
-    """Remove the entity `KIND(#HANDLE)` that a message of ezdxf blames; the drawing is unchanged if it names none."""
+    """Return the drawing without the entity `KIND(#HANDLE)` that a message of ezdxf blames; unchanged without one."""
     named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", message)
     if named is None:
         return content
@@ -132,12 +132,12 @@ class _Faults(logging.Handler):
 
 
 def _is_flat(entity: Any) -> bool:
-    """Whether an entity can be a lane or a mark: meshes are drawn as polylines, too."""
+    """Return whether an entity can be a lane or a mark, as polylines also represent meshes."""
     return not (entity.dxftype() == "POLYLINE" and entity.get_mode() in {"AcDbPolygonMesh", "AcDbPolyFaceMesh"})
 
 
 def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
-    """Yield the entities of the model space with their layers, but not those on layers that are off or frozen."""
+    """Yield the entities of the model space with their layers, except for layers that are off or frozen."""
     hidden: dict[str, None] = {}
     off = {layer.dxf.name.casefold() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     for entity in document.modelspace():
@@ -150,7 +150,7 @@ def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
 
 
 def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]) -> list[tuple[str, Any]]:
-    """Return lines and points inside inserted blocks with lanes, however deep, each with its layer."""
+    """Return the lines and points inside inserted blocks with lanes, at any depth, each with its layer."""
     from ezdxf.disassemble import recursive_decompose
 
     inserts = [entity for _, entity in entities if entity.dxftype() == "INSERT"]
@@ -174,7 +174,7 @@ def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]
 
 
 def _drawn(insert: Any, sizes: dict[str, int]) -> int:
-    """Return the number of entities in an inserted block taken apart; `sizes`: of blocks counted before."""
+    """Return the number of entities in an inserted block taken apart; `sizes`: numbers of blocks counted before."""
     block = insert.block()
     name = str(insert.dxf.get("name", ""))
     if block is not None and name not in sizes:
@@ -184,7 +184,11 @@ def _drawn(insert: Any, sizes: dict[str, int]) -> int:
 
 
 def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str]:
-    """Choose the layers whose lines are lanes; raises ModelError where that is unclear."""
+    """Return the layers whose lines are lanes.
+
+    Raises:
+        ModelError: an unknown layer, no lines, or no way to tell which lines are lanes.
+    """
     counts = [f"{layer} ({number:,} lines)" for layer, number in layers.most_common(12)]
     have = spoken(counts) if counts else "none"
     chosen = set()
@@ -203,7 +207,7 @@ def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str
 
 
 def _scale(document: Any, plant: Plant, entities: list[Any]) -> float:
-    """Return the metres in a unit of the drawing."""
+    """Return the number of metres in a unit of the drawing."""
     from ezdxf import units
 
     if document.units:
@@ -246,7 +250,7 @@ def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: se
 
 
 def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Mark]:
-    """Return blocks and points as marks, whose operations may be the names of their layers and blocks."""
+    """Return blocks and points as marks, with the names of their blocks and layers as operations."""
     marks, numbers = [], Counter[str]()
     for rank, (layer, entity) in enumerate(entities):
         if entity.dxftype() not in {"INSERT", "POINT"}:

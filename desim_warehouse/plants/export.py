@@ -26,7 +26,7 @@ from desim_warehouse.plants.write import one_line
 from desim_warehouse.values.fields import Part
 
 _AT_THE_END = 0.01
-"""A storage place so near the end of a lane, in metres, is at the node there."""
+"""Distance in metres from the end of a lane up to which a storage place counts as at the node there."""
 Row = dict[str, str | float | bool]
 _DIGITS = 6  # of metres and metres a second
 _EQUAL = 1e-6
@@ -41,16 +41,16 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
 
     Args:
         model: the model.
-        path: the file; for csv the folder that gets nodes.csv and edges.csv.
-        format: lif (Layout Interchange Format of VDMA, 1.0.0), opentcs (a plant model, 7.0.0), graphml, csv or
-            rmf (a building map of Open-RMF).
+        path: the file; for csv the folder for nodes.csv and edges.csv.
+        format: lif (Layout Interchange Format of VDMA, 1.0.0), opentcs (a plant model, 7.0.0), graphml, csv or rmf (a
+            building map of Open-RMF).
 
     Returns:
         Remarks on parts of the model that the format cannot represent, or that are changed.
 
     Raises:
         ReportError: another format, or a path that cannot be written.
-        LayoutError: where two things claim one node.
+        LayoutError: a layout that cannot be built, such as two bays at one node.
     """
     if format not in LAYOUT_FORMATS:
         hint = did_you_mean(format, LAYOUT_FORMATS)
@@ -68,7 +68,7 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
 
 
 def _texts(plant: Plant, form: str) -> dict[str, str]:
-    """Return the texts to write, by the names of files in a folder. A single file has no name."""
+    """Return the texts to write by file name in the folder; a single file has the name ""."""
     if form == "rmf":
         from desim_warehouse.plants.to_rmf import rmf
 
@@ -88,19 +88,19 @@ def _texts(plant: Plant, form: str) -> dict[str, str]:
 
 
 def lifts_as_lanes(plant: Plant) -> None:
-    """Replace lifts by lanes from floor to floor, for formats without levels; noted in the plant."""
+    """Replace lifts by lanes from floor to floor, for formats without levels; the change is noted in the plant."""
     for stops in plant.lifts.values():
         plant.links += [Link(f"{a}>{b}", a, b, None, math.inf, math.inf) for a, b in itertools.pairwise(stops)]
     plant.note("changed", "lift", plant.lifts, "a lane from floor to floor, on which several robots drive")
 
 
 def drawn(model: Model) -> Plant:
-    """Make the plant of a model, in metres and seconds, with remarks on losses.
+    """Return the plant of a model, in metres and seconds, with remarks on losses.
 
-    A storage place beside a lane becomes a point of the lane. Links are called `A>B`, a two-way lane by its first edge.
+    A storage place beside a lane becomes a point of the lane. Links are called `A>B`; a two-way lane by its first edge.
 
     Raises:
-        LayoutError: where two things claim one node.
+        LayoutError: a layout that cannot be built, such as two bays at one node.
     """
     plant = Plant(model.name, f"model '{model.name}'")
     metre = model.units.metre
@@ -111,7 +111,7 @@ def drawn(model: Model) -> Plant:
 
 
 class _Drawing:
-    """Fills a plant; `pieces` has the links and points that a lane became."""
+    """Converter of a model to a plant; `pieces` maps each lane to its links and points."""
 
     def __init__(self, model: Model, plant: Plant, layout: Layout, metre: float) -> None:
         self.model = model
@@ -137,7 +137,7 @@ class _Drawing:
             self.plant.levels = tuple(dict.fromkeys(names.values()))
 
     def lanes(self) -> None:
-        """Add every lane as a link, or as several links with a point wherever robots load."""
+        """Add every lane as a link, or as several links with a point at each place where robots load."""
         stops: dict[Edge, dict[float, int]] = {edge: {} for edge in self.layout.lanes}
         for place in self.layout.storage:
             if place.edge[0] == place.edge[1]:
@@ -234,7 +234,7 @@ class _Drawing:
         note("left out", "section", list(self.sections()), "a layout has no work, policies or energy")
 
     def sections(self) -> Iterable[str]:
-        """List what a layout cannot hold: tasks, and sections, or parts of them, that differ from their defaults."""
+        """Yield what a layout cannot hold: the tasks, and sections, or parts of them, that differ from defaults."""
         model = self.model
         for key in ("calendars", "tasks", "battery", "people", "policies", "run", "cost", "prices", "accept"):
             if key == "tasks" or getattr(model, key) != type(model).model_fields[key].default:
@@ -247,13 +247,13 @@ class _Drawing:
 
 
 def _unusual(part: Part, carried: set[str]) -> bool:
-    """Whether a section differs from its defaults in anything that a plant does not hold."""
+    """Return whether a section differs from its defaults in keys that a plant does not hold."""
     keys = type(part).model_fields
     return any(getattr(part, key) != description.default for key, description in keys.items() if key not in carried)
 
 
 def plain_names(plant: Plant) -> None:
-    """Rename a plant and its parts where their names are not plain; the changes are noted in the plant."""
+    """Rename a plant and its parts if their names are not plain; changes are noted in the plant."""
     points, positions = _plain(plant.points), _plain(location.name for location in plant.locations)
     links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
     plant.name = _trimmed(plant.name) or "layout"
@@ -286,7 +286,7 @@ def plain_names(plant: Plant) -> None:
 
 
 def _plain(names: Iterable[str]) -> dict[str, str]:
-    """Map every name to its plain form; plain forms are unique."""
+    """Return a mapping of names to unique plain forms."""
     plain = {name: _trimmed(name) for name in names}
     taken = {name for name, trimmed in plain.items() if trimmed == name}
     return {name: name if trimmed == name else claim(trimmed or "unnamed", taken) for name, trimmed in plain.items()}
@@ -297,14 +297,14 @@ def _trimmed(name: str) -> str:
 
 
 def tables(plant: Plant) -> dict[str, str]:
-    """Return the tables of nodes and edges by the names of their files; losses are noted in the plant."""
+    """Return the tables of nodes and edges by file name; losses are noted in the plant."""
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
     return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
 
 
 def _columns(edges: list[Row]) -> tuple[str, ...]:
-    """Return the columns of the table of edges: speed_back only where some edge has one."""
+    """Return the columns of the table of edges, with speed_back only if an edge has one."""
     return tuple(name for name in _EDGE_COLUMNS if name != "speed_back" or any(name in row for row in edges))
 
 

@@ -13,7 +13,12 @@ from desim_warehouse.values.fields import LIMITS
 
 
 def content_of(path: Path, expected: str, most: int = LIMITS["bytes"][0]) -> bytes:
-    """Return the bytes of a foreign file, up to a limit; raises ModelError."""
+    """Return the bytes of a foreign file.
+
+    Raises:
+        ModelError: no regular file of at most `most` bytes that can be read; `expected`: what it should be, for
+            messages.
+    """
     try:
         regular = path.is_file() or not path.exists()  # a pipe or a device may never end
         with path.open("rb") if regular else BytesIO() as file:

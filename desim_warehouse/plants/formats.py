@@ -1,4 +1,4 @@
-"""The formats of other programs that can be read, and how a file is recognised as one.
+"""The file formats of other programs that can be read, and how to recognise them.
 
 For `desim import`.
 """
@@ -44,7 +44,7 @@ _OTHERS: dict[str, tuple[str, ...]] = {
     "Revit": (".rvt",),
     "SEER": (".smap",),
 }
-"""Programs whose files are known by their endings, and cannot be read."""
+"""Programs whose files are recognised by their endings, but cannot be read."""
 _WORDY = 64_000_000  # bytes: formats with many words for an edge, of which some plants have 100,000
 
 
@@ -53,13 +53,13 @@ class Format:
     """A file format of another program.
 
     Attributes:
-        name: what it is called, for help.
-        title: what a file of it is, for messages and help.
-        looks: whether a file may be of it, by its path and its first 4,096 bytes without leading blanks. The first
-            format that says yes reads the file, and reports its errors.
-        read: reads it; raises ModelError with the position.
-        options: what can be chosen of such a file, as keyword arguments of `read`.
-        most: bytes of a file.
+        name: the name of the format, for help.
+        title: what a file of the format is, for messages and help.
+        looks: whether a file may be in the format, by its path and its first 4,096 bytes without leading blanks. The
+            first format for which this is true reads the file, and reports its errors.
+        read: reads the file; raises ModelError with the position.
+        options: options of such files, as keyword arguments of `read`.
+        most: largest size of a file, in bytes.
     """
 
     name: str
@@ -107,16 +107,16 @@ TASK_FILES = (
     Format("LoRR", "tasks of the League of Robot Runners", grid_lorr.looks_like_tasks, grid_lorr.read_tasks),
     Format("MAPD", "tasks of MAPD", grid_kiva.looks_like_tasks, grid_kiva.read_tasks),
 )
-"""What lists the tasks of a plant: `read` gets the plant, too, and adds them to it."""
+"""Formats of files that list the tasks of a plant: their `read` also gets the plant, and adds the tasks to it."""
 
 
 def titles(formats: tuple[Format, ...]) -> str:
-    """Return the titles of some formats in words: one, another, or a third."""
+    """Return the titles of formats in words: one, another, or a third."""
     return spoken([form.title for form in formats], "or")
 
 
 def names_with(option: str) -> str:
-    """Return the formats in which something can be chosen, by name."""
+    """Return the names of the formats that have an option."""
     return ", ".join(form.name for form in FORMATS if option in form.options)
 
 
@@ -124,11 +124,11 @@ def read_plant(path: str | Path, **options: Any) -> Plant:
     """Read a foreign file as a plant: points, links, locations, vehicles.
 
     Args:
-        path: a file in one of `FORMATS`; of two tables the one of nodes, or their folder.
-        options: what is chosen of the file; which options there are depends on the format.
+        path: a file in one of `FORMATS`; for two tables, the table of nodes or their folder.
+        options: options of the file; which ones exist depends on the format.
 
     Raises:
-        ModelError: where it cannot be read, with the place, or has no such options.
+        ModelError: the file cannot be read (with the place), or has no such option.
     """
     path = Path(path)
     if (path / tables.NODES_FILE).is_file():
@@ -144,7 +144,11 @@ def read_plant(path: str | Path, **options: Any) -> Plant:
 
 
 def add_tasks(plant: Plant, path: str | Path) -> None:
-    """Add the transports that a foreign file lists to a plant; raises ModelError where it cannot be read."""
+    """Add the transports that a foreign file lists to a plant.
+
+    Raises:
+        ModelError: the file cannot be read.
+    """
     form, content = _format(Path(path), TASK_FILES, "tasks")
     form.read(Path(path), content, plant)
 

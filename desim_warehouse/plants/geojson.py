@@ -1,13 +1,13 @@
 """GeoJSON for `desim import`: lanes as LineString and MultiLineString, marks as Point, with properties.
 
 - A file whose lines name their ends, by `startid` and `endid` as in route graphs of Nav2 or by `from` and `to`, is a
-  graph: its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say
-  `two_way`. Edges meet at nodes only and need no coordinates.
+graph: its points are the nodes, by their `id`, and edges lead from one node to another, one-way unless they have
+`two_way`. Edges meet only at nodes, and need no coordinates.
 - Degrees are projected onto a plane that touches the globe in their middle. A file that lies within half a unit is in
-  degrees, a larger one in metres: no plant is 50 km wide, and none half a metre. If `crs` says web Mercator
-  (EPSG:3857), coordinates are metres times cosh(y / 6378137), and are divided by that factor.
-- In all other files, lines are two-way unless they say `oneway` or `two_way`, and may have a `speed`. A place has a
-  `role` (or `layer`) and a `name`, and belongs to the nearest point of a lane up to 2 m away.
+degrees, a larger file in metres: no plant is 50 km wide, and none half a metre. If `crs` names web Mercator
+(EPSG:3857), coordinates are metres times cosh(y / 6378137), and are divided by that factor.
+- In all other files, lines are two-way unless they have `oneway` or `two_way`, and may have a `speed`. A place has a
+`role` (or `layer`) and a `name`, and belongs to the nearest point of a lane up to 2 m away.
 - Floors are flat: lines that cross, or end on another, are joined. Ends within 5 cm of each other are one point.
 - Corners are points. Curves become chords up to 25 cm off, with the length of the curve.
 
@@ -43,15 +43,16 @@ _NODE = {**_PLACE, "name": _ID}
 _MERCATOR = re.compile(r"(3857|900913|102100|3785)$")
 _DEGREES = re.compile(r"(4326|CRS84|4258)$")
 _NEARLY_ONE = 0.9999
-"""Near the equator of the map its metres are metres: so Nav2 writes positions in a hall, which stay as they are."""
+"""Scale of web Mercator from which on coordinates stay as they are: near its equator Nav2 writes positions in a hall.
+"""
 _RADIUS = 6_378_137.0
-"""Of the sphere of web Mercator, in metres."""
+"""Radius of the sphere of web Mercator, in metres."""
 _KINDS = {"LineString": 1, "MultiLineString": 2, "Point": 0, "MultiPoint": 1}
-"""Geometries that are read, by how deep the lists of positions are."""
+"""Geometries that are read, with the depth of their lists of positions."""
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be GeoJSON: by its ending, or what it says it is."""
+    """Return whether a file may be GeoJSON, by its ending or its type."""
     return path.suffix.lower() == ".geojson" or b'"FeatureCollection"' in start
 
 
@@ -60,11 +61,11 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
     Args:
         path: the file.
-        content: what stands in it.
+        content: its bytes.
         lanes: layers (the property layer) whose lines are lanes; default: all lines.
 
     Raises:
-        ModelError: where it cannot be read, with the feature.
+        ModelError: the file cannot be read, with the feature.
     """
     plant = Plant(path.stem, f"{path.name} (GeoJSON)")
     reader = _Reader(path, plant, (lanes,) if isinstance(lanes, str) else lanes)
@@ -78,7 +79,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 def _is_graph(features: list[Any]) -> bool:
-    """Whether the lines of a file name their end nodes, by the words of Nav2 or by the names of points."""
+    """Return whether the lines of a file name their end nodes, by the words of Nav2 or by the names of points."""
     ids = {str(_own_id(feature)) for feature in features if _kind_of(feature) == "Point"} - {"None"}
     for feature in features:
         properties = feature.get("properties") if isinstance(feature, dict) else None
@@ -98,14 +99,14 @@ def _kind_of(feature: Any) -> Any:
 
 
 def _own_id(feature: Mapping[str, Any]) -> Any:
-    """Return the id of a feature: among its properties, or its own."""
+    """Return the id of a feature, from its properties or its own key."""
     properties = feature.get("properties")
     named = Columns.of(properties, {"name": _ID}, "").named if isinstance(properties, dict) else {}
     return properties[named["name"]] if named else feature.get("id")  # type: ignore[index]
 
 
 class _Reader:
-    """The lines and marks of a file, at first in its own coordinates."""
+    """The lines and marks of a file, at first in the file's coordinates."""
 
     def __init__(self, path: Path, plant: Plant, layers: tuple[str, ...]) -> None:
         self.path = path
@@ -128,7 +129,7 @@ class _Reader:
         return features
 
     def graph(self, features: list[Any]) -> None:
-        """Read a file whose lines name the nodes at their ends."""
+        """Read a file whose lines name their end nodes."""
         nodes: list[tuple[str, dict[str, Any], Spot]] = []
         edges: list[tuple[str, dict[str, Any], list[Spot]]] = []
         others: dict[str, list[str]] = {}
@@ -180,7 +181,7 @@ class _Reader:
         self.plant.note("left out", "property", sorted(unread), "nothing that a layout has")
 
     def read(self, features: list[Any]) -> None:
-        """Read all features of a drawing."""
+        """Read all features of a file that is no graph."""
         others: dict[str, list[str]] = {}
         unread: dict[str, None] = {}
         aside: list[str] = []
@@ -219,7 +220,7 @@ class _Reader:
         return TableRecord(columns, properties, position, where)
 
     def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
-        """Add a lane, in both directions unless it says otherwise."""
+        """Add a lane, in both directions unless its properties say otherwise."""
         speed, two_way, one_way = record.above_0("speed") or math.inf, record.flag("two_way"), record.get("one_way")
         backwards = str(one_way).strip() in {"-1", "reverse"}
         if two_way is None:
@@ -230,7 +231,7 @@ class _Reader:
             self.lines.append((Line(name, (), speed, back, where), points[::-1] if backwards else points))
 
     def mark(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
-        """Add the marks of a point beside a lane."""
+        """Add the marks of points beside lanes."""
         role = record.get("role")
         operations = (
             tuple(filter(None, (operation.strip() for operation in str(role).split("+")))) if role is not None else ()
@@ -239,7 +240,7 @@ class _Reader:
         self.marks += [(Mark(str(name), (0, 0), operations, where), spot) for points in each for spot in points]
 
     def positions(self, value: Any, where: str, depth: int) -> list[list[Spot]]:
-        """Read the coordinates of a geometry of any kind as lists of positions."""
+        """Return the coordinates of a geometry as lists of positions; `depth`: the depth of lists in the file."""
         if depth == 0:
             return [[self.position(value, where)]]
         if not isinstance(value, list):
@@ -251,7 +252,7 @@ class _Reader:
         ]
 
     def position(self, value: Any, where: str) -> Spot:
-        """Return a position in the coordinates of the file; a height is not read."""
+        """Return a position in the coordinates of the file, without its height."""
         most = LIMITS["number"][0]
         fits = isinstance(value, list) and len(value) > 1 and all(type(number) in (int, float) for number in value[:2])
         if not fits or not all(abs(number) <= most for number in value[:2]):
@@ -271,7 +272,7 @@ class _Reader:
         return lines, [Mark(mark.name, to_metres(spot), mark.operations, mark.position) for mark, spot in self.marks]
 
     def projection(self, spots: list[Spot]) -> Callable[[Spot], Spot]:
-        """Choose the projection of the file's coordinates to metres, by its reference system and its extent."""
+        """Return the projection of the file's coordinates to metres, chosen by its reference system and its extent."""
         if not spots:
             self.refuse("features", "no line, expected lanes drawn as lines")
         west, east = min(x for x, _ in spots), max(x for x, _ in spots)
@@ -294,7 +295,7 @@ class _Reader:
 
 
 def _with_length(record: TableRecord, spots: list[Spot]) -> TableRecord:
-    """Add to an edge the length along its corners, where it states none, and `two_way` from `one_way`."""
+    """Return an edge with the length along its corners if it states none, and with `two_way` from `one_way`."""
     named, values = dict(record.columns.named), dict(record.values)
     if record.get("length") is None and len(spots) > 2:  # noqa: PLR2004 - with corners
         named["length"], values["\0length"] = "\0length", sum(math.dist(a, b) for a, b in pairwise(spots))

@@ -1,4 +1,4 @@
-"""Degrees on the globe as metres on a plane that touches it in the middle of a plant.
+"""Projection of degrees on the globe to metres on a plane that touches it in the middle of a plant.
 
 For the readers of GeoJSON and Open-RMF.
 """
@@ -17,9 +17,9 @@ Spot = tuple[float, float]
 
 
 def plane(spots: Sequence[Spot], plant: Plant) -> Callable[[Spot], Spot]:
-    """Return the projection of degrees (longitude, latitude) to metres around the middle of spots.
+    """Return the projection of degrees (longitude, latitude) to metres around the middle of `spots`.
 
-    It is noted in the plant.
+    The projection is noted in the plant.
     """
     xs, ys = [x for x, _ in spots] or [0.0], [y for _, y in spots] or [0.0]
     centre, middle = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2

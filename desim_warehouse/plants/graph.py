@@ -1,4 +1,4 @@
-"""Graphs as plants for `desim import`: graphs of networkx, and GraphML files, which are read safely.
+"""Graphs for `desim import`: graphs of networkx, and GraphML and JSON files, which are read safely.
 
 Nodes have x and y (or pos) and optionally role and station; edges optionally have length, speed, two_way and
 side_by_side. An edge without direction is a two-way lane. Without a length, `weight`, as networkx calls it, is the
@@ -35,19 +35,19 @@ LINKS = "a graph (JSON)"
 _DIRECTED = {"true": {"two_way": "no"}, "false": {"two_way": "yes"}}
 
 Rows = list[tuple[str, str, dict[str, Any]]]
-"""Nodes or edges: where they stand for messages, and in the file, and their values by name."""
+"""Nodes or edges as triples: place for messages, position in the file, and values by name."""
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be GraphML: by its ending, or its root element."""
+    """Return whether a file may be GraphML, by its ending or its root element."""
     return path.suffix.lower() == ".graphml" or b"<graphml" in start
 
 
 def from_networkx(graph: nx.Graph, name: str = "") -> Plant:
-    """Make a plant of a graph of networkx; see `desim_warehouse.read_layout`.
+    """Return the plant of a graph of networkx; see `desim_warehouse.read_layout`.
 
     Raises:
-        ModelError: with the node or edge, where an attribute is not what it should be.
+        ModelError: an attribute with a wrong value, with its node or edge.
     """
     title = name or str(graph.graph.get("name") or "graph")
     plant = Plant(title, "a graph of networkx")
@@ -74,11 +74,11 @@ def _position(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
-    """Fill a plant from rows. What the graph itself says has priority over attributes of the same meaning."""
-    node_known = {**NODE, "name": (_NAME,)}
-    edge_known = {**EDGE, "name": ("name",), "from": (_TAIL,), "to": (_HEAD,)}
-    node_columns = Columns.of(_titles(nodes), node_known, f"{plant.source}: nodes")
-    edge_columns = Columns.of(_titles(edges), edge_known, f"{plant.source}: edges")
+    """Fill a plant from rows; ids and ends of the graph have precedence over attributes with these names."""
+    node_headings = {**NODE, "name": (_NAME,)}
+    edge_headings = {**EDGE, "name": ("name",), "from": (_TAIL,), "to": (_HEAD,)}
+    node_columns = Columns.of(_titles(nodes), node_headings, f"{plant.source}: nodes")
+    edge_columns = Columns.of(_titles(edges), edge_headings, f"{plant.source}: edges")
     node_columns.require(f"{plant.source}: nodes", "x", *(() if "north" in node_columns.named else ("y",)))
     fill(
         plant,
@@ -113,12 +113,16 @@ def _weigh(plant: Plant, weights: list[Any]) -> None:
 
 
 def looks_like_links(path: Path, start: bytes) -> bool:  # noqa: ARG001 - as all formats
-    """Whether a file may be a graph in JSON, by the keys that it begins with."""
+    """Return whether a file may be a graph in JSON, by its first key."""
     return _NODE_LINK.match(start) is not None
 
 
 def read_links(path: Path, content: bytes) -> Plant:
-    """Read a graph in JSON, as networkx and D3 have it; raises ModelError with the node or link where it cannot be."""
+    """Read a graph in JSON, as networkx and D3 write it.
+
+    Raises:
+        ModelError: a graph that cannot be read, with the node or link.
+    """
     data = read_json(path, content, LINKS)
     about = data.get("graph") if isinstance(data, dict) else None
     plant = Plant(str((about.get("name") if isinstance(about, dict) else None) or path.stem), f"{path.name} (JSON)")
@@ -150,7 +154,11 @@ def _titles(rows: Rows) -> Iterable[str]:
 
 
 def read(path: Path, content: bytes) -> Plant:
-    """Read a GraphML file; raises ModelError with the line where it cannot be."""
+    """Read a GraphML file.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     root = read_xml(path, content, EXPECTED)
     if root.tag != "graphml":
         root.refuse(f"not a graph, expected {EXPECTED} with the root element graphml")
@@ -187,7 +195,7 @@ def _where(item: Element, *names: str) -> str:
 
 
 class _Keys:
-    """The keys of a GraphML file: their names, and defaults of nodes and edges."""
+    """The keys of a GraphML file: their names, and their defaults for nodes and edges."""
 
     def __init__(self, root: Element) -> None:
         self.names: dict[str, str] = {}
@@ -214,7 +222,7 @@ class _Keys:
 
 
 def _drawn(data: Element) -> Iterator[tuple[str, str]]:
-    """Yield where yEd draws a node: its middle, in its units, y downwards."""
+    """Yield the coordinates of a node as yEd draws it: its centre, in yEd's units, y downwards."""
     for shape in data.children:
         for place in shape.all("y:Geometry"):
             for axis, side in (("x", "width"), ("y", "height")):

@@ -1,10 +1,10 @@
-"""Read grids of cells for `desim import`, as in path finding: free cells are points, joined by two-way lanes.
+"""Grids of cells for `desim import`, as in path finding: free cells are points, joined by two-way lanes.
 
-A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a
-plant of the `Grid` that a reader fills in.
+A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. `plant_of` makes a plant of the `Grid`
+that a reader fills in.
 
-If a grid names no places of work, every cell is assumed to have goods and a station, for you to change. Cells that
-robots cannot reach are reported.
+If a grid names no places of work, every cell is assumed to have goods and a station, which the user can change. Cells
+that robots cannot reach are reported.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _DIGITS = 9
 
 
 class CellKind(NamedTuple):
-    """The meaning of a letter of a grid: the operations of robots in such a cell, and whether it is free to enter."""
+    """The meaning of a letter of a grid: the operations of robots in such a cell, and whether robots can enter it."""
 
     name: str
     operations: tuple[str, ...] = ()
@@ -39,13 +39,13 @@ AISLE = CellKind("aisle")
 
 @dataclass(frozen=True)
 class Grid:
-    """Rows of letters, all of one length, and what the letters stand for."""
+    """Rows of letters of equal length, and the meaning of the letters."""
 
     rows: Sequence[str]
     kinds: Mapping[str, CellKind]
 
     def kind(self, cell: Cell) -> CellKind:
-        """Return the kind of a cell; cells outside of the grid are blocked."""
+        """Return the kind of a cell; cells outside the grid are blocked."""
         row, column = cell
         if not (0 <= row < len(self.rows) and 0 <= column < len(self.rows[row])):
             return BLOCKED
@@ -59,7 +59,7 @@ class Grid:
                     yield row, column
 
     def number(self, cell: Cell) -> int:
-        """Return the number of a cell as planners count: row by row, blocked cells included."""
+        """Return the number of a cell as planners count: row by row, including blocked cells."""
         return cell[0] * len(self.rows[0]) + cell[1]
 
 
@@ -72,12 +72,12 @@ def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[t
     """Return a plant with a point in the middle of every free cell, and a lane between neighbours.
 
     Args:
-        name: what to call it.
+        name: the name of the plant.
         source: the file and its format.
         grid: the cells.
-        side: of a cell, in metres.
-        weights: how far it counts from a cell to a neighbour where routes are chosen; empty: all alike. Of the two
-            directions of a lane only their ratio is kept.
+        side: the side of a cell, in metres.
+        weights: cost of each step from a cell to a neighbour in the choice of routes; empty: all equal. Only the ratio
+            of the costs of a lane's two directions is used.
     """
     plant = Plant(name, source)
     places: dict[str, Location] = {}
@@ -95,7 +95,7 @@ def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[t
 
 
 def fit(plant: Plant, side: float) -> None:
-    """Assume that robots that are not drawn fill a cell, `side` metres wide, and drive a cell a second."""
+    """Assume that robots, which are not drawn, fill a cell of `side` metres, and drive one cell a second."""
     plant.cell = side
     plant.assume("fleet.robot.radius", f"as large as fits a cell of {side:g} m")
     plant.assume("fleet.robot.speed", "a cell a second")
@@ -118,7 +118,7 @@ def _lane(cell: Cell, other: Cell, weights: Mapping[tuple[Cell, Cell], float]) -
 
 @dataclass
 class Lines:
-    """The lines of a text file, with their numbers for messages."""
+    """The lines of a text file, with line numbers for messages."""
 
     path: Path
     lines: list[str]
@@ -127,7 +127,7 @@ class Lines:
 
     @classmethod
     def of(cls, path: Path, content: bytes, comment: str = "") -> Lines:
-        """Decode a file in UTF-8 into lines, without blanks at their ends and blank lines at the end of the file."""
+        """Decode a file in UTF-8 into lines, without blanks at line ends and blank lines at the end of the file."""
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
@@ -140,7 +140,7 @@ class Lines:
         return self
 
     def __next__(self) -> str:
-        """The next line that is not a comment."""
+        """Return the next line that is not a comment."""
         while self.next < len(self.lines):
             self.next += 1
             line = self.lines[self.next - 1]
@@ -149,14 +149,14 @@ class Lines:
         raise StopIteration
 
     def take(self, expected: str) -> str:
-        """Return the next line; raises ModelError at the end of the file."""
+        """Return the next line; raise ModelError at the end of the file."""
         line = next(self, None)
         if line is None:
             self.refuse(f"the file ends here, expected {expected}")
         return line
 
     def number(self, expected: str) -> int:
-        """Read the whole number in the next line; raises ModelError for anything else."""
+        """Return the whole number in the next line; raise ModelError for any other content."""
         line = self.take(expected)
         number, *more = self.numbers(line, 1, expected)
         if more:
@@ -164,19 +164,19 @@ class Lines:
         return number
 
     def numbers(self, line: str, count: int, expected: str, between: str = r"[\s,]+") -> list[int]:
-        """Read at least `count` whole numbers from 0 up in a line, with blanks or commas between."""
+        """Return at least `count` whole numbers from 0 up in a line, separated by blanks or commas."""
         words = list(filter(None, re.split(between, line.strip())))
         if len(words) < count or not all(word.isdecimal() and len(word) <= _DIGITS for word in words):
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         return [int(word) for word in words]
 
     def counted(self, number: int, what: str, noun: str = "line") -> Iterator[str]:
-        """Yield the lines that end the file, as many as its head says; raises ModelError for fewer or more.
+        """Yield the last lines of the file, as many as its head states; raise ModelError for fewer or more.
 
         Args:
-            number: how many.
-            what: what they are, with their number, for messages.
-            noun: what to call one more of them.
+            number: the number of lines.
+            what: what the lines are, with their number, for messages.
+            noun: word for one further line.
         """
         for rank in range(number):
             yield self.take(f"{what} as the head of the file says; {rank} are there")
@@ -184,7 +184,7 @@ class Lines:
             self.refuse(f"one more {noun} (got {got(more)}), expected {what} as the head of the file says")
 
     def rows(self, height: int, width: int, kinds: Mapping[str, CellKind]) -> list[str]:
-        """Return the rows of a grid of this size, which end the file."""
+        """Return the rows of a grid of this size, which are the last lines of the file."""
         if height < 1 or width < 1:
             self.refuse(f"a grid without cells (got {height} rows of {width}), expected at least one of each")
         made = []
@@ -195,7 +195,7 @@ class Lines:
         return made
 
     def row(self, line: str, row: int, width: int, kinds: Mapping[str, CellKind]) -> None:
-        """Refuse a row of another width, and letters that stand for nothing."""
+        """Refuse a row of another width, and letters without a meaning."""
         if len(line) != width:
             self.refuse(f"row {row} has {len(line)} cells, expected {width} as the head of the file says")
         if strange := [column for column, letter in enumerate(line) if letter not in kinds]:
@@ -205,12 +205,12 @@ class Lines:
             )
 
     def refuse(self, text: str) -> NoReturn:
-        """Raise the error that something is wrong in the line that was read last."""
+        """Raise ModelError for the line that was read last."""
         raise ModelError([f"{self.path}:{max(self.next, 1)}: {text}"])
 
 
 def not_too_many(path: Path, free: int) -> None:
-    """Refuse a grid with more free cells than a layout has nodes, or with none."""
+    """Refuse a grid with more free cells than a layout may have nodes, or with none."""
     most = LIMITS["nodes"][0]
     if not free:
         refuse(path, "no cell that robots can enter, expected some")
@@ -219,5 +219,5 @@ def not_too_many(path: Path, free: int) -> None:
 
 
 def refuse(path: Path, text: str) -> NoReturn:
-    """Raise the error that something is wrong in a file."""
+    """Raise ModelError for a file."""
     raise ModelError([f"{path}: {text}"])

@@ -2,8 +2,8 @@
 
 `layout` holds the rows: `@` shelf, `T` blocked, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods
 are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` is used if `weight`
-is true. It begins with the weights of waiting: one, or one per cell. Then follow the weights of driving east, north,
-west and south from every free cell, row by row, if these neighbours are free.
+is true. It begins with the weights of waiting: one for all, or one per cell. The weights of driving east, north, west
+and south follow, for every free cell, row by row, if these neighbours are free.
 Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent path finding, 2024, and its maps.
 """
 
@@ -29,12 +29,16 @@ _LEAST, _MOST = 1e-6, 1e6
 
 
 def looks(_: Path, start: bytes) -> bool:
-    """Whether a file may be such a grid: JSON with a layout, or its size."""
+    """Return whether a file may be such a grid: JSON with a layout, or with the size of one."""
     return start.startswith(b"{") and any(key in start for key in (b'"layout"', b'"n_row"', b'"n_endpoint"'))
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a grid with cells of this side, in metres; raises ModelError with the position where it cannot be."""
+    """Read a grid whose cells have a side of `cell` metres.
+
+    Raises:
+        ModelError: a file that cannot be read, with the position.
+    """
     head = read_json(path, content, _EXPECTED)
     rows = head.get("layout") if isinstance(head, dict) else None
     if not isinstance(rows, list) or not rows or not all(isinstance(row, str) for row in rows):
@@ -72,7 +76,7 @@ def _number(head: dict[str, Any], key: str, default: int, path: Path) -> int:
 
 
 def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
-    """Note where the counts in the file differ from its map."""
+    """Note counts in the file that differ from its map."""
     for key, letter in _COUNTS.items():
         drawn = sum(row.count(letter) for row in rows)
         if key in head and head[key] != drawn:

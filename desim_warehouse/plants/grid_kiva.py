@@ -24,12 +24,16 @@ _TASK = "release, pickup and delivery, such as '12 3 41'"
 
 
 def looks(_: Path, start: bytes) -> bool:
-    """Whether a file may be such a map: a line of two numbers, and one of one."""
+    """Return whether a file may be such a map: a line of two numbers, then a line of one."""
     return _BEGIN.match(start) is not None
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a map with cells of this side, in metres; raises ModelError with the line where it cannot be."""
+    """Read a map whose cells have a side of `cell` metres.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     lines = Lines.of(path, content)
     size = "the numbers of rows and columns"
     height, width, *_ = lines.numbers(lines.take(size), 2, size)
@@ -48,12 +52,16 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 
 
 def looks_like_tasks(_: Path, start: bytes) -> bool:
-    """Whether a file may hold such tasks: one or two lines of one or two numbers, then one of at least three."""
+    """Return whether a file may hold such tasks: one or two lines of one or two numbers, then three or more."""
     return re.match(rb"(\d+([ \t]+\d+)?[ \t]*\r?\n[ \t]*){1,2}\d+[ \t]+\d+[ \t]+\d+", start) is not None
 
 
 def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
-    """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
+    """Add the tasks of a file to a plant.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     lines = Lines.of(path, content)
     number = lines.numbers(lines.take("the number of tasks"), 1, "the number of tasks", _BLANKS)[0]
     if len(lines.lines) > lines.next and lines.lines[lines.next].strip().isdecimal():

@@ -33,12 +33,16 @@ _USED = {"mapFile", "agentFile", "taskFile", "teamSize", "agentSize", "version"}
 
 
 def looks(_: Path, start: bytes) -> bool:
-    """Whether a file may be such a problem: JSON that names a map."""
+    """Return whether a file may be such a problem: JSON that names a map."""
     return start.startswith(b"{") and b'"mapFile"' in start
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a problem with cells of this side, in metres; raises ModelError with the position where it cannot be."""
+    """Read a problem whose cells have a side of `cell` metres.
+
+    Raises:
+        ModelError: a file that cannot be read, with the position.
+    """
     head = read_json(path, content, _EXPECTED)
     if not isinstance(head, dict):
         refuse(path, f"not a problem (got {got(head)}), expected {_EXPECTED}")
@@ -60,9 +64,9 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 
 
 def _file(path: Path, head: dict[str, Any], key: str) -> Path:
-    """Return the path of a file that a problem file of the League of Robot Runners names under a key.
+    """Return the path of a file that a problem file names under a key.
 
-    It lies below the folder of the problem file as named, or else beside the problem file under its base name.
+    The path is below the folder of the problem file as named, or else beside the problem file under its base name.
     """
     name = head[key]
     if not isinstance(name, str) or not name or "\0" in name or PurePosixPath(name).is_absolute() or ".." in name:
@@ -72,7 +76,7 @@ def _file(path: Path, head: dict[str, Any], key: str) -> Path:
 
 
 def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem: Path) -> None:
-    """Read the robots: as many as the team has, in the cells that the file lists."""
+    """Add the robots to a plant: as many as the team has, in the cells that the file lists."""
     starts = _listed(Lines.of(path, content_of(path, "agents"), "#"), plant, "agents", 1)
     team = head.get("teamSize", len(starts))
     if type(team) is not int or not 1 <= team <= len(starts):
@@ -92,7 +96,7 @@ def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem
 
 
 def looks_like_tasks(path: Path, start: bytes) -> bool:
-    """Whether a file may hold such tasks: comments, a number, and a list of numbers with commas, or its name.
+    """Return whether a file may hold such tasks: comments, a number, and numbers with commas, or by its name.
 
     A number alone may be a task of one cell, or the horizon of MAPD.
     """
@@ -101,7 +105,11 @@ def looks_like_tasks(path: Path, start: bytes) -> bool:
 
 
 def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
-    """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
+    """Add the tasks of a file to a plant.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     tasks = _listed(Lines.of(path, content, "#"), plant, "tasks", None)
     for rank, (cells, line) in enumerate(tasks):
         names = [plant.numbered[cell] for cell in cells]
@@ -114,7 +122,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
 
 
 def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tuple[list[int], int]]:
-    """Return the lists of cells of a file, which says first how many there are, and their lines."""
+    """Return the lists of cells in a file, which begins with their number, each with its line number."""
     expected = "numbers of cells that robots can enter, such as 17" + ",203" * (each is None)
     number, lists = lines.number(f"the number of {what}"), []
     most = LIMITS["tasks"][0]

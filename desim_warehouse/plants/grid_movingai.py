@@ -24,12 +24,16 @@ _HEAD = "the lines 'type octile', 'height H', 'width W' and 'map' before the row
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be such a map: it begins with its type, or is called so."""
+    """Return whether a file may be such a map, by its first word or its ending."""
     return start[:5].lower().strip() == b"type" or path.suffix.lower() == ".map"
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a map with cells of this side, in metres; raises ModelError with the line where it cannot be."""
+    """Read a map whose cells have a side of `cell` metres.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     grid = read_grid(path, content)
     plant = plant_of(path.stem, f"{path.name} (MovingAI map)", grid, cell, {})
     plant.numbered = {grid.number(cell): point(cell) for cell in grid.free()}

@@ -1,4 +1,4 @@
-"""Road networks of RHCR (`.grid`) for `desim import`, as of its sorting centre: a weight for each direction.
+"""Road networks of RHCR (`.grid`) for `desim import`, such as its sorting centre: a weight for each direction.
 
 A file has `Grid size (x, y)`, `W,H`, the names of the columns, then a line for every cell, column by column: id, type,
 station, x, y (upwards), and the weights of driving north, west, south and east, and of waiting; `inf` forbids it.
@@ -33,12 +33,16 @@ class _Square(NamedTuple):
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be such a network: it begins with the size of the grid, or is called so."""
+    """Return whether a file may be such a network, by its first words or its ending."""
     return start[:9].lower() == b"grid size" or path.suffix.lower() == ".grid"
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a network with cells of this side, in metres; raises ModelError with the line where it cannot be."""
+    """Read a network whose cells have a side of `cell` metres.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     lines = Lines.of(path, content)
     lines.take("the line 'Grid size (x, y)'")
     width, height, *_ = lines.numbers(lines.take(_SIZE), 2, _SIZE)
@@ -78,7 +82,7 @@ def _square(line: str, lines: Lines) -> _Square:
 
 
 def _fill(plant: Plant, squares: dict[tuple[int, int], _Square], height: int, side: float) -> None:
-    """Add points, one-way links and locations; a cell that no arc leads to or from is an obstacle."""
+    """Add points, one-way links and locations; a cell without links to or from it is an obstacle."""
     weighted = []
     ends: set[str] = set()
     for square in squares.values():

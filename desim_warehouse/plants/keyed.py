@@ -1,7 +1,7 @@
-"""Tables of the keys that an imported JSON file must and may have: LIF is read by them, leniently or strictly.
+"""Reading of JSON files by tables of the keys that they must and may have, leniently or strictly; for LIF.
 
-Leniently, what is written otherwise but clear is put right, and what is wrong but not needed is left out; each with its
-position. Strictly (to the letter), all of that is refused.
+Leniently, clear deviations are corrected, and wrong values that are not needed are left out, each noted with its
+position. Strictly, all of these are refused.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ _LARGEST = LIMITS["number"][0]
 _FLAGS = {"true": True, "false": False}
 _GONE: Any = object()
 POSITION = "\0place"
-"""Under this key, what was read of an object has its position in the file."""
+"""Key under which an object that was read holds its position in the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """The kind of a value that is text; `one_of`: the texts allowed."""
+    """The kind of a text; `one_of`: the allowed texts, empty for any."""
 
     one_of: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """The kind of a value that is a number from `least` to `most`."""
+    """The kind of a number from `least` to `most`."""
 
     least: float = -math.inf
     most: float = math.inf
@@ -42,19 +42,19 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """The kind of a value that is true or false."""
+    """The kind of a truth value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Each:
-    """The kind of a value that is a list of values of one kind."""
+    """The kind of a list of values of one kind."""
 
     item: Kind
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """The kind of a value that is an object: keys `required` by the format, keys `needed` by our reader, and others."""
+    """The kind of an object: keys `required` by the format, keys `needed` by our reader, and all known `keys`."""
 
     keys: Mapping[str, Kind]
     required: frozenset[str]
@@ -66,7 +66,7 @@ _WORDS = {Text: "text", Number: "a number", Flag: "true or false", Each: "a list
 
 
 def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> Section:
-    """Make a section; `required` and `needed` name keys, with blanks between."""
+    """Return a section; `required` and `needed` name keys, separated by blanks."""
     return Section(keys, frozenset(required.split()), frozenset(needed.split()))
 
 
@@ -74,12 +74,12 @@ def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> S
 class Reader:
     """Reader of values by a table; `found` maps faults of the file (text, remedy) to their positions.
 
-    `unknown` has the keys that are not in the table, which are left out.
+    `unknown` holds the keys that are not in the table, which are left out.
 
     Args:
-        file: what messages call the file.
-        strict: whether anything that is not as the format says is an error.
-        complete: whether keys that the format requires are missed where they are not needed.
+        file: the name of the file in messages.
+        strict: whether every deviation from the format is an error.
+        complete: whether missing keys that the format requires are faults even if they are not needed.
     """
 
     file: str
@@ -90,20 +90,25 @@ class Reader:
     unknown: list[tuple[tuple[str, ...], str]] = field(default_factory=list)
 
     def read(self, value: Any, kind: Kind, position: str) -> Any:
-        """Read a value by its kind in the table; raises ModelError where a needed part is missing or wrong."""
+        """Read a value by its kind in the table.
+
+        Raises:
+            ModelError: a needed part is missing or wrong.
+        """
         made = self._value(value, kind, position)
         if made is _GONE:
             self.refuse(position, f"not {_WORDS[type(kind)]} (got {got(value)}), expected it")
         return made
 
     def refuse(self, position: str, text: str) -> NoReturn:
-        """Raise the error that something is wrong at a position."""
+        """Raise ModelError for a position."""
         raise ModelError([printable(f"{self.file}: {position}: {text}")])
 
     def wrong(self, position: str, text: str, become: str) -> None:
         """Note a value that the format does not allow, with its replacement (`become`).
 
-        Raises ModelError for too many.
+        Raises:
+            ModelError: too many such values.
         """
         self.count += 1
         if self.count > _WRONG:
@@ -113,7 +118,7 @@ class Reader:
         self.found.setdefault((text, become), []).append(position)
 
     def finish(self, plant: Plant, letter: str) -> None:
-        """Note all faults in the plant or, if strict, refuse the file. `letter` names the strict check in messages."""
+        """Note all faults in the plant or, if strict, refuse the file; `letter` names the strict check in messages."""
         if self.strict and self.found:
             lines = [
                 f"{self.file}: {position}: {text} ({letter})"

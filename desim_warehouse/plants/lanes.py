@@ -1,4 +1,4 @@
-"""Lanes from the links of a drawing: links there and back join to one lane, of parallel links the shortest stays.
+"""Lanes made from the links of a drawing: opposite links join to one lane, and of parallel links the shortest stays.
 
 For `desim import` (`plants.model`), and for export to openTCS.
 """
@@ -12,15 +12,15 @@ from desim_warehouse.plants.checks import length_of
 from desim_warehouse.plants.plant import Link, Plant
 
 ALIKE = 0.05
-"""Two links there and back whose lengths differ by more than this share are two lanes side by side."""
+"""Relative difference in length above which two opposite links are two lanes side by side."""
 
 CRAWL = 0.1
-"""Who drives a lane back at less than this part of the speed there is not meant to drive it."""
+"""Ratio of the speeds of two directions below which the slower direction is probably meant to be forbidden."""
 
 
 @dataclass(slots=True)
 class DrawnLane:
-    """A lane from source to target, made of links; with `side_by_side` another lane of its own leads back."""
+    """A lane from source to target, made of links; with `side_by_side` a separate lane leads back."""
 
     source: str
     target: str
@@ -49,7 +49,7 @@ class _Direction:
 
 
 def lanes_of(plant: Plant) -> list[DrawnLane]:
-    """Make lanes of the links of a plant, in their order; changes are noted in the plant."""
+    """Return the lanes made of the links of a plant, in their order; changes are noted in the plant."""
     directions: dict[tuple[str, str], _Direction] = {}
     loops, doubled = [], []
     for link in plant.links:
@@ -90,7 +90,7 @@ def _joined(plant: Plant, directions: dict[tuple[str, str], _Direction]) -> list
             lanes.append(DrawnLane(a, b, ahead.length, ahead.speed, side_by_side=True))
             apart.append(ahead.link)
         elif (b, a) not in done:
-            # A model cannot say that there is a limit there and none back.
+            # A model cannot represent a limit for the first direction and none for the other.
             first, other = (back, ahead) if ahead.speed < back.speed == math.inf else (ahead, back)
             ends = first.source, first.target
             lanes.append(DrawnLane(*ends, ahead.length, first.speed, two_way=True, speed_back=other.speed))

@@ -1,4 +1,7 @@
-"""Levels of a plant and the lifts between them: drawn beside each other, with room for the cabin on each level."""
+"""Levels of a plant and the lifts between them: drawn beside each other, with room for the cabin on each level.
+
+For `desim import`.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from desim_warehouse.plants.checks import length_of
 from desim_warehouse.plants.plant import Link, Plant, Waypoint, unique
 
 RIDE, DOORS = 12.0, 4.0
-"""Seconds from one level to the next, and for the doors to open, where no file says them."""
+"""Assumed seconds from one level to the next, and for the doors to open, if no file states them."""
 _APART = 10.0  # metres
 _LONGER = 1.01  # times the least length, as places are rounded
 _DIRECTIONS = 8
@@ -19,9 +22,9 @@ _EPS = 1e-6
 
 
 def draw_apart(plant: Plant) -> None:
-    """Move the points of levels that overlap to the right; lengths of links between levels must be known before.
+    """Move the points of overlapping levels to the right; lengths of links between levels must be known before.
 
-    What is moved is noted in the plant.
+    Moved levels are noted in the plant.
     """
     points: dict[str, list[str]] = {}
     for name, level in plant.level_of.items():
@@ -42,10 +45,10 @@ def draw_apart(plant: Plant) -> None:
 
 
 def make_room_for_cabins(plant: Plant, contact: float) -> None:
-    """Move the cabins of lifts beside points at which robots work, pass or would be too close to the next point.
+    """Move the cabins of lifts away from points at which robots work or pass, or which are too close to the next point.
 
-    In a cabin there is one robot at a time, and only one lane of at least twice the distance `contact` leads there on
-    each level. Where that is not so, the cabin gets a point of its own with such a lane.
+    There is one robot at a time in a cabin, and only one lane, of at least twice the distance `contact`, leads there on
+    each level. Otherwise the cabin gets its own point with such a lane.
     """
     used = plant.work().keys() | {vehicle.start for vehicle in plant.vehicles}
     used |= {member for area in plant.areas for member in area.members}
@@ -70,7 +73,7 @@ def make_room_for_cabins(plant: Plant, contact: float) -> None:
 
 
 def _is_in_front(plant: Plant, point: str, links: list[Link], used: Container[str | None], contact: float) -> bool:
-    """Whether a cabin may be at a point: one lane leads there and back, and nothing else is there."""
+    """Return whether a cabin may be at a point: one lane leads there and back, and nothing else is there."""
     if point in used or any(link.name in used for link in links):
         return False
     beside = {link.source if link.target == point else link.target for link in links}
@@ -81,7 +84,7 @@ def _is_in_front(plant: Plant, point: str, links: list[Link], used: Container[st
 
 
 def _beside(plant: Plant, name: str, reach: float) -> str:
-    """Add a point at a distance from another, with a two-way lane to it, where most room is; returns its name."""
+    """Add a point at a distance from another, with a two-way lane, where there is most room; return its name."""
     origin = plant.points[name]
     turns = (2 * math.pi * part / _DIRECTIONS for part in range(_DIRECTIONS))
     spots = [(origin.x + reach * math.cos(turn), origin.y + reach * math.sin(turn)) for turn in turns]

@@ -1,20 +1,20 @@
 """Layouts in the VDMA's LIF for `desim import`: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
 
-- A file says nothing about batteries, fleets and tasks. Many files break the schema, so reading is lenient: clear
-  errors, such as a number written as text or a missing list of stations, are corrected and reported under `changed`.
-  `--strict` refuses them instead.
-- An edge is one-way, and two opposite ones are a two-way aisle; `--two-way` makes every edge lead both ways.
+- A file contains no batteries, fleets or tasks. Many files break the schema, so reading is lenient: clear errors, such
+as a number written as text or a missing list of stations, are corrected and reported under `changed`. `--strict`
+refuses them instead.
+- An edge is one-way, and two opposite edges are a two-way aisle; `--two-way` makes every edge lead both ways.
 - A vehicle type may not use edges or nodes that do not list it. The type with most edges is read, or `--vehicle-type
-  NAME`.
+NAME`.
 - Several layouts are read together: an edge between levels is a lift, in both directions, and an edge between layouts
-  of one level is a ramp. Levels that lie over each other are drawn side by side. `--layout NAME` reads one layout.
+of one level is a ramp. Levels that lie over each other are drawn side by side. `--layout NAME` reads one layout.
 - An edge with a trajectory is as long as its curve. If the curve is invalid, or leads elsewhere, the edge is taken to
-  be straight and reported as doubtful, as are angles beyond a full turn and links of hundreds of metres (degrees, or
-  millimetres?).
-- The actions of a station's nodes (`pick`, `drop`, `startCharging`, ...) say what robots do there, or else the
-  station's name. `--operation` maps either.
+be straight and reported as doubtful, as are angles beyond a full turn and links of hundreds of metres (degrees, or
+millimetres?).
+- The actions of a station's nodes (`pick`, `drop`, `startCharging`, ...), or else the station's name, tell what robots
+do there. `--operation` maps either.
 - Directions of driving, rotation, heights and loads are reported as left out: robots turn at nodes and may use every
-  lane, loaded or not.
+lane, loaded or not.
 
 Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024.
 """
@@ -56,7 +56,7 @@ _HALVED = 20  # times at most: a cusp converges slowly
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be in LIF: by its name, or its first keys."""
+    """Return whether a file may be in LIF, by its name or its first keys."""
     named = path.name.lower().endswith((".lif", ".lif.json"))
     keys = (b'"metaInformation"', b'"lifVersion"', b'"layouts"', b'"origins"')
     return named or (start.startswith(b"{") and any(key in start for key in keys))
@@ -75,14 +75,14 @@ def read(
 
     Args:
         path: the file.
-        content: what stands in it.
-        layout: the one layout to read, by layoutId or layoutName; default: all.
-        vehicle_type: whose nodes and edges; default: the type that may use most edges.
-        two_way: whether every edge is meant in both directions, as some programs have it.
-        strict: whether what is not as the schema of version 1.0 says is an error.
+        content: its bytes.
+        layout: the only layout to read, by layoutId or layoutName; default: all.
+        vehicle_type: the vehicle type whose nodes and edges are read; default: the type that may use most edges.
+        two_way: whether every edge is meant in both directions, as some programs write it.
+        strict: whether deviations from the schema of version 1.0 are errors.
 
     Raises:
-        ModelError: where it cannot be read, with the JSON path.
+        ModelError: the file cannot be read, with the JSON path.
     """
     data = read_json(path, content, EXPECTED, _MOST)
     second = not strict and isinstance(data, dict) and lif_keys.is_2(data, content)
@@ -144,7 +144,7 @@ class _Edge(NamedTuple):
 
 
 class _Drawn:
-    """The layouts that are read, put together: nodes by names that are unique in the plant, edges, stations."""
+    """The layouts that are read, combined: nodes by names that are unique in the plant, edges, and stations."""
 
     def __init__(self, reader: Reader, plant: Plant, layouts: Sequence[_Layout], asked: str | None) -> None:
         self.reader = reader
@@ -205,7 +205,7 @@ class _Drawn:
         self.plant.note("left out", "transition", names, "to a layout that is not read", positions)
 
     def vehicle_type(self, asked: str | None) -> str | None:
-        """Choose the vehicle type to read, by default the type with most edges; None if the file has no types."""
+        """Return the vehicle type to read, by default the type with most edges; None if the file has no types."""
         parts: list[_Node | _Edge] = [*self.nodes.values(), *self.edges]
         every = dict.fromkeys(kind for part in parts for kind in sorted(part.types or ()))
         if len(every) > _TYPES:
@@ -244,7 +244,7 @@ class _Drawn:
         draw_apart(plant)
 
     def add_links(self, nodes: dict[str, _Node], edges: list[_Edge], kind: str | None) -> list[tuple[Link, Item]]:
-        """Add the edges as links; return the links kept, each with its properties for the vehicle type."""
+        """Add the edges as links; return the added links, each with its properties for the vehicle type."""
         plant = self.plant
         kept: list[tuple[Link, Item]] = []
         closed: list[Link] = []
@@ -281,9 +281,9 @@ class _Drawn:
         return kept
 
     def add_lifts(self, rides: list[Link], called: Mapping[str, str], level_of: Mapping[str, str]) -> None:
-        """Add a lift for nodes on several levels that edges join, or one for each pair where a level has two of them.
+        """Add a lift for nodes on several levels that edges join, or one per pair of them if a level has two of them.
 
-        A lift is called as the first of its edges, `called`, or else by its ends.
+        The name of a lift is the name of its first edge (`called`), or else its ends.
         """
         import networkx as nx
 
@@ -300,10 +300,10 @@ class _Drawn:
         self.plant.note_parts("changed", "transition", rides, why)
 
     def add_locations(self, on_nodes: dict[str, Item]) -> None:
-        """Add stations, and nodes with actions that belong to none.
+        """Add stations, and nodes with actions that belong to no station.
 
-        What robots do at a station is said by the actions of its nodes, and by its type if that is a word for it;
-        where both are silent, by its name.
+        The actions of its nodes tell what robots do at a station, and its type if that is a word for it; if both are
+        missing, its name.
         """
         plant = self.plant
         served: set[str] = set()
@@ -328,7 +328,7 @@ class _Drawn:
                 plant.locations.append(Location(point, {point: actions}, plant.points[point].position))
 
     def allowed(self, kind: str | None) -> tuple[dict[str, _Node], list[_Edge]]:
-        """Select the nodes and edges that a vehicle type may use; the others are noted as left out."""
+        """Return the nodes and edges that a vehicle type may use; the others are noted as left out."""
         nodes = {name: node for name, node in self.nodes.items() if node.types is None or kind in node.types}
         edges: list[_Edge] = []
         closed: list[_Edge] = []
@@ -346,7 +346,7 @@ class _Drawn:
 
 
 def _in_order(levels: Iterable[str]) -> tuple[str, ...]:
-    """Sort levels from the lowest up: by their numbers, where all have one, else as the file lists them."""
+    """Sort levels from the lowest up: by their numbers if all have numbers, else in the order of the file."""
     listed = tuple(levels)
     try:
         return tuple(sorted(listed, key=float))
@@ -355,13 +355,13 @@ def _in_order(levels: Iterable[str]) -> tuple[str, ...]:
 
 
 def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
-    """Return the vehicle types that a node or edge lists; None (all types) where it lists none or a nameless one."""
+    """Return the vehicle types that a node or edge lists; None (all types) if it lists none or a nameless one."""
     listed = [entry.get("vehicleTypeId") for entry in properties or ()]
     return frozenset(kind for kind in listed if kind is not None) if listed and None not in listed else None
 
 
 def _of(properties: Sequence[Item] | None, kind: str | None) -> Item:
-    """Return the properties of a node or edge for a vehicle type; empty where it lists none."""
+    """Return the properties of a node or edge for a vehicle type; empty if it lists none."""
     return next((entry for entry in properties or () if entry.get("vehicleTypeId") in {None, kind}), {})
 
 
@@ -370,7 +370,7 @@ def _actions(item: Item) -> tuple[str, ...]:
 
 
 def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
-    """Return words for a name that does not exist: the names expected instead, and a hint at the nearest."""
+    """Return words for an unknown name: the expected names, and a hint at the nearest."""
     return f"one of {', '.join(names)}" if names else "none", did_you_mean(asked, names)
 
 
@@ -403,16 +403,16 @@ def arc_length(
 
     Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
     coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
-    are halved until both agree.
+    are halved until the halves agree with the whole.
 
     Args:
-        degree: of the pieces, from 1 to 30.
-        knots: not falling, as many as there are points, and degree + 1.
+        degree: degree of the pieces, from 1 to 30.
+        knots: knots in ascending order, as many as points plus degree + 1.
         points: control points, at least degree + 1.
-        weights: of the control points, above 0.
+        weights: weights of the control points, above 0.
 
     Raises:
-        ValueError: where these are no curve, with the reason.
+        ValueError: these values define no curve, with the reason.
     """
     count = len(points)
     if not 1 <= degree <= _STEEPEST:
@@ -423,7 +423,7 @@ def arc_length(
         raise ValueError("knots that fall, or are all the same")
     if min(weights) <= 0:
         raise ValueError("weights that are not above 0")
-    if degree == 1:  # along a straight line weights change the pace only
+    if degree == 1:  # along a straight line weights change only the speed
         return sum(math.dist(a, b) for a, b in pairwise(points))
     return _integrated(degree, knots, points, weights)
 
@@ -439,7 +439,7 @@ def _integrated(
     nodes, share = np.polynomial.legendre.leggauss(_NODES)
 
     def lengths(starts: Any, ends: Any) -> Any:
-        """Lengths of parts of the curve, each inside one span of the knots."""
+        """Return the lengths of parts of the curve, each inside one span of the knots."""
         half = (ends - starts) / 2
         where = starts[:, None] + half[:, None] * (nodes + 1)
         (x, y, weight), (dx, dy, change) = (np.moveaxis(curve(where, nu), -1, 0) for nu in (0, 1))

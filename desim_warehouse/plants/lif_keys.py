@@ -2,9 +2,9 @@
 
 For the reader of LIF, `plants.lif`.
 
-Sources: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024, and version 2.0.0, 2026. Keys not listed here are
-allowed there, too. What is new in 2.0 and has no key in version 1 stays as it is, and is named as left out, as is what
-models do not hold.
+Sources: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024, and version 2.0.0, 2026. Keys that are not listed
+here are allowed there, too. New keys of 2.0 without a counterpart in version 1 stay as they are and are reported as
+left out, as is everything that models do not hold.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ _RENAMED = {
     "lifId": "projectIdentification",
 }
 _SAID = {"mobileRobotTypes", "mobileRobotTypeId", "mobileRobotOrientations", "requiredActions", "feasibleActions"}
-"""Keys of properties that version 1 says otherwise."""
+"""Keys of properties for which version 1 has another form."""
 TOP = ("metaInformation", "origins", "layouts")
 
 
@@ -184,7 +184,7 @@ _EDGES: tuple[tuple[str, Callable[[Item], Any], str], ...] = (
 
 
 def note_edges(plant: Plant, edges: Sequence[tuple[Link, Item]]) -> None:
-    """Note properties of edges that a model cannot hold; each edge with its properties in the file."""
+    """Note properties of edges that a model cannot hold; `edges`: links, each with its properties in the file."""
     for kind, has, why in _EDGES:
         plant.note_parts("left out", kind, [link for link, item in edges if has(item)], why)
     odd = [link for link, item in edges if _is_degrees(item.get("vehicleOrientation", 0.0))]
@@ -192,7 +192,7 @@ def note_edges(plant: Plant, edges: Sequence[tuple[Link, Item]]) -> None:
 
 
 def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequence[Item]) -> None:
-    """Note properties of nodes and stations that a model cannot hold; each node with its properties in the file."""
+    """Note properties of nodes and stations that a model cannot hold; `nodes`: names, each with its properties."""
     turned = [plant.points[name] for name, item in nodes if "theta" in item]
     plant.note_parts("left out", "vehicle angle", turned, "robots may stand at a node in any direction")
     odd = [plant.points[name] for name, item in nodes if _is_degrees(item.get("theta", 0.0))]
@@ -203,7 +203,7 @@ def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequen
 
 
 def is_2(data: Item, content: bytes) -> bool:
-    """Whether a file has the keys of version 2, whatever version it states."""
+    """Return whether a file has the keys of version 2, whatever version it states."""
     return "origins" in data or b'"mobileRobotType' in content
 
 
@@ -224,7 +224,7 @@ def _layout(layout: Item) -> Item:
 
 
 def renamed(item: Item) -> Item:
-    """Rename the keys of an object of version 2 to their names in version 1."""
+    """Return an object of version 2 with the keys of version 1."""
     return {_RENAMED.get(key, key): value for key, value in item.items()}
 
 
@@ -236,7 +236,7 @@ def _with(item: Item, what: str) -> Item:
 
 
 def _properties(item: Item) -> Iterator[Item]:
-    """Yield the properties once for each vehicle type, as version 1 lists them."""
+    """Yield the properties once for each vehicle type, in the form of version 1."""
     types = [
         f"{kind.get('manufacturer', '')} {kind.get('seriesName', '')}".strip()
         for kind in _items(item, "mobileRobotTypes")
@@ -258,6 +258,6 @@ def _properties(item: Item) -> Iterator[Item]:
 
 
 def _items(item: Item, key: str) -> list[Item]:
-    """Return the objects of a list."""
+    """Return the objects in the list at a key; empty if there is no list."""
     value = item.get(key)
     return [entry for entry in value if isinstance(entry, dict)] if isinstance(value, list) else []

@@ -1,9 +1,9 @@
-"""Lanes drawn as lines in maps and drawings without a graph: lines become links, and points where they meet.
-
-For the readers of DXF and GeoJSON.
+"""Lanes drawn as lines in maps and drawings without a graph: lines become links, with points where they meet.
 
 A floor is flat, so lines that cross or end on another are joined there. Corners are points; curves become chords that
 are at most `CURVE` off, and keep their length. Marks beside a lane belong to its nearest point.
+
+For the readers of DXF and GeoJSON.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim,
 from desim_warehouse.values.fields import LIMITS
 
 JOIN = 0.05
-"""Ends of lines so near each other, or to another line, in metres, are one point."""
+"""Distance in metres up to which ends of lines are joined to each other, or to another line."""
 CURVE = 0.25
-"""Metres that a chord may be off its curve."""
+"""Largest distance of a chord from its curve, in metres."""
 NEAR = 2.0
-"""Metres that a mark may be off its lane."""
+"""Largest distance of a mark from its lane, in metres."""
 _MOST_TESTS = 500_000  # pairs of segments to test, a limit of the cost of tangled lines
 _CELLS = 50_000  # of the grid in which neighbours are searched
 _WINDOW = 64  # points of a line after which a point is kept, a limit of the cost of curves
@@ -34,7 +34,7 @@ Spot = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A lane as drawn, in metres: `speed_back` 0 where it is one-way, from its first to its last point."""
+    """A lane as drawn, in metres; `speed_back` is 0 if the lane is one-way, from its first to its last point."""
 
     name: str
     points: tuple[Spot, ...]
@@ -45,7 +45,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A mark beside a lane as drawn: its operations are what its layer, block or properties are called."""
+    """A mark beside a lane as drawn; its operations are the names of its layer or block, or its properties."""
 
     name: str
     at: Spot
@@ -55,7 +55,7 @@ class Mark:
 
 @dataclass(slots=True)
 class _Piece:
-    """A straight part of a line, with the points along it, from 0 to 1, where others meet it."""
+    """A straight part of a line, with the points (and their positions, from 0 to 1) where others meet it."""
 
     line: int
     a: Spot
@@ -64,10 +64,10 @@ class _Piece:
 
 
 def join(plant: Plant, lines: Iterable[Line], marks: Iterable[Mark]) -> None:
-    """Put lines and marks into a plant, as points, links and locations; changes are noted in the plant.
+    """Add lines and marks to a plant, as points, links and locations; changes are noted in the plant.
 
     Raises:
-        ModelError: where there are no lines, or too many meet for a plant.
+        ModelError: no lines, or too many of them.
     """
     lines = [line for line in lines if len(line.points) > 1]
     if not lines:
@@ -81,7 +81,7 @@ def join(plant: Plant, lines: Iterable[Line], marks: Iterable[Mark]) -> None:
 
 
 class _Floor:
-    """The pieces of all lines, in a grid of cells; ends that nearly meet are the same spot."""
+    """The pieces of all lines, in a grid of cells; ends that nearly meet are one spot."""
 
     def __init__(self, plant: Plant, lines: list[Line]) -> None:
         self.plant = plant
@@ -117,7 +117,7 @@ class _Floor:
         return point
 
     def cells_of(self, piece: _Piece) -> set[tuple[int, int]]:
-        """Return the cells that a piece passes, and a little more."""
+        """Return the cells through which a piece passes, with a margin."""
         steps = max(1, math.ceil(math.dist(piece.a, piece.b) / self.side * 2))
         stops = [_along(piece, step / steps) for step in range(steps + 1)]
         cells = set()
@@ -216,7 +216,7 @@ class _Floor:
 
 
 class _Network:
-    """Maker of points, links and locations from the spots along lines and the marks there."""
+    """Maker of points, links and locations from the spots along lines and the marks at them."""
 
     def __init__(
         self, plant: Plant, lines: list[Line], chains: list[list[Spot]], marks: dict[Spot, list[Mark]]
@@ -244,7 +244,7 @@ class _Network:
         return name
 
     def point(self, spot: Spot) -> str:
-        """Return the name of the point at a spot; the point is added where it is new."""
+        """Return the name of the point at a spot; add the point if it is new."""
         name = self.named.get(spot) or self.name(spot, f"p{len(self.plant.points) + 1}")
         if name not in self.plant.points:
             self.plant.points[name] = Waypoint(name, *spot)
@@ -287,7 +287,7 @@ def _along(piece: _Piece, part: float) -> Spot:
 
 
 def _corners(chain: list[Spot], begin: int, end: int) -> list[int]:
-    """Simplify a chain (Douglas-Peucker): ranks from begin to end to keep, so that others are at most `CURVE` m off."""
+    """Return the ranks from begin to end to keep, so that other spots are at most `CURVE` m off (Douglas-Peucker)."""
     kept, rest = {begin, end}, [(begin, end)]
     while rest:
         a, b = rest.pop()

@@ -1,18 +1,18 @@
-"""Make a model of a plant for `desim import`: the layout as drawn, with marked assumptions for what drawings lack.
+"""Models of plants for `desim import`: the layout as drawn, with marked assumptions for what drawings lack.
 
 - Lengths are those of the drawing, not straight distances. Two points on one spot are drawn 1 cm apart.
-- Two opposite edges between the same points are a two-way lane, unless their lengths differ by more than 5 %: then they
-  are two lanes side by side. Each direction has its own speed (`speed_back`).
+- Two opposite edges between two points are a two-way lane, unless their lengths differ by more than 5 %: then they are
+two lanes side by side. Each direction has its own speed (`speed_back`).
 - Places where robots load become storage places, places where they unload become stations, and chargers and parking
-  positions become bays. Bays and stations stand beside their points, so a robot there lets others pass.
+positions become bays. Bays and stations stand beside their points, so a robot there lets others pass.
 - If no parking is drawn, robots park where they work; if no work is drawn, they work where they park, or else
-  everywhere. Stations have room for all robots. All of this is marked as assumed.
+everywhere. Stations have room for all robots. All of this is marked as assumed.
 - Points on several levels that a lift joins are the nodes of a lift, with assumed times. If robots work or pass at such
-  a point, the cabin stands beside it.
+a point, the cabin stands beside it.
 - Accelerations and angles are not read.
 - Areas for one robot at a time, or one direction at a time, are zones.
 
-A file with the keys `robot` and `battery` of a model may supply what drawings do not say about the robots.
+A file with the keys `robot` and `battery` of a model may describe the robots, which drawings do not.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ class Imported:
     """A model made from a plant.
 
     Attributes:
-        plant: what the file holds.
-        content: the model as a file has it.
-        comments: words beside its keys: what is assumed, and what storage places are called.
-        orders: the file of its tasks (CSV), where they do not stand in the model itself.
+        plant: the content of the file.
+        content: the model, in the form of a model file.
+        comments: comments on its keys: assumptions, and names of storage places.
+        orders: the file of its tasks (CSV); empty if they are in the model itself.
     """
 
     plant: Plant
@@ -74,11 +74,11 @@ class Imported:
 
     @cached_property
     def model(self) -> Model:
-        """Load the model, checked as a file is; a file of its orders is kept while the process lives."""
+        """The model, checked as a file is; a file of its orders is kept until the process ends."""
         return load(self.with_orders(kept(self.orders, f"{id(self)}.csv")) if self.orders else self.content)
 
     def in_short(self) -> str:
-        """Sizes of the layout in one line; a floor of the wrong size reveals a wrong unit."""
+        """Return the sizes of the layout in one line; a floor of implausible size reveals a wrong unit."""
         layout = self.model.layout
         counts = zip((layout.nodes, layout.edges), ("node", "edge"), strict=True)
         sides = " x ".join(f"{round(side, 1):,g}" for side in floor_of(self.plant))
@@ -86,17 +86,17 @@ class Imported:
         return ", ".join([*(number_of(len(items), kind) for items, kind in counts), f"{sides} m", stations, robots])
 
     def text(self) -> str:
-        """Return the model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
+        """Return the model as a file: readable YAML, with the remarks on top and comments at assumptions."""
         return self._text(self.content)
 
     def files(self, path: Path) -> dict[Path, str]:
-        """Texts of the model's files by path: the model at `path`, large parts in files beside it."""
+        """Return the texts of the model's files by path: the model at `path`, large parts in files beside it."""
         orders = orders_beside(path)
         content, files = apart(self.with_orders(Path(orders.name)), path)
         return {path: self._text(content), **files, **({orders: self.orders} if self.orders else {})}
 
     def with_orders(self, path: Path) -> Content:
-        """Return the content with its orders, if there are any, read from this file."""
+        """Return the content with its orders, if there are any, read from the file at `path`."""
         if not self.orders:
             return self.content
         flows = {"orders": {"from": "storage", "to": "storage", "arrivals": {"orders": {"file": str(path)}}}}
@@ -118,14 +118,14 @@ def imported(
     """Make a model of a plant.
 
     Args:
-        plant: what a reader found; gets the remarks of this, too.
-        operations: what robots do at locations that allow an operation: load, unload, charge, park or none; by
-            default as their names sound.
-        robots: size of the fleet; default: as many as vehicles are drawn.
-        robot: the sections robot (as below fleet) and battery, where they are known; default: as drawn, or assumed.
+        plant: the plant; further remarks are added to it.
+        operations: what robots do at locations that allow an operation: load, unload, charge, park or none; by default
+            as the names of operations suggest.
+        robots: size of the fleet; default: the number of vehicles drawn.
+        robot: the sections robot (as below fleet) and battery; default: as drawn, or assumed.
 
     Raises:
-        ModelError: where robots could do nothing on such a plant, or the mapping does not fit.
+        ModelError: robots could do nothing on such a plant, or the mapping does not fit.
     """
     put_right(plant)
     if plant.lifts:
@@ -160,13 +160,13 @@ def _summary(plant: Plant) -> str:
 
 
 def _why(plant: Plant) -> str:
-    """Return words in brackets for the parts lost so far; empty where there are none."""
+    """Return the parts lost so far, in brackets; empty if none are lost."""
     lost = "; ".join(str(remark) for remark in plant.remarks if remark.what in {"left out", "unreachable"})
     return f" ({lost[:_LONGEST]}{' ...' * (len(lost) > _LONGEST)})" if lost else ""
 
 
 def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
-    """Return the points of the largest part in which robots can drive from everywhere to everywhere."""
+    """Return the points of the largest strongly connected part."""
     import networkx as nx
 
     graph = nx.DiGraph()
@@ -193,7 +193,7 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
 
 
 def _contact(plant: Plant, robot: Mapping[str, Any]) -> float:
-    """Return the distance that robots keep on a plant: their size as drawn, or as a file about a robot has it."""
+    """Return the distance that robots keep on a plant, by their size as drawn or as in a file about a robot."""
     if "robot" in robot:
         any_floor = {"nodes": {"A": [0, 0], "B": [_ROOM, 0]}, "edges": [["A", "B"]], "storage": [{"node": "A"}]}
         any_work = {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 0}
@@ -204,7 +204,7 @@ def _contact(plant: Plant, robot: Mapping[str, Any]) -> float:
 
 
 class _Maker:
-    """Maker of the sections of a model; `named` has the names of storage places."""
+    """Maker of the sections of a model; `named` holds the names of storage places by key."""
 
     def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops, robot: Mapping[str, Any]) -> None:
         self.plant = plant
@@ -272,7 +272,7 @@ class _Maker:
         return [{"node": point} for point in self.stops.load]
 
     def bays(self) -> Content:
-        """Return the bays: chargers and parking points; where the drawing has none, points where robots work.
+        """Return the bays: chargers and parking points or, if none are drawn, the points where robots work.
 
         Each has room for one vehicle, as drawn, and for as many as start there in a larger fleet.
         """
@@ -292,13 +292,13 @@ class _Maker:
     def stations(self) -> Content:
         """Return the stations beside the points where robots unload; points of the same locations share a station.
 
-        A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
-        larger fleet in its bays, whatever the lanes can carry. Their number does not depend on the fleet, so that
-        fleets compare.
+        A robot takes a task only if its station has a free slot. With a slot for one vehicle each, stations would
+        therefore keep a larger fleet in its bays, whatever the lanes can carry. The number of slots does not depend on
+        the fleet, so that fleets are comparable.
         """
         places = max(-(-_ROOM * len(self.plant.points) // len(self.stops.unload)), _ROOM)
-        # One vehicle each held 8 robots of a plant back at 134 tasks an hour, where two slots gave 242; and room that
-        # follows the fleet makes another floor of each fleet.
+        # With one slot each, 8 robots of a plant did 134 tasks an hour, with two slots 242. Room that depends on the
+        # fleet would give each fleet another floor.
         self.plant.assume("layout.stations", f"room beside them for {places} robots at each point, whatever the fleet")
         groups: dict[tuple[str, ...], list[str]] = {}
         for point, names in self.stops.unload.items():
@@ -310,7 +310,7 @@ class _Maker:
         return stations
 
     def lifts(self) -> Content:
-        """Return the lifts, with assumed times, which no drawing has."""
+        """Return the lifts, with assumed times, as no drawing states them."""
         why = f"{RIDE:g} s from level to level, and {DOORS:g} s for the doors to open or close"
         self.plant.assume("layout.lifts", why, self.plant.lifts)
         return {
@@ -319,7 +319,7 @@ class _Maker:
         }
 
     def floors(self) -> Content:
-        """By the name of each level a node on it, or on each of its parts, where only lifts join these."""
+        """Return for each level by name a node on it, or a node of each of its parts if only lifts join these."""
         import networkx as nx
 
         lanes = nx.Graph((lane.source, lane.target) for lane in self.lanes)
@@ -361,7 +361,7 @@ class _Maker:
         return fleet
 
     def starts(self, fleet: Content, bays: Content) -> None:
-        """Start robots where their vehicles are drawn, if those points have slots of bays; else note the loss."""
+        """Let robots start where their vehicles are drawn, if these points have bays; otherwise note the loss."""
         placed = [vehicle for vehicle in self.plant.vehicles if vehicle.start is not None]
         if {vehicle.start for vehicle in placed} <= {node for bay in bays.values() for node in bay["at"]}:
             if len(placed) == fleet["size"] and "kinds" not in fleet:
@@ -402,7 +402,7 @@ class _Maker:
         }
 
     def goods(self, stations: Content) -> list[Content]:
-        """Convert the transports that the plant lists to tasks of a model."""
+        """Return the transports that the plant lists as tasks of a model."""
         storage = {point: rank for rank, point in enumerate(self.stops.load)}
         named = {item["at"][0]: name for name, item in stations.items() if len(item["at"]) == 1}
         tasks = []
@@ -441,12 +441,12 @@ class _Maker:
 
 
 def _above_0(value: float) -> float | int:
-    """Round as in `_round`, but never to 0."""
+    """Return a number rounded as in `_round`, but never 0."""
     return _round(max(value, 10**-DIGITS))
 
 
 def _round(value: float, digits: int = DIGITS) -> float | int:
-    """Round a number to the digits that a drawing means."""
+    """Return a number rounded to the precision of a drawing."""
     rounded = round(float(value), digits)
     return int(rounded) if rounded.is_integer() else rounded
 
@@ -468,7 +468,7 @@ def read_robot(path: str | Path) -> dict[str, Any]:
         path: a YAML file with `robot` as below `fleet`, `battery`, or both, in metres and seconds or with units.
 
     Raises:
-        ModelError: with every problem of the file, in its order.
+        ModelError: every problem of the file, in order.
     """
     document = from_file(Path(path), str(path), "a robot with robot or battery", _OUTLINE)
     valid(document, RobotFile, _OUTLINE)
@@ -476,7 +476,7 @@ def read_robot(path: str | Path) -> dict[str, Any]:
 
 
 def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Make the zones section of a model; areas that cannot be zones are noted, with the reason."""
+    """Return the zones section of a model; areas that cannot be zones are noted, with the reason."""
     if not plant.areas:
         return {}
     edges = {frozenset((edge["from"], edge["to"])) for edge in content["layout"]["edges"]}
@@ -515,7 +515,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
-    """Return the members of an area by name, as a model has them: a node as its name, an edge as a pair of nodes."""
+    """Return the members of an area by name, in the form of a model: a node as its name, an edge as a pair of nodes."""
     members: dict[str, Any] = {}
     for name in area.members:
         if name in plant.points:

@@ -50,20 +50,24 @@ _ATTRIBUTES = {
     ),
 }
 _KNOWN = {tag: frozenset(names.split()) for tag, names in _ATTRIBUTES.items()}
-"""The attributes that elements have in some version of the format."""
+"""The attributes of elements in any version of the format."""
 _START = ("loopback:initialPosition", "tcs:initialPosition")
 RULES: dict[str, Rule] = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
-"""What the types of blocks mean."""
+"""Rules of the types of blocks."""
 
 _IN_ORDER = (
     ("energyLevelCritical", "energyLevelGood"),
     ("energyLevelSufficientlyRecharged", "energyLevelFullyRecharged"),
 )
-"""Energy levels of a vehicle of which the first should be below the second."""
+"""Pairs of energy levels of a vehicle, the first of which should be below the second."""
 
 
 def read(path: Path, content: bytes) -> Plant:
-    """Read a plant model; raises ModelError with the line where it cannot be."""
+    """Read a plant model.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     root = read_xml(path, content, EXPECTED)
     if root.tag != "model":
         text = "not a plant model of openTCS, whose root element is model, and of no other program that is known"

@@ -20,11 +20,15 @@ _DUE = {
     "PLUS_ONE_HOUR": 3600,
     "PLUS_TWO_HOURS": 7200,
 }
-"""Deadlines, in seconds from the start."""
+"""Deadlines in seconds from the start of a run."""
 
 
 def read(path: Path, content: bytes, plant: Plant) -> None:
-    """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
+    """Add the tasks of a file to a plant.
+
+    Raises:
+        ModelError: a file that cannot be read, with the line.
+    """
     root = read_xml(path, content, EXPECTED)
     if root.tag != "transportOrders":
         root.refuse(f"not transport orders, expected {EXPECTED} with the root element transportOrders")

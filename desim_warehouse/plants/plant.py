@@ -1,4 +1,4 @@
-"""A plant as drawn, in metres and seconds, y downwards; every reader of a format fills one in.
+"""A plant as drawn, in metres and seconds, y downwards, the common result of the readers of all formats.
 
 For `desim import` and `desim export`.
 """
@@ -13,9 +13,9 @@ from typing import Literal, TypeAlias
 from desim_warehouse.errors import first_of, number_of
 
 Role: TypeAlias = Literal["load", "unload", "charge", "park"]
-"""What robots do at a location."""
+"""The activity of robots at a location."""
 Rule: TypeAlias = Literal["one-robot", "one-direction"]
-"""How robots share an area."""
+"""The rule by which robots share an area."""
 What: TypeAlias = Literal["left out", "changed", "doubtful", "unreachable", "assumed"]
 
 Part: TypeAlias = "Waypoint | Link | Location | Vehicle | Area | Transport"
@@ -30,17 +30,17 @@ class Waypoint:
     y: float
     parking: bool = False
     position: str = ""
-    """Where in the file it stands, such as a line; so for all parts of a plant."""
+    """Position in the file, such as a line; also in all other parts of a plant."""
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
     """A way between two points.
 
-    `speed` and `speed_back` are the limits there and back: 0 where robots may not drive in that direction, inf where
-    there is no limit. `length` is None where the drawing does not say: the straight distance. Driven back, it counts
-    `against` times as long where routes are chosen. `side_by_side`: with a link back it is two lanes, however alike
-    they are.
+    `length` is in metres; None for the straight distance. `speed` and `speed_back` are the limits from source to target
+    and back: 0 if robots may not drive in that direction, inf without a limit. `against`: factor on the length in the
+    choice of routes, if the link is driven back. `side_by_side`: together with an opposite link it is two lanes,
+    however alike they are.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """A place of work: the operations that are allowed, by the points from which robots reach it."""
+    """A place of work: the allowed operations, by the points from which robots reach it."""
 
     name: str
     operations: dict[str, tuple[str, ...]]
@@ -72,7 +72,7 @@ class Vehicle:
     speed: float | None = None
     start: str | None = None
     critical: float | None = None
-    """The part of a full battery at which it has to charge."""
+    """Share of a full battery at which the vehicle has to charge."""
     position: str = ""
 
 
@@ -80,7 +80,7 @@ class Vehicle:
 class Transport:
     """A transport order: points or locations in the order of visits, each with the operation there.
 
-    It is known and due at times from the start of a run, in seconds.
+    `release` and `due` are times from the start of a run, in seconds.
     """
 
     name: str
@@ -119,7 +119,7 @@ class Remark:
     positions: tuple[str, ...] = ()
 
     def which(self, most: int | None = None) -> str:
-        """Return the names, each with its position in the file, up to a number."""
+        """Return the names, each with its position in the file, at most `most` of them."""
         positions = self.positions or ("",) * len(self.names)
         named = [
             f"{name} ({position})" if position else name for name, position in zip(self.names, positions, strict=True)
@@ -134,7 +134,7 @@ class Remark:
 
 @dataclass(slots=True)
 class Plant:
-    """Content of a file in another program's format; `source` names the file and the format."""
+    """The content of a file in another program's format; `source` names the file and the format."""
 
     name: str
     source: str
@@ -144,32 +144,32 @@ class Plant:
     vehicles: list[Vehicle] = field(default_factory=list)
     areas: list[Area] = field(default_factory=list)
     lifts: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """Lifts by name, with a point on each level, from the lowest up."""
+    """Lifts by name, each with a point on every level that it serves, from the lowest up."""
     level_of: dict[str, str] = field(default_factory=dict)
-    """The name of the level of each point, where the plant has several."""
+    """The name of each point's level, if the plant has several."""
     levels: tuple[str, ...] = ()
     """The names of levels, from the lowest up."""
     transports: list[Transport] = field(default_factory=list)
-    """The work, where the file or one beside it lists it."""
+    """The work, if the file or one beside it lists it."""
     numbered: dict[int, str] = field(default_factory=dict)
-    """Points by the numbers that files with tasks call them by."""
+    """Points by the numbers that files with tasks use."""
     handling: float | None = None
-    """Seconds that loading and unloading take, where that is known."""
+    """Seconds that loading and unloading take; None if unknown."""
     cell: float | None = None
-    """Side of the cells of a grid, in metres: a robot fills one, and drives one a second where nothing else is said."""
+    """Side of the cells of a grid, in metres: by default a robot fills a cell, and drives one a second."""
     remarks: list[Remark] = field(default_factory=list)
     options: tuple[str, ...] = ()
-    """What can be chosen of its format."""
+    """Names of the options of its format."""
     unknown: dict[str, tuple[str, int]] = field(default_factory=dict)
-    """Keys of the file that no reader knows: where each stands first, and how often."""
+    """Unknown keys of the file: the first position of each, and its number."""
 
     def note(self, what: What, kind: str, names: Iterable[str], why: str, positions: Iterable[str] = ()) -> None:
-        """Add a remark unless `names` is empty; `positions`: where in the file each name stands."""
+        """Add a remark unless `names` is empty; `positions`: the position of each name in the file."""
         if names := tuple(names):
             self.remarks.append(Remark(what, kind, names, why, tuple(positions)))
 
     def see_keys(self, keys: Iterable[str], expected: Container[str], position: str, part: str = "") -> None:
-        """Record the keys of a part of the file that are not among the expected ones; `part`: its name."""
+        """Record the keys of a part of the file that are not among the expected ones; `part`: the name of the part."""
         for key in keys:
             if key not in expected:
                 name = f"{part}.{key}" if part else key
@@ -187,7 +187,7 @@ class Plant:
         self.note(what, kind, [part.name for part in parts], why, [part.position for part in parts])
 
     def work(self) -> dict[str, tuple[str, ...]]:
-        """Operations of robots by the names of points: parking, and the operations that locations allow there."""
+        """Return the operations of robots by points: parking, and the operations that locations allow there."""
         doing: dict[str, dict[str, None]] = {
             point.name: {"park": None} for point in self.points.values() if point.parking
         }
@@ -197,7 +197,7 @@ class Plant:
         return {name: tuple(operations) for name, operations in doing.items()}
 
     def assume(self, key: str, why: str, names: Iterable[str] = ()) -> None:
-        """Note an assumption: the drawing does not say what a key of the model needs."""
+        """Note an assumption on a key of the model, for which the drawing has no value."""
         self.remarks.append(Remark("assumed", key, tuple(names), why))
 
 

@@ -38,7 +38,7 @@ _DIFFER = 0.05  # of the mean: scales that differ by more are doubtful
 _PAIR = 2
 _DOOR = "it takes no time to drive through a door here"
 _UNNAMED = {"", "building", "site"}
-"""What traffic editors call a map that nobody gave a name."""
+"""Names that traffic editors give to a map without a name."""
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
 Spot = tuple[float, float]
 
@@ -66,7 +66,7 @@ _OF_MAPS = _words(
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be a map: YAML."""
+    """Return whether a file may be a map, as it is YAML."""
     return path.suffix.lower() in {".yaml", ".yml"} or b"\nlevels:" in b"\n" + start
 
 
@@ -75,12 +75,12 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
 
     Args:
         path: the file.
-        content: what stands in it.
-        layout: the level to read; default: the one with most lanes.
-        graph: the graph_idx of the lanes to read; default: the one with most lanes.
+        content: its bytes.
+        layout: the level to read; default: the level with most lanes.
+        graph: the graph_idx of the lanes to read; default: the graph with most lanes.
 
     Raises:
-        ModelError: where it cannot be read, with the line.
+        ModelError: the file cannot be read, with the line.
     """
     try:
         document = read_yaml(content.decode("utf-8-sig"), str(path), _MOST)
@@ -92,7 +92,7 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
 
 
 def plant_of(path: Path, document: Document, layout: str | None, graph: int | None) -> Plant:
-    """Make a plant of a map, however it was written; see `read`."""
+    """Return the plant of a map in any of its formats; see `read`."""
     return _Map(path, document).plant_of(layout, graph)
 
 
@@ -104,7 +104,7 @@ class _Lane(NamedTuple):
 
 
 class _Map:
-    """A map while it is read; `plant` is what it becomes."""
+    """A map while it is read; `plant` is the result."""
 
     def __init__(self, path: Path, document: Document) -> None:
         self.path = path
@@ -119,7 +119,7 @@ class _Map:
         name = str(data.get("name") or data.get("building_name") or "")
         self.plant = Plant(path.name.partition(".")[0] if name in _UNNAMED else name, "")
         self.cabins: dict[str, dict[str, str]] = {}
-        """By lift its point on each level that is read."""
+        """By lift, its point on each level that is read."""
         self.groups: dict[str, Area] = {}
 
     def plant_of(self, asked: str | None, graph: int | None) -> Plant:
@@ -137,7 +137,7 @@ class _Map:
         return self.plant
 
     def level(self, name: str, lanes: list[_Lane], *, several: bool) -> str:
-        """Add a level, as far as lanes lead, and return the kind of its map; of `several` levels points know theirs."""
+        """Add a level, as far as lanes lead, and return the kind of its map; if `several`, points get their level."""
         level = self.data["levels"][name]
         vertices = self.items(level, "vertices", ("levels", name))
         used = sorted({end for lane in lanes for end in (lane.source, lane.target)})
@@ -191,7 +191,7 @@ class _Map:
     def lanes(self, asked: str | None, graph: int | None) -> dict[str, list[_Lane]]:
         """Return the lanes of a graph by level: of the level with most of them, and of levels that lifts join to it.
 
-        If a level is asked for, its lanes are returned instead.
+        If a level is asked for, only its lanes are returned.
         """
         levels = self.data["levels"]
         if asked is not None and asked not in levels:
@@ -222,7 +222,7 @@ class _Map:
         return {name: mine[name] for name in levels if name in joined}
 
     def joined(self, level: str, lanes: Mapping[str, list[_Lane]]) -> list[str]:
-        """Return the levels that robots get to from one by lifts, itself included."""
+        """Return the levels that robots can reach from a level by lifts, including it."""
         lifts = {name: self.lifts_at(name, its) for name, its in lanes.items()}
         joined = [level]
         for name in joined:
@@ -230,7 +230,7 @@ class _Map:
         return joined
 
     def lifts_at(self, name: str, lanes: list[_Lane]) -> set[str]:
-        """Return the lifts to whose cabins lanes of a level lead."""
+        """Return the lifts whose cabins lanes of a level reach."""
         vertices = self.items(self.data["levels"][name], "vertices", ("levels", name))
         ends = {end for lane in lanes for end in (lane.source, lane.target) if end < len(vertices)}
         cabins = (_cabin(self.vertex(vertices[end], ("levels", name, "vertices", end))[-1]) for end in ends)
@@ -252,7 +252,10 @@ class _Map:
         return lanes
 
     def vertex(self, item: Any, keys: Keys) -> tuple[float, float, str, dict[str, Any]]:
-        """A vertex `[x, y, z, name, {...}]` of a building map, or `[x, y, {name: ..., ...}]` of a navigation graph."""
+        """Return x, y, name and parameters of a vertex.
+
+        It is `[x, y, z, name, {...}]` in a building map, and `[x, y, {name: ..., ...}]` in a navigation graph.
+        """
         if not isinstance(item, list) or len(item) < _PAIR:
             self.refuse(keys, f"not a vertex (got {got(item)}), expected [x, y, ...]")
         x, y = (self.number(entry, keys) for entry in item[:_PAIR])
@@ -261,7 +264,7 @@ class _Map:
         return x, y, str(name), about
 
     def projection(self, name: str, nav: bool, used: list[Any]) -> Callable[[Spot], Spot]:
-        """Choose the projection of a level's coordinates to metres, y downwards; `used`: the vertices on lanes."""
+        """Return the projection of a level's coordinates to metres, y downwards; `used`: the vertices on lanes."""
         system = self.data.get("coordinate_system", "reference_image")
         if nav or system == "cartesian_meters":
             return lambda spot: (spot[0], -spot[1])
@@ -278,7 +281,7 @@ class _Map:
         return lambda spot: (spot[0] * scale, spot[1] * scale)
 
     def scale(self, name: str) -> float:
-        """Return the scale of a level in metres a pixel: the mean of its measurements."""
+        """Return the scale of a level in metres per pixel: the mean over its measurements."""
         scales = self.measured(name)
         if not scales:
             others = [title for title in self.data["levels"] if title != name]
@@ -294,7 +297,7 @@ class _Map:
         return mean
 
     def measured(self, name: str) -> list[float]:
-        """Return the scale by each distance measured on a level, in metres a pixel."""
+        """Return the scale by each distance measured on a level, in metres per pixel."""
         level, scales = self.data["levels"][name], []
         vertices = self.items(level, "vertices", ("levels", name))
         for rank, item in enumerate(self.items(level, "measurements", ("levels", name))):
@@ -314,7 +317,7 @@ class _Map:
     # What it becomes
 
     def place(self, point: str, named: bool, about: dict[str, Any]) -> None:
-        """Add the locations and vehicles at a vertex; its name is its operation where nothing else says one."""
+        """Add the locations and vehicles at a vertex; its name is its operation if it has no other."""
         plant, line = self.plant, self.plant.points[point].position
         if robot := about.get("spawn_robot_name"):
             plant.vehicles.append(Vehicle(str(robot), start=point, position=line))
@@ -381,7 +384,7 @@ class _Map:
         return items
 
     def about(self, value: Any, keys: Keys) -> dict[str, Any]:
-        """Return the parameters of a part, without the codes of their types that building maps have."""
+        """Return the parameters of a part, without the type codes of building maps."""
         if not isinstance(value, dict):
             self.refuse(keys, f"not parameters (got {got(value)}), expected {{name: [type, value]}}")
         typed = {key: item[1] if isinstance(item, list) and len(item) == _PAIR else item for key, item in value.items()}
@@ -401,7 +404,7 @@ class _Map:
 
 
 def _cabin(about: dict[str, Any]) -> str:
-    """Return the lift in whose cabin a vertex is; empty: in none."""
+    """Return the lift in whose cabin a vertex is; empty if it is in none."""
     return str(about.get("lift_cabin") or about.get("lift") or "")
 
 

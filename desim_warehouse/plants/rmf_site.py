@@ -1,7 +1,9 @@
 """Sites of Open-RMF's site editor (`.site.json`) for `desim import`, read as Open-RMF's navigation graphs.
 
-Source: rmf_site_format of rmf_site. Coordinates are in metres, y upwards. A lane leads both ways unless its reverse is
-disabled, and belongs to all graphs, to some, or to all but some; graphs are counted from 0 in their ranking.
+Coordinates are in metres, y upwards. A lane leads both ways unless its reverse is disabled. It belongs to all graphs,
+to some, or to all but some; graphs are numbered from 0 in the order of their ranking.
+
+Source: rmf_site_format of rmf_site.
 """
 
 from __future__ import annotations
@@ -25,13 +27,17 @@ Item = dict[str, Any]
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be a site: by its name, or its version and anchors."""
+    """Return whether a file may be a site, by its name, or by its version and anchors."""
     named = path.name.lower().endswith(".site.json")
     return named or (start.startswith(b"{") and b'"format_version"' in start and b'"anchors"' in start)
 
 
 def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | None = None) -> Plant:
-    """Read a level and a graph of a site, as of a building map; raises ModelError with the part that is wrong."""
+    """Read a level and a graph of a site, with the options of a building map.
+
+    Raises:
+        ModelError: a file that cannot be read, with the part that is wrong.
+    """
     data = read_json(path, content, EXPECTED)
     site = _Site(path, data)
     plant = rmf.plant_of(path, Document({"name": site.name, "levels": site.levels()}, site.positions), layout, graph)
@@ -41,7 +47,7 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
 
 
 class _Site:
-    """A site while it is read; `positions` say which parts of it the parts of the graph are."""
+    """A site while it is read; `positions` maps the parts of the graph to the parts of the site."""
 
     def __init__(self, path: Path, data: Any) -> None:
         self.path = path
@@ -55,7 +61,7 @@ class _Site:
         self.graphs = list(dict.fromkeys([*ranked, *self.inner(self.guided, "graphs")])) or ["0"]
 
     def levels(self) -> Item:
-        """Return the levels with their vertices and lanes; parts of the site itself belong to every level."""
+        """Return the levels with their vertices and lanes; anchors of the site itself belong to every level."""
         levels: Item = {}
         shared = self.inner(self.data, "anchors")
         for key, level in self.parts(self.data, "levels"):
@@ -94,7 +100,7 @@ class _Site:
         return [rank for rank, graph in enumerate(self.graphs) if (graph in only if only else graph not in but)]
 
     def lane(self, lane: Item) -> Item:
-        """Return the parameters of a lane in a navigation graph: the motion forward, and back, if there is any."""
+        """Return the parameters of a lane for a navigation graph, from its motion forward and, if any, back."""
         ahead, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
         limits = [motion.get("speed_limit") for motion in (ahead, *(back.values() if isinstance(back, dict) else ()))]
         parameters: Item = {"bidirectional": back not in ("Disable", "Disabled")}
@@ -106,7 +112,7 @@ class _Site:
         return parameters
 
     def place(self, place: Item) -> Item:
-        """Return a location as parameters of a vertex."""
+        """Return the parameters of a vertex for a location."""
         tags = place.get("tags")
         parameters: Item = {"name": str(place.get("name") or "")}
         for tag in tags if isinstance(tags, list) else ():
@@ -126,7 +132,7 @@ class _Site:
         return place[:_PAIR]
 
     def parts(self, item: Item, key: str) -> Iterator[tuple[str, Item]]:
-        """Yield the objects of a section, by their numbers."""
+        """Yield the objects of a section by their keys."""
         for name, part in self.inner(item, key).items():
             yield name, self.section(part, f"{key} {name}")
 

@@ -1,9 +1,9 @@
 """Operations of a plant's locations, sorted into loading, unloading, charging and parking.
 
-For `desim import`; its `--operation` hands in the mapping.
+Every plant has its own words for operations, so their meaning can only be guessed from their names: a mapping by the
+user has precedence. Points out of reach are noted.
 
-Every plant has words of its own for its operations, so what they look like is only a guess: the mapping given comes
-first. Points out of reach are named.
+For `desim import`; its `--operation` passes the mapping.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _GUESSES: tuple[tuple[Role, str], ...] = (
 )
 NONE = "none"
 VISIT = "visit"
-"""The operation of a stop on the way, where a robot does nothing but come by."""
+"""The operation of a stop on the way, where a robot does nothing."""
 
 
 class PlantTask(NamedTuple):
-    """A task that a plant lists: a load to be brought from one point to another, past other points in order."""
+    """A task that a plant lists: a load to be brought from one point to another, via other points in order."""
 
     source: str
     target: str
@@ -40,7 +40,7 @@ class PlantTask(NamedTuple):
 
 @dataclass
 class Stops:
-    """Points that robots can reach, by what robots do there, each with the names of its locations."""
+    """Points that robots can reach, by their operation, each with the names of its locations."""
 
     load: dict[str, list[str]] = field(default_factory=dict)
     unload: dict[str, list[str]] = field(default_factory=dict)
@@ -51,15 +51,15 @@ class Stops:
 
 
 def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, str]) -> Stops:
-    """Sort the points of a plant's locations by operation; unusable parts are noted in the plant.
+    """Return the points of a plant's locations by operation; unusable parts are noted in the plant.
 
     Args:
         plant: the plant.
-        reachable: the points that robots can get to and away from.
+        reachable: the points that robots can drive to and away from.
         operations: what robots do at locations that allow an operation: load, unload, charge, park or none.
 
     Raises:
-        ModelError: where the mapping names no operation of the plant, or nothing that robots do.
+        ModelError: the mapping names no operation of the plant, or no activity of robots.
     """
     roles = _roles(plant, operations)
     stops = Stops()
@@ -90,7 +90,7 @@ def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, 
 
 
 def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
-    """Return the role of every operation: as the user maps it, else as its name sounds."""
+    """Return the role of every operation: as the user maps it, else as its name suggests."""
     names = dict.fromkeys(
         name for location in plant.locations for allowed in location.operations.values() for name in allowed
     )
@@ -110,7 +110,7 @@ def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
 
 
 def sounds_like(name: str) -> str:
-    """Return the role that the name of an operation suggests; `none` where it suggests none."""
+    """Return the role that the name of an operation suggests; `none` if it suggests none."""
     sound = name.casefold().replace("_", " ")
     return next((role for role, pattern in _GUESSES if re.search(pattern, sound)), NONE)
 
@@ -120,7 +120,7 @@ def _named(roles: Mapping[str, str], role: str) -> str:
 
 
 def _tasks(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
-    """Turn transport orders into tasks: a load goes to the next stop that unloads, by way of the stops between."""
+    """Turn transport orders into tasks: a load goes to the next stop that unloads, via the stops in between."""
     reached = {
         location.name: [name for name in location.operations if name in reachable] for location in plant.locations
     }
@@ -160,9 +160,9 @@ def _tasks(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Coll
 
 
 def _fall_back(plant: Plant, stops: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
-    """Assume loading, or unloading, at all locations but chargers, where no operation is loading, or unloading.
+    """Assume loading, or unloading, at all locations but chargers if no operation is loading, or unloading.
 
-    Where the drawing has no other locations, use the points where robots park; where they park nowhere, every point.
+    If the drawing has no other locations, use the points where robots park; if they park nowhere, use every point.
     """
     work = {**stops.other, **stops.unload, **stops.load}
     drawn = [allowed for location in plant.locations for allowed in location.operations.values()]

@@ -2,15 +2,15 @@
 
 - An Excel workbook has them as sheets `nodes` and `edges`.
 - Other names work if one has `nodes` where the other has `edges`: `hall-nodes.csv` and `hall-edges.csv`. You may also
-  name a folder that has both.
+name a folder that has both.
 - Numbers are in metres and metres per second, or have a unit in the cell (`600 mm`) or in the header (`x [mm]`, `speed
-  [km/h]`). Cells are separated by commas, semicolons or tabs; without commas, `9,5` is a number.
+[km/h]`). Cells are separated by commas, semicolons or tabs; without commas, `9,5` is a number.
 - `y` is downwards, as in model files. A column `north` in its place is upwards.
-- `role` is what robots do there: load, unload, charge, park, or several (`charge + park`). Translate words of your own
-  with `--operation "pick face=load"`. `station` gives a name; nodes with the same name are one station.
-- An edge is one-way unless `two_way` says yes; `--two-way` makes all edges two-way that do not say. `side_by_side` is
-  for two lanes in opposite directions. Without a length, the straight distance counts; without a speed, there is no
-  limit.
+- `role` is what robots do there: load, unload, charge, park, or several (`charge + park`). Translate your own words
+with `--operation "pick face=load"`. `station` is a name; nodes with equal names are one station.
+- An edge is one-way unless `two_way` is yes; `--two-way` makes all edges without an entry two-way. `side_by_side` is
+for two lanes in opposite directions. Without a length, the straight distance counts; without a speed, there is no
+limit.
 - Other columns are left out and reported.
 """
 
@@ -52,12 +52,12 @@ EDGE = {
     "two_way": ("two_way", "bidirectional", "both_ways"),
     "side_by_side": ("side_by_side",),
 }
-"""Columns, each with the names that tables have for it; the first that is there counts."""
+"""Columns, each with the titles that tables have for it; the first one present counts."""
 _KINDS = {"x": "length", "y": "length", "north": "length", "length": "length", "speed": "speed", "speed_back": "speed"}
 _YES, _NO = {"yes", "true", "1", "x", "y", "ja", "wahr", "both"}, {"no", "false", "0", "", "-", "n", "nein", "falsch"}
 _SEVERAL = re.compile(r"\s*[+;,|/]\s*")
 _SHORTEST = 0.001
-"""Of a length in metres, and of a speed in metres a second: what is below is a slip."""
+"""Smallest length in metres, and smallest speed in metres per second; smaller values are probably slips."""
 _METRES = UnitNames()
 _SHOWN = 30  # names in a message, at most
 
@@ -71,7 +71,7 @@ _DECIMAL = re.compile(r"[+-]?\d+,\d+")
 
 
 def looks(path: Path, start: bytes) -> bool:  # noqa: ARG001 - as all formats
-    """Whether a file may be a table: by its ending."""
+    """Return whether a file may be a table, by its ending."""
     return path.suffix.lower() in {".csv", ".tsv"}
 
 
@@ -80,11 +80,11 @@ def read(path: Path, content: bytes, *, two_way: bool = False) -> Plant:
 
     Args:
         path: the table of nodes.
-        content: what stands in it.
-        two_way: whether edges that do not say lead both ways.
+        content: its bytes.
+        two_way: whether edges without an entry lead both ways.
 
     Raises:
-        ModelError: with the row and column, where something is wrong.
+        ModelError: a table that cannot be read, with the row and column.
     """
     beside = edges_beside(path)
     name = _NODES.sub("", path.stem).strip(" _-.") or path.absolute().parent.name
@@ -94,12 +94,16 @@ def read(path: Path, content: bytes, *, two_way: bool = False) -> Plant:
 
 
 def looks_like_book(path: Path, start: bytes) -> bool:
-    """Whether a file may be a workbook of Excel: by its ending, and as it is an archive."""
+    """Return whether a file may be a workbook of Excel, by its ending and its first bytes."""
     return path.suffix.lower() in {".xlsx", ".xlsm"} and start.startswith(b"PK")
 
 
 def read_book(path: Path, content: bytes, *, two_way: bool = False) -> Plant:  # noqa: ARG001 - read row by row
-    """Read the sheets of nodes and edges of a workbook; raises ModelError with the row where something is wrong."""
+    """Read the sheets of nodes and edges of a workbook.
+
+    Raises:
+        ModelError: a workbook that cannot be read, with the row.
+    """
     try:
         names = sheets_of(path)
         sheets = []
@@ -135,7 +139,7 @@ def edges_beside(path: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Columns of a table that are read: their titles in it, and their units; `unread` are the others."""
+    """The columns of a table that are read: their titles, and their units; `unread` are the other titles."""
 
     named: Mapping[str, str]
     units: Mapping[str, float]
@@ -143,7 +147,11 @@ class Columns:
 
     @classmethod
     def of(cls, header: Iterable[str], headings: Mapping[str, tuple[str, ...]], where: str) -> Columns:
-        """Find the columns in a header; raises ModelError where a unit is not known, or a column is there twice."""
+        """Return the columns in a header.
+
+        Raises:
+            ModelError: an unknown unit, or a column that occurs twice.
+        """
         named: dict[str, str] = {}
         units: dict[str, float] = {}
         unread = []
@@ -167,7 +175,7 @@ class Columns:
         return cls(named, {name: units[name] for name in named if name in units}, tuple(unread))
 
     def require(self, where: str, *names: str) -> None:
-        """Refuse a table without one of these columns."""
+        """Raise ModelError for a table that lacks one of these columns."""
         for name in names:
             if name not in self.named:
                 have = [title[:_SHOWN] for title in (*self.named.values(), *self.unread)][:12]
@@ -185,7 +193,7 @@ def _size(unit: str, name: str, where: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class TableRecord:
-    """A row: its values by column, where it stands for messages, and its position in the file, such as a row."""
+    """A row: its values by column, its place for messages, and its position in the file."""
 
     columns: Columns
     values: Mapping[str, Any]
@@ -193,25 +201,25 @@ class TableRecord:
     position: str = ""
 
     def get(self, name: str) -> Any:
-        """Return the value of a column; None where the cell is empty or the column is missing."""
+        """Return the value of a column; None for an empty cell or a missing column."""
         title = self.columns.named.get(name)
         value = None if title is None else self.values.get(title)
         return None if isinstance(value, str) and not value.strip() else value
 
     def refuse(self, name: str, text: str) -> NoReturn:
-        """Raise the error that something is wrong with a value."""
+        """Raise ModelError for a value."""
         title = self.columns.named.get(name, name)
         raise ModelError([f"{self.where}: {title}: {text}"]) from None
 
     def text(self, name: str) -> str:
-        """Return a value that must be there, as text."""
+        """Return a required value as text."""
         value = self.get(name)
         if value is None:
             self.refuse(name, "empty, expected a name")
         return str(value).strip()
 
     def number(self, name: str) -> float | None:
-        """Return a value in metres, or metres a second; None for an empty cell, or a speed without a limit."""
+        """Return a value in metres or metres per second; None for an empty cell, or for a speed without a limit."""
         value = self.get(name)
         if value is None:
             return None
@@ -230,7 +238,7 @@ class TableRecord:
         return number
 
     def above_0(self, name: str) -> float | None:
-        """Return the length (m) or speed (m/s) above 0; None for an empty cell."""
+        """Return a length (m) or speed (m/s) above 0; None for an empty cell."""
         number = self.number(name)
         if number is not None and number < _SHORTEST:
             what = "too small" if number > 0 else "not above 0"
@@ -238,7 +246,7 @@ class TableRecord:
         return number
 
     def flag(self, name: str) -> bool | None:
-        """Return the truth value of a yes or no; None for an empty cell."""
+        """Return the truth value of yes or no; None for an empty cell."""
         value = self.get(name)
         word = str(value).strip().casefold()
         if value is None:
@@ -253,16 +261,16 @@ def _or_nan(number: float | None) -> float:
 
 
 def fill(plant: Plant, nodes: Iterable[TableRecord], edges: Iterable[TableRecord], *, two_way: bool = False) -> None:
-    """Put nodes and edges into a plant.
+    """Add nodes and edges to a plant.
 
     Args:
-        plant: gets points, links and locations.
-        nodes: with name, x, y (or north), and perhaps role and station.
-        edges: with from, to, and perhaps name, length, speed, two_way and side_by_side.
-        two_way: whether edges that do not say are used in both directions.
+        plant: the plant, to which points, links and locations are added.
+        nodes: records with name, x, y (or north), and perhaps role and station.
+        edges: records with from, to, and perhaps name, length, speed, two_way and side_by_side.
+        two_way: whether edges without an entry are used in both directions.
 
     Raises:
-        ModelError: with the position, where a value is not what it should be.
+        ModelError: a wrong value, with its position.
     """
     stations: dict[str, Location] = {}
     for record in nodes:
@@ -312,7 +320,7 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
 class _Table:
     """The rows of a table below its header, each with its number.
 
-    `name` is what notes call it; `place` comes before a row's number in messages. `comma`: whether 9,5 is a number.
+    `name`: the table in notes. `place`: the words before a row's number in messages. `comma`: whether 9,5 is a number.
     """
 
     name: str
@@ -323,7 +331,7 @@ class _Table:
 
     @classmethod
     def of_csv(cls, path: Path, content: bytes) -> _Table:
-        """Return the table that a CSV file holds."""
+        """Return the table in a CSV file."""
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
@@ -338,7 +346,7 @@ class _Table:
 
     @classmethod
     def of_sheet(cls, path: Path, sheet: str) -> _Table:
-        """Return the table that a sheet of a workbook holds."""
+        """Return the table in a sheet of a workbook."""
         return cls._of(f"sheet {sheet}", f"{path}, {sheet}:", enumerate(rows_of(path, sheet), 1), comma=True)
 
     @classmethod
@@ -374,7 +382,7 @@ class _Table:
 
 
 def _lines(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows of a CSV text, each with the number of its last line; raises ModelError where it is none."""
+    """Yield the rows of a CSV text, each with the number of its last line; raise ModelError for other text."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     while True:
         try:

@@ -1,8 +1,10 @@
-"""A plant as a file in the Layout Interchange Format of VDMA, version 1.0.0: metres and metres a second, y upwards.
+"""Export of a plant to the Layout Interchange Format of VDMA, version 1.0.0: metres and metres per second, y upwards.
 
-Source: VDMA, Layout Interchange Format (LIF) 1.0.0, and its JSON schema. A two-way lane is two edges there. What robots
-do at a node is an action with the name that VDA 5050 has for it; parking has none, so it is an action of our own.
-Floors are layouts of one level each, and the rides of a lift edges between them with its name.
+A two-way lane becomes two edges. The operations of robots at a node are actions with their names in VDA 5050; parking
+has none there, so its action is our own. Floors are layouts of one level each, and the rides of a lift are edges
+between them with the lift's name.
+
+Source: VDMA, Layout Interchange Format (LIF) 1.0.0, and its JSON schema.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ _DIGITS = 6
 
 
 def lif(plant: Plant) -> str:
-    """Text of a LIF file; losses are noted in the plant."""
+    """Return the text of a LIF file; losses are noted in the plant."""
     nodes, edges, stations = _nodes(plant), [*_edges(plant), *_rides(plant)], _stations(plant)
     name, level_of = plant.name or "layout", plant.level_of
     layouts = []
@@ -95,7 +97,7 @@ def _edges(plant: Plant) -> list[dict[str, Any]]:
 
 
 def _rides(plant: Plant) -> Iterator[dict[str, Any]]:
-    """Edges from floor to floor, there and back, with the name of their lift."""
+    """Yield the edges from floor to floor, in both directions, with the name of their lift."""
     for lift, stops in plant.lifts.items():
         for low, high in pairwise(stops):
             for start, end in ((low, high), (high, low)):
@@ -110,7 +112,7 @@ def _rides(plant: Plant) -> Iterator[dict[str, Any]]:
 
 
 def _stations(plant: Plant) -> list[dict[str, Any]]:
-    """Make a station of every location, at most one at a node; operations stand as actions of the nodes."""
+    """Return a station for every location, at most one at a node; operations are actions of the nodes."""
     taken: set[str] = set()
     served: set[str] = set()
     places = [(location.name, list(location.operations)) for location in plant.locations]

@@ -1,6 +1,8 @@
-"""A plant as a plant model of openTCS, version 7.0.0: whole mm and mm/s, y upwards.
+"""Export of a plant to a plant model of openTCS, version 7.0.0: whole mm and mm/s, y upwards.
 
-Source: the XML schema of openTCS 7.0. A two-way lane is one path with a reverse velocity, so that it is one resource.
+A two-way lane is one path with a reverse velocity, so that it is one resource.
+
+Source: the XML schema of openTCS 7.0.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ _LAYER = {"labelOffsetX": -10, "labelOffsetY": -20, "layerId": 0}
 
 
 def opentcs(plant: Plant) -> str:
-    """Text of a plant model; losses are noted in the plant."""
+    """Return the text of a plant model; losses are noted in the plant."""
     names = _Names(plant)
     lines = [
         '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>',
@@ -53,7 +55,7 @@ def opentcs(plant: Plant) -> str:
 
 
 class _Names:
-    """Names that are unique in the whole plant model, as openTCS needs them."""
+    """Names that are unique in the whole plant model, as openTCS requires."""
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
@@ -122,7 +124,10 @@ def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
 
 
 def joined(plant: Plant, beside: Iterable[Link], *, straight: bool = False) -> None:
-    """Note lanes side by side of like length, which readers take for one two-way lane; `straight`: by distance."""
+    """Note lanes side by side of nearly equal length, which readers take for a two-way lane.
+
+    `straight`: compare straight distances instead of lengths.
+    """
     lengths = {
         (link.source, link.target): distance(plant, link.source, link.target) if straight else length_of(plant, link)
         for link in beside

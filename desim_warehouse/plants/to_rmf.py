@@ -1,9 +1,10 @@
-"""A plant as a building map of Open-RMF's traffic editor (`.building.yaml`), in metres, y upwards, of graph 0.
+"""Export of a plant to a building map of Open-RMF's traffic editor (`.building.yaml`), in metres, y upwards, graph 0.
 
-A lane of the map leads there and back at one speed. Where robots load is a dispenser, where they unload an ingestor,
-each with the name of its location. Cabins of lifts are vertices on several levels.
+A lane of the map leads both ways at one speed. Places where robots load are dispensers, and places where they unload
+are ingestors, each with the name of its location. Cabins of lifts are vertices on several levels.
 
-Source: the format of rmf_traffic_editor; it tells numbers (3), whole numbers (2), texts (1) and flags (4) apart.
+Source: the format of rmf_traffic_editor, with its type codes for numbers (3), whole numbers (2), texts (1) and flags
+(4).
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ _EQUAL = 1e-3
 _DIGITS = 6
 _STOREY = 3.0  # metres from level to level
 _ONLY = "L1"
-"""What the level of a plant with one is called."""
+"""Name of the level of a plant with only one."""
 Item = dict[str, list[Any]]
 
 
 def rmf(plant: Plant) -> str:
-    """Text of a building map; losses are noted in the plant."""
+    """Return the text of a building map; losses are noted in the plant."""
     levels = plant.levels or (_ONLY,)
     cabins = {point: lift for lift, stops in plant.lifts.items() for point in stops}
     groups = _groups(plant)
@@ -49,7 +50,7 @@ def rmf(plant: Plant) -> str:
 
 
 def _vertex(plant: Plant, name: str, cabins: Mapping[str, str], groups: Mapping[str, str]) -> list[Any]:
-    """A vertex: place, height, name, and what is there."""
+    """Return a vertex: coordinates, height, name, and parameters."""
     point, about = plant.points[name], dict[str, list[Any]]()
     for location in plant.locations:
         for operation in location.operations.get(name, ()):
@@ -67,7 +68,7 @@ def _vertex(plant: Plant, name: str, cabins: Mapping[str, str], groups: Mapping[
 
 
 def _ways(link: Link, groups: Mapping[str, str]) -> Iterator[tuple[str, str, Item]]:
-    """A lane in both directions, or one for each, where only one of them is open or the speeds differ."""
+    """Yield a lane for both directions, or one for each open direction if their speeds differ."""
     both = link.speed == link.speed_back
     for a, b, speed in ((link.source, link.target, link.speed), (link.target, link.source, link.speed_back)):
         if speed > 0:
@@ -82,7 +83,7 @@ def _ways(link: Link, groups: Mapping[str, str]) -> Iterator[tuple[str, str, Ite
 
 
 def _groups(plant: Plant) -> dict[str, str]:
-    """Mutex groups by the names of their members; a member is in one, and zones of one direction are none."""
+    """Return mutex groups by the names of their members, each in one group; zones of one direction are left out."""
     groups: dict[str, str] = {}
     for area in plant.areas:
         if area.rule == "one-robot":
@@ -108,10 +109,10 @@ def _losses(plant: Plant) -> None:
 
 
 def _listed(key: str, items: list[Any]) -> list[str]:
-    """Lines of a list of a level, a line for each item."""
+    """Return the lines of a list of a level, one for each item."""
     return [f"    {key}:", *(f"      - {_flow(item)}" for item in items)] if items else [f"    {key}: []"]
 
 
 def _flow(value: Any) -> str:
-    """Text of a part in one line, as JSON, which YAML includes."""
+    """Return a part as text in one line: JSON, which is also YAML."""
     return json.dumps(value, ensure_ascii=False)

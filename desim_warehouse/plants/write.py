@@ -1,8 +1,8 @@
-"""Model files as people write them: sections as blocks, small parts in one line, comments beside keys.
+"""Model files in readable form: sections as blocks, small parts in one line, comments beside keys.
+
+A large layout or a long list of tasks gets its own file beside the model file.
 
 For the files that `desim import` writes.
-
-The files of an imported model: a large layout or a long list of tasks gets a file of its own.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _WORDS = {"true", "false", "null", "yes", "no", "on", "off", "y", "n"}
 _WIDE = 100  # characters of a part in one line
 
 MOST = 500
-"""Entries of a part of the layout, or tasks, that are written into the model file itself."""
+"""Most entries of a part of the layout, or tasks, that are written into the model file itself."""
 
 
 def written(content: Mapping[str, Any], comments: Comments, head: Iterable[str] = ()) -> str:
@@ -37,8 +37,8 @@ def written(content: Mapping[str, Any], comments: Comments, head: Iterable[str] 
 
     Args:
         content: plain values: mappings, lists, text, numbers, true, false.
-        comments: words beside a value, by its keys.
-        head: lines of comment on top.
+        comments: comments on values, by their keys.
+        head: comment lines on top.
     """
     lines = [f"# {one_line(line)}" for line in head]
     about = {keys[:length] for keys in comments for length in range(1, len(keys))}  # parts with comments inside
@@ -89,7 +89,7 @@ def _entry(
 
 
 def _is_small(value: Any) -> bool:
-    """Whether a part has no further parts but lists of plain values."""
+    """Return whether a part has no other inner parts than lists of plain values."""
     items = value.values() if isinstance(value, Mapping) else value
     return bool(value) and not any(
         isinstance(item, Mapping)
@@ -107,7 +107,7 @@ def _flow(value: Any) -> str:
 
 
 def _scalar(value: Any) -> str:
-    """Return a number, true or false, or text: in quotes where YAML would take it for something else."""
+    """Return a number, truth value or text as YAML, with quotes only if YAML would read the text as something else."""
     if not isinstance(value, str):
         return json.dumps(value)
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
@@ -125,12 +125,12 @@ def _scalar(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """Return the text in one line, with blanks for line ends and other unseen characters."""
+    """Return the text in one line, with blanks for line ends and other invisible characters."""
     return "".join(character if character.isprintable() else " " for character in text)
 
 
 def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:
-    """Split a model to be written to `path`: its text without the large parts, and the files of these."""
+    """Return a model to be written to `path` without its large parts, and the texts of their files by path."""
     layout, files = content["layout"], {}
     if any(_size(part) > MOST for part in layout.values()):
         large = {key: part for key, part in layout.items() if _size(part) > MOST or key in {"nodes", "edges"}}
@@ -148,12 +148,12 @@ def _size(part: Any) -> int:
 
 
 def are_orders(tasks: list[PlantTask]) -> bool:
-    """Whether tasks are written as orders, in a file of their own: they are many, or some have stops on the way."""
+    """Return whether tasks are written as orders, in their own file, as they are many or have stops on the way."""
     return len(tasks) > MOST or any(task.via for task in tasks)
 
 
 def orders_text(tasks: Sequence[PlantTask]) -> str:
-    """Return the tasks as a file of orders, earliest first."""
+    """Return the tasks as a file of orders, in the order of release."""
     columns: dict[str, Callable[[PlantTask], str]] = {
         "order": lambda task: task.name,
         "release": lambda task: f"{task.release:g}",

@@ -1,9 +1,9 @@
-"""XML from strangers: elements with their lines, and nothing that a parser could be led astray by.
-
-For the readers of GraphML and openTCS.
+"""Safe reading of XML from untrusted sources, as elements with their lines.
 
 Document types are refused, and with them all entities but XML's own five. So nothing is expanded, and no other file is
 opened. Size, depth and the number of elements are limited.
+
+For the readers of GraphML and openTCS.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["elements"][0]
 
 @dataclass(slots=True)
 class Element:
-    """An element with its attributes, children and text; `file` and `line` say where it stands."""
+    """An element with its attributes, children and text; `file` and `line` are its position."""
 
     tag: str
     attributes: dict[str, str]
@@ -37,18 +37,18 @@ class Element:
         return f"line {self.line}"
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Return the children with a tag."""
+        """Yield the children with a tag."""
         return (child for child in self.children if child.tag == tag)
 
     def text(self, *names: str) -> str:
-        """Return the attribute under the first of its names that is present; raises ModelError where none is."""
+        """Return the attribute under the first of its names that is present; raise ModelError if none is."""
         for name in names:
             if name in self.attributes:
                 return self.attributes[name]
         return self.refuse(f"no {names[0]}, expected one{did_you_mean(names[0], self.attributes)}")
 
     def number(self, *names: str, default: float | None = None) -> float:
-        """Return the number in an attribute, under the first name that is present; raises ModelError without one."""
+        """Return the number in an attribute, under the first name that is present; raise ModelError without one."""
         if default is not None and not any(name in self.attributes for name in names):
             return default
         text = self.text(*names)
@@ -61,13 +61,13 @@ class Element:
         return value
 
     def refuse(self, text: str) -> NoReturn:
-        """Raise the error that something is wrong here."""
+        """Raise ModelError for this element."""
         name = self.attributes.get("name")
         raise ModelError([f"{self.file}:{self.line}: {self.tag}{f' {got(name)}' if name else ''}: {text}"]) from None
 
 
 def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be XML."""
+    """Return whether a file may be XML."""
     return start.startswith(b"<") or path.suffix.lower() == ".xml"
 
 
@@ -80,13 +80,13 @@ def read_xml(path: Path, content: bytes, expected: str) -> Element:
         expected: what it should hold, for messages.
 
     Raises:
-        ModelError: where it is not XML, has a document type, or too many elements.
+        ModelError: no XML, a document type, or too many elements.
     """
     return _Reader(str(path), expected).read(content)
 
 
 class _Reader:
-    """Builds the elements of one XML file as the parser meets them."""
+    """Maker of the elements of an XML file, from the events of the parser."""
 
     def __init__(self, file: str, expected: str) -> None:
         self.file = file

@@ -1,4 +1,4 @@
-"""Which design is best: `best`, and its answer where many designs were searched, by their values on fresh days."""
+"""The verb `best`, which finds the best design, and the answer of a search among many designs."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
 _NOT_SHOWN = ", not shown to be enough"
 _OTHERS = 12
-"""Designs tried that have a row besides those judged on fresh days."""
+"""Number of tried designs that have a row besides those judged on fresh days."""
 _SHORT = 24
-"""Letters of a design that is a large number."""
+"""Most letters of a design's name that is shown as a large number."""
 _COUNTED = 1e15
-"""Designs up to which their number is said."""
+"""Number of designs up to which it is printed in full."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,8 +44,8 @@ class BestOfMany(Answered, SearchedDesigns):
     Attributes:
         answer: the answer in words; shown by `print`.
         best: the best design, with its values on days that the search did not use.
-        shown: whether it was shown to meet the target; None without one.
-        runner_up: the second-best design, if it was judged on such days, too.
+        shown: whether the best design was shown to meet the target; None without a target.
+        runner_up: the second-best design; None if it was not judged on such days.
         tried: all designs that were simulated, with their means in the search.
         runs: total number of runs simulated.
     """
@@ -62,12 +62,12 @@ class BestOfMany(Answered, SearchedDesigns):
 
     @property
     def mean(self) -> float:
-        """The indicator of the best design on fresh days, in the model's units; nan where no run ended."""
+        """The indicator of the best design on fresh days, in the model's units; nan if no run finished."""
         return math.nan if self.best.value is None else self.best.value.mean
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per design tried, best first: its factors, means in the search, and number of `runs`."""
+        """One row for each tried design, best first: its factors, its means in the search, and its number of `runs`."""
         import pandas as pd
 
         goal = None if self.target is None else self.target.indicator
@@ -124,33 +124,33 @@ def best(  # half of it documents its arguments
 ) -> Best | BestOfMany:
     """Find the best design of a study, or of a model whose keys, chargers or directions of aisles are varied.
 
-    The designs of a study all race: those that are clearly worse by the mean of the indicator drop out early. So do
-    those of a model where nothing but keys is varied, without a target, and each design can have ten runs. Else they
-    are searched with four fifths of the runs; the last fifth is done on fresh days, and says whether the target is met,
-    and what the indicator is.
+    The designs of a study all race: designs that are clearly worse by the mean of the indicator drop out early. The
+    designs of a model race if only keys are varied, there is no target, and each design can have ten runs. Otherwise
+    four fifths of the runs are used to search among the designs, and the last fifth estimates the best on fresh days,
+    and whether it meets the target.
 
     Args:
         what: a study, with its runs and its confidence, or a model, or the path of a model file.
-        indicator: the indicator to optimise, for a study possibly one of its own.
-        delta: the largest difference that does not matter, in the indicator's unit; default: 1 % of the largest of
-            the first means.
+        indicator: the indicator to optimise; a study may define its own.
+        delta: the largest difference that does not matter, in the indicator's unit; default: 1 % of the largest of the
+            first means.
         target: for a model, a target that designs must meet, such as "on_time >= 95 %".
         vary: for a model, key -> values to try, in any form that study files allow.
         place_chargers: for a model, the number of nodes to search for, each with a charger. None: chargers stay.
         directions: for a model, whether aisles may be reversed.
-        maximise: whether more is better (default: as usual for the indicator; required for an indicator of your own).
+        maximise: whether larger is better (default: as usual for the indicator; required for your own indicators).
         search: settings of runs, at most 500 by default; `first` and `cap` are for a race.
 
     Returns:
-        `Best`, after a race: the best design and those as good. `BestOfMany`, after a search: the best design and
-        those that came close.
+        `Best`, after a race: the best design and those as good. `BestOfMany`, after a search: the best design and those
+            that came close.
 
     Raises:
         ModelError: a value with which the model is invalid.
-        StudyError: nothing to choose from, too few runs, a bad target, a study together with arguments for models,
-            an unknown indicator, or one of which neither more nor less is better.
+        StudyError: nothing to choose from, too few runs, a bad target, a study together with arguments for models, an
+            unknown indicator, or an indicator without a better direction.
 
-    Source: the race is KN, Kim & Nelson (2001). The search is a local one from many starts, judged on other days.
+    Source: the race is KN, Kim & Nelson (2001). The search is a local search from many starts, judged on other days.
     """
     if isinstance(what, Study):
         if directions or any(argument is not None for argument in (target, vary, place_chargers)):
@@ -201,7 +201,7 @@ def answer(searched: SearchedDesigns) -> Answer:
 
 
 def _tiles(searched: SearchedDesigns, values: list[SaidNumber]) -> list[BigNumber]:
-    """Return the best design, if its name is short, and its numbers."""
+    """Return the large numbers of the best design, after its name if the name is short."""
     name = design(searched.best)
     first = [BigNumber(value=name, what=f"the {_best(searched)} option")] if len(name) <= _SHORT else []
     return (first if values else []) + [judged.tile(value.text, words.in_sentence(value.of)) for value in values]
@@ -220,7 +220,7 @@ def _best(searched: SearchedDesigns) -> str:
 
 
 def _option(searched: SearchedDesigns, candidate: JudgedDesign) -> Option:
-    """Return a design that was judged on fresh days."""
+    """Return the row of a design that was judged on fresh days."""
     values = [] if candidate.vetoed else _numbers(searched, candidate)
     kind: Standing = "known" if candidate.verdict is None else BY_VERDICT[candidate.verdict]
     return Option(
@@ -235,14 +235,14 @@ def _option(searched: SearchedDesigns, candidate: JudgedDesign) -> Option:
 
 
 def _figure(searched: SearchedDesigns) -> Rows | Points | None:
-    """Draw all designs tried: by the indicator and the target's indicator, or in rows where these are one."""
+    """Draw all tried designs: by the indicator and the target's indicator, or in rows if the two are one."""
     if searched.target is not None and searched.target.indicator != searched.indicator:
         return _points(searched, searched.target)
     return _rows(searched)
 
 
 def _points(searched: SearchedDesigns, goal: Target) -> Points | None:
-    """Draw the designs tried by both indicators; designs judged are shown by their fresh days, with their names."""
+    """Draw the tried designs by both indicators; judged designs have names, and their means on fresh days."""
     judged_ones = (searched.best, *searched.cheaper, *filter(None, [searched.runner_up]))
     fresh = {
         design(candidate): candidate
@@ -280,7 +280,7 @@ def _points(searched: SearchedDesigns, goal: Target) -> Points | None:
 
 
 def _rows(searched: SearchedDesigns) -> Rows | None:
-    """Draw the designs judged on fresh days, then others by their means in the search, the best of them first."""
+    """Draw the designs judged on fresh days, then the best of the others by their means in the search."""
     goal, rows = searched.target, []
     for candidate in (searched.best, *searched.cheaper, *filter(None, [searched.runner_up])):
         numbers = _numbers(searched, candidate)
@@ -306,7 +306,7 @@ def _rows(searched: SearchedDesigns) -> Rows | None:
 
 
 def sentences(searched: SearchedDesigns) -> list[str]:
-    """Return the sentences: the answer first, then cheaper designs not shown to be enough, runner-up, and runs done."""
+    """Return the sentences of the answer: the best design, cheaper ones not shown to be enough, runner-up, and runs."""
     lines = [_answer(searched)]
     for candidate in searched.cheaper:
         why = candidate.vetoed or f"not shown to give {_aim(searched)}"
@@ -352,7 +352,7 @@ def _runner_up(searched: SearchedDesigns, other: JudgedDesign) -> str:
 
 
 def design(candidate: JudgedDesign | TriedDesign) -> str:
-    """Return a design in words; without its directions where none is turned."""
+    """Return a design in words, with its directions only if some are turned or it has no other part."""
     labels = dict(candidate.labels)
     nodes, turned = labels.pop(ChargerNodes.key, None), labels.pop(AisleWays.key, None)
     parts = [words.design_spoken(labels)] if labels else []
@@ -362,13 +362,13 @@ def design(candidate: JudgedDesign | TriedDesign) -> str:
 
 
 def _values(searched: SearchedDesigns, candidate: JudgedDesign) -> str:
-    """Return the value of the indicator, and of the target, with their intervals."""
+    """Return the values of the indicator and of the target's indicator, with their intervals, in words."""
     values = [words.reached(reading.of, reading.text) for reading in _numbers(searched, candidate)]
     return ", ".join(values) or "no finished run"
 
 
 def _judged_by(searched: SearchedDesigns) -> list[str]:
-    """Return the indicator, and the target's indicator."""
+    """Return the names of the indicator and of the target's indicator."""
     return [searched.indicator, *([] if searched.target is None else [searched.target.indicator])]
 
 
@@ -394,7 +394,7 @@ def _aim(searched: SearchedDesigns) -> str:
 
 
 def in_order(searched: SearchedDesigns) -> list[TriedDesign]:
-    """Return all designs tried: first those whose runs in the search meet the target, each part from the best on."""
+    """Return all tried designs: first those whose runs in the search meet the target; within each part, best first."""
     sign = 1 if searched.maximise else -1
 
     def rank(tried: TriedDesign) -> tuple[bool, float]:
@@ -405,7 +405,7 @@ def in_order(searched: SearchedDesigns) -> list[TriedDesign]:
 
 
 def table(searched: SearchedDesigns, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
-    """Return the head and the rows of a table of designs tried, with their means in the search."""
+    """Return the head and the rows of a table of tried designs, with their means in the search."""
     keys = list(searched.best.labels)
     goal = [] if searched.target is None else [searched.target.indicator]
     names = list(dict.fromkeys([searched.indicator, *goal]))

@@ -1,4 +1,4 @@
-"""Words for the differences of designs to the baseline of a study, run by run."""
+"""The answer of a comparison: the paired differences of designs from the baseline of a study."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STANDING: dict[bool | None, Standing] = {True: "differs", False: "alike", None:
 
 
 def answer(study: ResultsData, comparisons: Mapping[str, Differences]) -> Answer:
-    """Return the differences of all designs to one of them, in each indicator."""
+    """Return the answer on how all designs differ from the baseline, in each indicator."""
     base = baseline_of(study, next(iter(comparisons.values())))
     statements = dict.fromkeys(
         comparison.statement
@@ -48,7 +48,7 @@ def answer(study: ResultsData, comparisons: Mapping[str, Differences]) -> Answer
 
 
 def baseline_of(study: ResultsData, differences: Differences) -> str:
-    """Return the baseline of designs in words: a design, or the levels that all their baselines have in common."""
+    """Return the baseline in words: a design, or the levels that the baselines of all designs have in common."""
     bases = list(dict.fromkeys(map(str, differences.against.values())))
     if len(bases) == 1:
         return name_of(study, bases[0])
@@ -58,7 +58,7 @@ def baseline_of(study: ResultsData, differences: Differences) -> str:
 
 
 def difference(study: ResultsData, indicator: str, row: Difference, *, turned: bool = False) -> SaidNumber:
-    """Return a difference with its interval; shares in points. `turned`: as if the baseline were compared with it."""
+    """Return a difference with its interval, shares in points; `turned` reverses its sign."""
     estimate, sign = row.estimate, -1 if turned else 1
     scale = words.scale_of(indicator, study.base, study.estimates(indicator).values())
     scale = Scale("points", 100.0) if scale.is_share else scale
@@ -71,10 +71,10 @@ def difference(study: ResultsData, indicator: str, row: Difference, *, turned: b
 
 
 def _most(study: ResultsData, indicator: str, differences: Differences, base: str) -> str:
-    """Name the design that differs most, of designs with a significant difference."""
+    """Return the sentence on the design with the largest significant difference."""
     shown = [row for row in differences.differences if row.differs]
     if not shown:
-        return f"No difference in {words.in_sentence(indicator)} is shown."
+        return f"No difference in {words.in_sentence(indicator)} is evident."
     most = max(shown, key=lambda row: abs(row.estimate.mean))
     down = most.estimate.mean < 0
     by = difference(study, indicator, most, turned=down).text
@@ -83,7 +83,7 @@ def _most(study: ResultsData, indicator: str, differences: Differences, base: st
 
 
 def _options(study: ResultsData, indicator: str, differences: Differences, base: str) -> Iterator[Option]:
-    """Yield a row for each design, designs with equal runs once; copies of the baseline say so."""
+    """Yield a row for each design; designs with equal runs share a row, and copies of the baseline say so."""
     group = f"{words.indicator_name(indicator)}, compared with {base}"
     first = {design: study.same.get(design, design) for design in study.designs}
     equal = {design for design, other in differences.against.items() if first[design] == first[other]}

@@ -1,4 +1,4 @@
-"""Which is the latest order that still makes a departure: the words of a plan."""
+"""Words on departures in the answer of a plan: the latest orders that still make them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.study.fleet.hours import SURE, Lead
 
 _FEW = math.ceil(1 / (1 - SURE))
-"""With fewer days the share of days on which a lead is enough is not told."""
+"""Number of days below which the share of days on which the lead is enough is not printed."""
 
 
 def in_time(model: Model, lead: Lead) -> str:
-    """Return a sentence, with a blank before it, on orders that make their departure, with an example by the clock."""
+    """Return a sentence, after a blank, on orders that make their departure, with an example by the clock."""
     days = f"In {SURE:.0%} of days".replace("%", " %") if lead.days >= _FEW else f"On all {lead.days} days run"
     if not lead.time:
         return f" {days} no order misses its departure."
@@ -24,7 +24,7 @@ def in_time(model: Model, lead: Lead) -> str:
 
 
 def _example(model: Model, lead: float) -> str:
-    """Return the last departure by the clock, with the latest order that makes it; empty without one by the clock."""
+    """Return the last departure by the clock and the latest order that makes it; empty without a periodic timetable."""
     tables = [model.timetable(flow) for flow in model.tasks.flows.values() if flow.due_at]
     last = next((table.last(model.run.end) for table in tables if math.isfinite(table.period)), None)
     if last is None:

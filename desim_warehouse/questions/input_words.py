@@ -1,4 +1,4 @@
-"""Words for the inputs of a run: how long its warm-up is, and which distribution fits measured times."""
+"""Answers on the inputs of a run: the length of its warm-up, and the distribution that fits measured times."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def settled(settling: Settling, model: Model, observed: str, runs: int) -> list[str]:
-    """Return the lines that `desim warm-up` prints: when the model has settled, or that it has not."""
+    """Return the lines that `desim warm-up` prints: the time at which the model has settled, or that it has not."""
     lines = [f"{observed}, {number_of(runs, 'run')}, one observation each {settling.width:g} {settling.time_unit}"]
     if settling.time is not None:
         return [*lines, f"{settling.found.note}: run.warm_up: {settling.time:g}  # {settling.time_unit}"]
@@ -27,7 +27,7 @@ def settled(settling: Settling, model: Model, observed: str, runs: int) -> list[
 
 
 def warm_up(settling: Settling, model: Model, observed: str, runs: int) -> Answer:
-    """Return the length of the warm-up as the answer that its folder keeps, beside its figures."""
+    """Return the answer on the length of the warm-up, for the folder that also holds its figures."""
     first, *lines = settled(settling, model, observed, runs)
     return Answer(
         kind="warm-up",
@@ -44,7 +44,7 @@ def warm_up(settling: Settling, model: Model, observed: str, runs: int) -> Answe
 
 
 def fitted(fitting: Fitted, unit: str) -> list[str]:
-    """Return the lines that `desim fit` prints: the measured times, and whether the best distribution fits."""
+    """Return the lines that `desim fit` prints: the measured times, and whether the best distribution fits them."""
     times = fitting.times
     rounded = f", rounded to {fitting.step:g} {unit}" if fitting.step else ""
     verdict = "nothing speaks against it" if fitting.fits else "it does not fit"
@@ -57,19 +57,19 @@ def fitted(fitting: Fitted, unit: str) -> list[str]:
 
 
 def proposed(fitting: Fitted, file: str, column: str) -> str:
-    """Return the line that proposes a distribution for the model file, or the measured times where none fits."""
+    """Return the line that proposes a distribution for the model file, or the measured times if none fits."""
     if fitting.fits:
         return f"proposed: {got(fitting.best.content())}"
     return f"proposed, as none of them fits: {{empirical: {{file: {file}, column: {column}}}}}"
 
 
 def candidates(fitting: Fitted, unit: str) -> list[tuple[str, str]]:
-    """Return a row for each distribution tried: the distribution in words, and Akaike's criterion."""
+    """Return a row for each distribution that was tried: the distribution in words, and its AIC."""
     return [(candidate.distribution.words(unit), f"{candidate.aic:,.1f}") for candidate in fitting.candidates]
 
 
 def fit(fitting: Fitted, file: str, column: str, unit: str) -> Answer:
-    """Return the fitted distribution as the answer that its folder keeps, beside its figure."""
+    """Return the answer on the fitted distribution, for the folder that also holds its figure."""
     measured, verdict = fitted(fitting, unit)
     return Answer(
         kind="fit",

@@ -1,4 +1,4 @@
-"""Parts of an answer: a number with its one interval, a tile, the figure, and the design that it is about."""
+"""Parts of answers: a number with its interval, a tile, a figure, and the design that the page draws."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from desim_warehouse.study.target import Days
 
 
 def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
-    """Return the mean of a design that was judged, with the bounds of its verdict."""
+    """Return the mean of a judged design, with the bounds of its verdict."""
     scale = words.scale(target.indicator, model, (verdict.mean,))
     shown = within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
     alike = verdict.deterministic and verdict.n > 1
@@ -30,7 +30,7 @@ def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNum
 def within(
     indicator: str, scale: Scale, mean_and_ends: tuple[float, float | None, float | None], aim: float | None = None
 ) -> SaidNumber:
-    """Return a mean with the ends of its interval; none where both are None or as the mean, as it is exact."""
+    """Return a mean with the ends of its interval; without an interval if it is missing or has no width."""
     mean, low, high = mean_and_ends
     has_interval = low is not None and high is not None and not math.isnan(low) and low < high
     if not has_interval or low is None or high is None:
@@ -39,18 +39,18 @@ def within(
 
 
 def bar(label: str, value: SaidNumber, standing: str = "") -> Bar:
-    """Return a row of a figure, for a number."""
+    """Return the row of a figure for a number."""
     return Bar(label=label, mean=value.mean, low=value.low, high=value.high, text=value.text, standing=standing)
 
 
 def figure(title: str, bars: Iterable[Bar], value: float, at_words: str) -> Rows | None:
-    """Return a figure of rows beside a line at some value; None where there are no rows."""
+    """Return a figure of rows, with a line at `value`; None if there are no rows."""
     rows = tuple(bars)
     return Rows(title=title, at=value, at_words=at_words, rows=rows) if rows else None
 
 
 def aim(goal: Target) -> str:
-    """Return the label at the line of a target in a figure: `target 95 %`."""
+    """Return the label of a target's line in a figure: `target 95 %`."""
     return f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
 
 
@@ -58,12 +58,12 @@ _ONE_IN = {2: "one in two", 5: "one in five", 10: "one in ten", 20: "one in twen
 
 
 def rarest(days: int) -> str:
-    """Return the frequency of the rarest days that so many days cover: `one in ten`."""
+    """Return the frequency of the rarest days that a number of days covers: `one in ten`."""
     return _ONE_IN.get(one_in(days), f"one in {one_in(days)}")
 
 
 def covers(least: int, models: Iterable[Model]) -> str:
-    """Return the sentence on how rare the days are that so many days cover, and which events of models are rarer."""
+    """Return the sentences on how rare the days are that `least` days cover, and which events of models are rarer."""
     text = f"This covers days as rare as {rarest(least)}."
     more: dict[str, int] = {}
     for model in models:
@@ -75,17 +75,17 @@ def covers(least: int, models: Iterable[Model]) -> str:
 
 
 def is_perfect(verdict: DesignVerdict[Any], goal: Target) -> bool:
-    """Whether a design served all on each day, which no number of days can prove."""
+    """Return whether a random design had 100 % on every day, which no number of days can prove."""
     return goal.measure.is_share and goal.value == 1 and verdict.mean == 1 and not verdict.deterministic
 
 
 def standing_of(verdict: DesignVerdict[Any], goal: Target) -> Standing:
-    """Return the standing of a design; `edge` where every day is perfect, as no number of runs proves 100 %."""
+    """Return the standing of a design; `edge` if every day is perfect, as no number of days proves 100 %."""
     return "edge" if is_perfect(verdict, goal) else standing(verdict)
 
 
 def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
-    """Return the words for the share that n days without a miss prove, as no number of days proves 100 %."""
+    """Return the words on the share that n days without a miss prove, as no number of days proves 100 %."""
     least = PERCENT.value(verdict.low or 0.0)
     return (
         f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {verdict.n} days, which shows at least "
@@ -94,9 +94,9 @@ def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
 
 
 def days(shown: Days | None, goal: Target, model: Model) -> str:
-    """Return the sentence on the days behind a mean; empty for one day, or all alike.
+    """Return the sentence on the days behind a mean; empty for a single day, and if all days are alike.
 
-    Such as `The worst of 40 days had 35 %; 4 were below 95 %.`
+    Example: `The worst of 40 days had 35 %; 4 were below 95 %.`
     """
     if shown is None:
         return ""
@@ -106,7 +106,7 @@ def days(shown: Days | None, goal: Target, model: Model) -> str:
 
 
 def in_row(shown: Days | None, goal: Target, model: Model) -> str:
-    """Return the worst day and how many missed, in a row of a table: `35 %, 4`."""
+    """Return the worst day and the number of days that missed the target, for a table: `35 %, 4`."""
     if shown is None:
         return ""
     return f"{_worst(shown, goal, model)}, {shown.missed or 'none'}"
@@ -117,7 +117,7 @@ def _worst(shown: Days, goal: Target, model: Model) -> str:
 
 
 def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list[str]:
-    """Explain why options are not met though their interval holds the target: none of it is better by the zone."""
+    """Explain why options are not met although their interval holds the target: none of it is better by the zone."""
     names = [
         option.name
         for option in options
@@ -131,37 +131,37 @@ def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list
 
 
 def _holds(value: SaidNumber, goal: Target) -> bool:
-    """Whether a mean misses a target that its interval holds; of several targets the mean may meet this one."""
+    """Return whether a mean misses a target that its interval includes; of several targets it may meet this one."""
     misses = goal.sign * (value.mean - goal.value) < 0
     return misses and value.low is not None and value.high is not None and value.low <= goal.value <= value.high
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:
-    """Return the promise of an answer: its joint confidence, or that each number is exact."""
+    """Return the statement on the joint confidence of an answer, or that each number is exact."""
     if exact:
         return "Nothing in this model is random: one run of each option is exact."
     return f"All {what} hold together with {100 * confidence:g} % confidence."
 
 
 def each(confidence: float) -> str:
-    """Return the promise of an answer whose intervals hold one by one, with their confidence."""
+    """Return the statement of confidence of an answer whose intervals hold individually, not jointly."""
     return f"Each interval holds with {100 * confidence:g} % confidence."
 
 
 def tile(text: str, what: str) -> BigNumber:
-    """Return the text of a number as a large one, its interval as the note."""
+    """Return a number as a tile, with its interval as the note."""
     value, _, ends = text.partition(" (")
     return BigNumber(value=value, what=what, note=ends.removesuffix(")"))
 
 
 def about(name: str, model: Model, seed: int, days: tuple[Days, Target] | None = None) -> Subject:
-    """Return the runs of a design that the page draws: median and worst day by a target, or without days the first run.
+    """Return the runs of a design that the page draws: its median and its worst day, or without days its first run.
 
     Args:
         name: the design in words.
-        model: as simulated.
-        seed: of the study.
-        days: those that were simulated, and the target that they are sorted by.
+        model: the design as simulated.
+        seed: the seed of the study.
+        days: the simulated days, and the target by which they are sorted.
     """
     if days is None:
         return Subject(name=name, model=model.content(), seed=run_seed(seed, 0))

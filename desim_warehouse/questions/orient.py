@@ -1,4 +1,4 @@
-"""Which way aisles should lead: `orient`, and its answer."""
+"""The verb `orient`, which chooses directions of aisles, and its answer."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class BetterDirections(Answered, SearchedDirections):
         answer: the answer in words; shown by `print`.
         model: the warehouse with these directions.
         turned: the aisles that are reversed.
-        gain: the resulting gain; None: nothing better than the floor as drawn was found.
+        gain: the resulting gain; None if nothing better than the floor as drawn was found.
         cost: the one-off cost of reversing the aisles.
         runs: total number of runs simulated.
     """
 
     def in_short(self) -> str:
-        """Return the number of aisles reversed and the gain in a few words."""
+        """Return the number of reversed aisles and the gain in a few words."""
         gain = "no gain" if self.gain is None else f"{self.indicator} {100 * self.gain.mean:+.3g} %"
         return f"{len(self.turned)} of {self.units} turned: {gain}"
 
@@ -48,22 +48,23 @@ def orient(model: Source, indicator: str, *, search: Search = USUAL) -> BetterDi
 def orient(model: Source, indicator: str | None = None, *, search: Search = USUAL) -> Model | BetterDirections:
     """Make two-way lanes of a model one-way, or find the directions of aisles that are best for an indicator.
 
-    Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
-    searched by simulation: rows and columns of blocks are turned as a whole, other lanes between junctions one by one
-    or by aisles. Two-way lanes may become one-way, or prefer a direction. Every node stays within reach of every other.
-    The search and its last comparison use different days, so that the gain is not one that luck chose.
+    Without an indicator, the directions keep trips between goods and stations short; bridges stay two-way. With an
+    indicator, directions are searched by simulation: rows and columns of blocks are turned as a whole, other lanes
+    between junctions one by one or by aisles. Two-way lanes may become one-way, or prefer a direction. Every node stays
+    within reach of every other. The search and the final comparison use different days, so that the gain is not due to
+    selection.
 
     Args:
         model: the warehouse, or its file.
-        indicator: what should be best; None: trips should be short, and a model is returned.
-        search: how runs are done, at most 500 by default.
+        indicator: the indicator to optimise; None: keep trips short, and return a model.
+        search: settings of runs, at most 500 by default.
 
     Returns:
-        The model with these directions; with an indicator they are found with what they gain, see `BetterDirections`.
+        The model with these directions; with an indicator, the directions and their gain, see `BetterDirections`.
 
     Raises:
         ModelError: no two-way lane, or goods and stations that cannot reach each other.
-        StudyError: nothing can be turned, too few runs, or an indicator of which neither more nor less is better.
+        StudyError: nothing can be turned, too few runs, or an indicator without a better direction.
 
     Source: a local search from many starts, judged on other days.
     """
@@ -79,7 +80,7 @@ def worded(turned: SearchedDirections, search: Search = USUAL) -> BetterDirectio
 
 
 def answer(directions: SearchedDirections) -> Answer:
-    """Put directions into words: what is turned, what that gains, and with which fleets and demands."""
+    """Put directions into words: the turned aisles, their gain, and the gain with other fleets and demands."""
     model, indicator = directions.model, words.in_sentence(directions.indicator)
     places = [] if directions.gain is None else [directions.gain, *directions.elsewhere]
     options = tuple(
@@ -109,7 +110,7 @@ def answer(directions: SearchedDirections) -> Answer:
 
 
 def sentences(directions: SearchedDirections) -> list[str]:
-    """Return the sentences on the aisles that are turned, the gain on fresh days, where it holds, and the price."""
+    """Return the sentences on the turned aisles, their gain on fresh days, where the gain holds, and the price."""
     if directions.gain is None:
         return [f"No directions were found that are better than those drawn, in {number_of(directions.runs, 'run')}."]
     verdict = {True: "", False: ", which is worse", None: ", which may be chance"}[directions.gain.is_better]

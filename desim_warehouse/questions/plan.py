@@ -1,4 +1,4 @@
-"""How many robots, chargers and people it takes: `plan_fleet`, whose answer is put into words by `plan_words`."""
+"""The verb `plan_fleet`: how many robots, chargers and people meet a target; `plan_words` words its answer."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Plan(Answered, FleetSizes):
 
     Attributes:
         answer: the answer in words; shown by `print`.
-        demands: the result for today, then for each larger demand; `best` is the fleet, None: no fleet is enough.
+        demands: the result for today, then for each larger demand; `best` is the fleet, None if no fleet is enough.
         model: the warehouse.
         target: the target that a fleet has to meet.
         strategy: the better strategy that the fleets use; None: the strategy of the model.
@@ -38,22 +38,22 @@ class Plan(Answered, FleetSizes):
 
     @property
     def robots(self) -> int | None:
-        """Number of robots for today's demand; None: no fleet was shown to be enough."""
+        """Number of robots for today's demand; None if no fleet was shown to be enough."""
         return None if self.today.best is None else self.today.best.robots
 
     @property
     def chargers(self) -> int | None:
-        """Number of chargers for today's demand; 0: chargers are not sized."""
+        """Number of chargers for today's demand; 0 if chargers are not sized, None without a fleet."""
         return None if self.today.best is None else self.today.best.chargers
 
     @property
     def packers(self) -> int | None:
-        """Number of packers at each node of the sized station; 0: packers are not sized."""
+        """Number of packers at each node of the sized station; 0 if packers are not sized, None without a fleet."""
         return self._people(PACKERS)
 
     @property
     def pickers(self) -> int | None:
-        """Number of pickers who walk to robots; 0: pickers are not sized."""
+        """Number of pickers who walk to robots; 0 if pickers are not sized, None without a fleet."""
         return self._people(PICKERS)
 
     @property
@@ -71,7 +71,7 @@ class Plan(Answered, FleetSizes):
     def table(self) -> pd.DataFrame:
         """A row for each fleet that shows the answer, those for today's demand first.
 
-        Columns: growth (demand in times today's), robots, chargers, packers, pickers, the indicator of the target
+        Columns: growth (demand relative to today's), robots, chargers, packers, pickers, the indicator of the target
         with `_low` and `_high` (of the verdict, in the model's units), verdict, annual_cost, runs.
         """
         import pandas as pd
@@ -83,12 +83,12 @@ class Plan(Answered, FleetSizes):
         return pd.DataFrame(rows)
 
     def in_short(self) -> str:
-        """Name the fleet for each demand."""
+        """Return the fleet for each demand in a few words."""
         later = [f"{self._fleet(sized, short=True)} {_when(sized)}" for sized in self.demands[1:]]
         return "; ".join([self._fleet(self.today), *later])
 
     def _fleet(self, sized: Sized, *, short: bool = False) -> str:
-        """Name the fleet for a demand: `9 robots + 1 charger`, in short `9 + 1`."""
+        """Return the fleet for a demand in words: `9 robots + 1 charger`, in short `9 + 1`."""
         best = sized.best
         if best is None:
             return "not decided" if sized.undecided or sized.open else "no fleet is enough"
@@ -97,9 +97,9 @@ class Plan(Answered, FleetSizes):
         return " + ".join(str(count) if short else number_of(count, noun) for count, noun in counts)
 
     def _people(self, name: str, shown: Shown | None = None) -> int | None:
-        """Return the number of people of a kind, packers at each node, in the fleet for today's demand, or in another.
+        """Return the number of people of a kind in a fleet, by default the fleet for today's demand.
 
-        It is 0 where they are not sized, None without a fleet.
+        Packers are counted at each node. It is 0 if this kind is not sized, and None without a fleet.
         """
         shown = shown or self.today.best
         if shown is None:
@@ -143,23 +143,25 @@ def plan_fleet(
     """Find how many robots, chargers and people meet a target, today and with more demand, and the best strategy.
 
     Args:
-        model: the warehouse, or its file. With prices of what is sized the cheapest are sought, else fewest robots,
-            then chargers, packers and pickers. Its bays with most chargers are those whose chargers are sized.
-        target: such as "on_time >= 95 %"; of several, as in ["on_time:express >= 95 %", "on_time:rest >= 98 %"], a
+        model: the warehouse, or its file. With prices for everything that is sized, the cheapest fleet is sought;
+            otherwise the fewest robots, then chargers, packers and pickers. Chargers are sized in the bays that have
+            most of them.
+        target: such as "on_time >= 95 %"; of several, such as ["on_time:express >= 95 %", "on_time:rest >= 98 %"], a
             fleet has to meet all.
         growth: demand relative to today's, such as 1.3 or "30%"; with `years`, such as "20%/year"; None: today only.
-        years: number of years to plan for after today. What fails with less demand is assumed to fail with more.
-        strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
+        years: number of years to plan for after today. A fleet that fails with less demand is assumed to fail with
+            more.
+        strategies: key of the model -> values to try with designs that are too small (default: `STRATEGIES`).
         robots: numbers of robots to consider, such as "6..20" (default: around the quick estimate).
         chargers: numbers of chargers to consider, likewise.
-        packers: a station and who may work there, at each of its nodes, such as "packing=1..4": its servers, or its
-            workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
-        pickers: people who walk to robots, such as "3..9"; "auto": by the quick estimate; None: as many as the model
-            has.
-        zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target. At most
-            half of what is possible beyond the target: for 99.5 % it is 0.25 %.
+        packers: a station and the number of people at each of its nodes, such as "packing=1..4": its servers, or its
+            workers if it has a work time; "packing": by the quick estimate; None: as many as the model has.
+        pickers: number of people who walk to robots, such as "3..9"; "auto": by the quick estimate; None: as many as
+            the model has.
+        zone: indifference zone of a single target, in its unit; default: 0.01 for shares, otherwise 1 % of the target.
+            At most half of the distance from the target to the best possible value: for 99.5 % it is 0.25 %.
         guesses: keys of the model that are guesses, which the page lists (default: those that its file marks with (!)).
-        search: how runs are done, at most 5000 by default.
+        search: settings of runs, at most 5000 by default.
 
     Returns:
         The fleet for each demand, with the answer in words; see `Plan`.
@@ -167,8 +169,8 @@ def plan_fleet(
     Raises:
         StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
 
-    Source: a search by bisection with sequential tests, all at the error that `search.confidence` leaves; what it
-    promises and assumes is on the page *How many robots and chargers?*.
+    Source: a search by bisection with sequential tests, all at the error rate that `search.confidence` leaves; the page
+    *How many robots and chargers?* states its guarantees and assumptions.
     """
     sizes = size_fleet(
         as_model(model),

@@ -13,11 +13,11 @@ from desim_warehouse.study.fleet import FleetSizes, OneKey, Sized
 from desim_warehouse.study.statistics.cheapest import Counts, rules_out, within_counts
 
 LISTED = 4
-"""Fleets that are named one by one."""
+"""Number of fleets up to which they are named one by one."""
 
 
 def named(plan: FleetSizes, counts: Counts) -> str:
-    """Name a design inside a sentence: `6 robots, 2 chargers and 3 packers`, or of one key `battery threshold 2`."""
+    """Return the name of a design inside a sentence: `6 robots, 2 chargers and 3 packers`, or `battery threshold 2`."""
     if isinstance(plan.designs, OneKey):
         return words.design_spoken({plan.designs.of: plan.designs.value(counts)})
     totals = plan.designs.totals(counts)
@@ -31,7 +31,7 @@ def named(plan: FleetSizes, counts: Counts) -> str:
 
 
 def cells(sized: Sized) -> dict[Counts, Standing]:
-    """Return the standing of each fleet: shown by its runs, or implied by other fleets where more never does worse."""
+    """Return the standing of each fleet: shown by its runs, or implied by other fleets if more never does worse."""
     best = None if sized.best is None else sized.best.counts
     standings: dict[Counts, Standing] = {
         counts: "drained" if drained else "not met" for counts, drained in sized.failed_before.items()
@@ -42,7 +42,7 @@ def cells(sized: Sized) -> dict[Counts, Standing]:
 
 
 def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
-    """Name all fleets of one standing inside a sentence, `4 robots and 2 to 5 chargers`; empty where there is none."""
+    """Name all fleets of one standing inside a sentence: `4 robots and 2 to 5 chargers`; empty if there are none."""
     counts = sorted(fleet for fleet, verdict in cells(sized).items() if verdict == kind)
     if not counts:
         return ""
@@ -63,7 +63,7 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
 
 
 def but(plan: FleetSizes) -> str:
-    """Return the end of a promise, the fleets that may be enough: `, except perhaps 2 robots and 1 charger`."""
+    """Return the end of a promise, with the fleets that remain open: `, except perhaps 2 robots and 1 charger`."""
     named = [sized for sized in (plan.today, plan.grown) if sized is not None and sized.best is not None]
     names = dict.fromkeys(name.removesuffix(",") for sized in named if (name := left(plan, sized, "open")))
     return f", except perhaps {spoken(list(names))}" if names else ""
@@ -72,7 +72,11 @@ def but(plan: FleetSizes) -> str:
 def _stands(
     counts: Counts, best: Counts | None, standings: Mapping[Counts, Standing], untold: set[Counts], *, follows: bool
 ) -> Standing:
-    """Return the standing of a fleet; if it `follows`, fleets below a failing one fail, fleets above the best meet."""
+    """Return the standing of a fleet.
+
+    If more never does worse (`follows`), fleets below a failing one fail, and fleets above the best are enough.
+    `untold`: fleets whose standing is open.
+    """
     if counts == best or (follows and best is not None and within_counts(best, counts)):
         return "met"
     if counts in standings or not follows:

@@ -1,4 +1,4 @@
-"""Which of some options is cheapest: `plan_options`, and its answer, by how much, with the plan of each."""
+"""The verb `plan_options`, which finds the cheapest of several options, and its answer with the plan of each."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class OptionsPlan(Answered, ComparedOptions):
     Attributes:
         answer: the answer in words; shown by `print`.
         plans: name of each option -> its plan, with an answer of its own.
-        first: the cheapest option that is enough; None: no option is.
+        first: the cheapest option that is enough; None if no option is enough.
         against: difference of each other option from the first.
         indicator: the indicator that is compared, `annual_cost` if there are prices.
         runs: total number of runs simulated.
@@ -45,7 +45,7 @@ class OptionsPlan(Answered, ComparedOptions):
         return whole[["option", *(name for name in whole if name != "option")]]
 
     def in_short(self) -> str:
-        """Name the first option, then the fleet of each."""
+        """Return the first option, then the fleet of each option, in a few words."""
         fleets = [f"{name}: {planned.in_short()}" for name, planned in self.plans.items()]
         return "; ".join([f"{self.first} first" if self.first else "none is enough", *fleets])
 
@@ -66,14 +66,14 @@ def plan_options(
 
     Args:
         options: name of each option -> its model, or the path of its model file.
-        target: such as "on_time >= 95 %", one for all options.
-        strategies: key of the model -> its values, to be tried with designs too small (default: none).
+        target: such as "on_time >= 95 %"; it holds for all options.
+        strategies: key of the model -> values to try with designs that are too small (default: none).
         robots: numbers of robots to consider, such as "6..20" (default: around the quick estimate).
         chargers: numbers of chargers to consider, likewise.
         packers: a station and numbers of people at each of its nodes, such as "packing=1..4"; None: as in the models.
         pickers: numbers of people who walk to robots, such as "3..9", or "auto"; None: as in the models.
         zone: indifference zone in the unit of the target; default: 0.01 for shares, else 1 % of the target.
-        search: for all plans together: each has an equal part of the error, and so have the days.
+        search: settings for all plans together; each plan, and the comparison, has an equal part of the error.
 
     Returns:
         The plan of each option, the first of them against the others, and the answer in words; see `OptionsPlan`.
@@ -81,8 +81,8 @@ def plan_options(
     Raises:
         StudyError: fewer than two options, some with prices and some without, or any error of `plan`.
 
-    Source: paired differences on the same days. The ends of a difference in cost are as far apart as the costs of
-    fleets that were not shown to miss the target leave open.
+    Source: paired differences on the same days. The interval of a difference in cost spans the costs of all fleets that
+    were not shown to miss the target.
     """
     models = {name: as_model(model) for name, model in options.items()}
     compared = compare_options(
@@ -136,7 +136,10 @@ def answer(compared: ComparedOptions, answers: Mapping[str, Answer]) -> Answer:
 
 
 def _compared(compared: ComparedOptions) -> str:
-    """The first option against each of the others: `B is cheaper than A by 2,000 a year (1,200 to 2,900).`."""
+    """Return the sentence that compares the first option with the others, with differences and their intervals.
+
+    Example: `B is cheaper than A by 2,000 a year (1,200 to 2,900).`
+    """
     untold = [gap.name for gap in compared.against if not gap.told]
     close = f"; too close to tell from {spoken(untold)}" if untold else ""
     if compared.indicator == COST:
@@ -152,7 +155,7 @@ def _compared(compared: ComparedOptions) -> str:
 
 
 def _difference(compared: ComparedOptions, gap: Against) -> str:
-    """The difference of an option to the first, with its interval."""
+    """Return the difference of an option from the first, with its interval, in words."""
     model = compared.plans[gap.name].model
     priced = compared.indicator == COST
     scale = numbers.Scale(words.money(model)) if priced else words.scale(compared.indicator, model, (gap.mean,))

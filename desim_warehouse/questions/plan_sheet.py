@@ -1,4 +1,4 @@
-"""The sheet of a plan beside its answer: the nearest misses, what would change the answer, and what it rests on."""
+"""The sheet beside the answer of a plan: the nearest misses, what would change the answer, and what it rests on."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from desim_warehouse.study.fleet import FleetSizes, Strategy
 CHANGES, RESTS = "What would change the answer", "What the answer rests on"
 GUESSES, OTHER_GUESSES = "Guesses that are wrong", "Other guesses that are wrong"
 _NEVER = "robots that overtake, ageing batteries, people who fall ill, rules of your fleet manager"
-"""What no model has, of docs/cannot.md, in the words of somebody who buys robots."""
+"""What no model represents, of docs/cannot.md, in the words of a buyer of robots."""
 
 
 def nearest(options: Iterable[Option], goal: Target) -> tuple[Rows, ...]:
-    """Draw for each demand the fleet that is enough, above that which misses the target by least."""
+    """Draw for each demand the fleet that is enough, above the fleet that misses the target by least."""
     groups: dict[str, list[Option]] = {}
     for option in options:
         if option.number is not None and option.standing != "known":
@@ -43,8 +43,8 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
 
     Args:
         plan: the plan.
-        grown: what more demand makes of the answer, in words.
-        guesses: keys of the model that are guesses; None: it is not known which are.
+        grown: each larger demand with its answer, in words.
+        guesses: keys of the model that are guesses; None if unknown.
     """
     tried = ((f"Dispatching by {choice(strategy)}", _with(strategy, plan.strategy)) for strategy in plan.strategies)
     changes = [*grown, *tried]
@@ -57,7 +57,7 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
 
 
 def choice(strategy: Strategy) -> str:
-    """Name a strategy: `hungarian`."""
+    """Return the name of a strategy, such as `hungarian`."""
     return words.named_policy(strategy.label)
 
 

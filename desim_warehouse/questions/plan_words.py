@@ -1,4 +1,4 @@
-"""The answer of `desim plan`: which fleet is enough for each demand, and which others were tried or remain open."""
+"""The answer of `desim plan`: the fleet that is enough for each demand, the fleets tried, and those left open."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from desim_warehouse.study.statistics.intervals import Estimate
 
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
-    """Put the sizes of a fleet into words; `guesses`: keys of the model whose values are guesses, None: unknown."""
+    """Put the sizes of a fleet into words; `guesses`: keys of the model whose values are guesses, None if unknown."""
     return _Planned(plan, guesses).answer()
 
 
 def more_orders(growth: float) -> str:
-    """Demand in words, from times today's: `with 30 % more orders`."""
+    """Return demand relative to today's in words: `with 30 % more orders`."""
     percent = round(100 * (growth - 1), 6)
     return f"with {percent:g} % more orders" if percent >= 0 else f"with {-percent:g} % fewer orders"
 
 
 class _Planned:
-    """A plan and the last demand that has an answer, the only demand that a page draws."""
+    """A plan with the last demand that has an answer, which is the only demand that a page draws."""
 
     def __init__(self, plan: FleetSizes, guesses: Sequence[str] | None) -> None:
         self.guesses = guesses
@@ -101,11 +101,11 @@ class _Planned:
     # Sentences
 
     def _in_time(self, sized: Sized) -> str:
-        """Name the demand at the end of a phrase; empty where one key is sized, which is for today's alone."""
+        """Return the demand for the end of a phrase; empty if one key is sized, as this is for today's demand alone."""
         return "" if self.key is not None else f" {self._when(sized)}"
 
     def _then(self, sized: Sized, sentence: str) -> str:
-        """Begin a sentence with the demand it is about, `Today (60 an hour): no fleet is enough`; not of one key."""
+        """Begin a sentence with its demand: `Today (60 an hour): no fleet is enough`; unchanged if one key is sized."""
         return capital(sentence if self.key is not None else f"{self._when(sized)}: {sentence}")
 
     def _when(self, sized: Sized) -> str:
@@ -131,7 +131,7 @@ class _Planned:
         return line + self._worse(sized) + self._against(sized) + self._most(sized)
 
     def _days(self, shown: Shown) -> str:
-        """Return the sentence on the worst day of a fleet, after a blank; empty where there are several targets."""
+        """Return the sentence on the worst day of a fleet, after a blank; empty if there are several targets."""
         text = "" if self.plan.beside else judged.days(shown.days, self.goal, self.model)
         return text and f" {text}"
 
@@ -139,15 +139,15 @@ class _Planned:
         return f"within {self._zone()} of the target, no number of runs will tell"
 
     def _would_tell(self, sized: Sized) -> str:
-        """Estimate how many runs would tell whether an open fleet is enough."""
+        """Return the estimate of how many runs would decide whether an open fleet is enough."""
         needed = [shown.to_tell for shown in sized.below if standing(shown.verdict) == "open"]
-        told_by = [runs for runs in needed if runs is not None]
-        if not told_by or len(told_by) < len(needed):
+        runs_needed = [runs for runs in needed if runs is not None]
+        if not runs_needed or len(runs_needed) < len(needed):
             return "even many more runs may not tell"
-        return f"about {10 * math.ceil(max(told_by) / 10)} runs of each {self.noun} would tell (--cap)"
+        return f"about {10 * math.ceil(max(runs_needed) / 10)} runs of each {self.noun} would tell (--cap)"
 
     def _ended(self, sized: Sized) -> str:
-        """Say which fleets are enough, too few or open when the runs allowed ended before an answer."""
+        """Return the fleets that are enough, too few or open if the runs ran out before an answer."""
         shown_enough = f" {self._are(sized.best.counts)} enough." if sized.best else ""
         if 0 < len(sized.below) <= plan_cells.LISTED:
             *others, last = (shown.counts for shown in sized.below)
@@ -158,7 +158,7 @@ class _Planned:
         return f"{self._then(sized, f'undecided after {runs}')}.{shown_enough} {left}."
 
     def _none(self, sized: Sized) -> str:
-        """Say that no fleet is enough, how the largest does, and what more robots would not cure."""
+        """Return that no fleet is enough, the result of the largest, and what more robots would not cure."""
         if sized.undecided:
             return self._undecided(sized)
         largest = self._nearest(sized)
@@ -179,7 +179,7 @@ class _Planned:
         return f"{line} {sentence(capital(busiest.are(sized.loads, _time(sized))))}" if sized.loads else line
 
     def _each(self, sized: Sized) -> list[str]:
-        """Return a line for each of several targets on the fleet that the answer names."""
+        """Return a line for each of several targets, on the fleet that the answer names."""
         if not self.plan.beside or sized.open or not (sized.best or sized.below):
             return []
         named = sized.best or self._nearest(sized)
@@ -196,7 +196,7 @@ class _Planned:
         return spoken([words.target(goal) for goal in self.plan.targets])
 
     def _undecided(self, sized: Sized) -> str:
-        """Say which fleets remain open where none is shown to be enough, and the largest is not shown to miss."""
+        """Return the fleets that remain open if no fleet is shown to be enough, nor the largest to miss."""
         largest = self._nearest(sized)
         verdict, name = largest.verdict, capital(self._fleet(largest.counts))
         if judged.is_perfect(verdict, self.goal):
@@ -213,18 +213,18 @@ class _Planned:
         return f"{line} {name}: {self._reached_by(largest, self._text(sized, largest))}"
 
     def _reached_by(self, shown: Shown, text: str) -> str:
-        """End a sentence with what a fleet reaches; the sentence on its worst day follows."""
+        """Return the end of a sentence on what a fleet reaches, and the sentence on its worst day."""
         return f"{words.reached(self.goal.indicator, text)}.{self._days(shown)}"
 
     def _nearest(self, sized: Sized) -> Shown:
-        """Return the largest fleet judged; where fewer robots do better, the fleet nearest to the target."""
+        """Return the largest fleet judged or, if fewer robots do better, the fleet nearest to the target."""
         lasting = [shown for shown in sized.below if not shown.vetoed]
         if not sized.fewer or not lasting or self.plan.beside:
             return sized.below[-1]
         return max(lasting, key=lambda shown: self.goal.sign * shown.verdict.mean)
 
     def _against(self, sized: Sized) -> str:
-        """Say that the ends of the range contradict the assumed order of fleets; empty where they agree with it."""
+        """Return that the ends of the range contradict the assumed order of fleets; empty if they agree with it."""
         if not sized.against:
             return ""
         if sized.fewer:
@@ -233,14 +233,14 @@ class _Planned:
         return f" {more} better, but not here: the smallest {self.noun} is enough and the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
-        """Say how long a trip takes, beside the time allowed, where no resource is scarce."""
+        """Return the time of a trip beside the time allowed, if no resource is scarce."""
         due = due_within(self.model)
         scale = words.scale(TRIP, self.model, (trip.mean,))
         limit = "" if due is None else f", and {scale.value(due)} are allowed"
         return f"Robots are not the limit: a trip takes {scale.value(trip.mean)}, waits included{limit}."
 
     def _worse(self, sized: Sized) -> str:
-        """Name larger designs that do worse than a smaller design."""
+        """Return the larger designs that do worse than a smaller design."""
         if not sized.worse:
             return ""
         phrases = [self._does_worse(*contrast) for contrast in sized.worse]
@@ -254,7 +254,7 @@ class _Planned:
         return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}{indicator}"
 
     def _most(self, sized: Sized) -> str:
-        """Say which fleet with pods has the largest output, where more robots do worse."""
+        """Return the fleet with the largest output, if there are pods and more robots do worse."""
         most = sized.most
         if most is None:
             return ""
@@ -263,7 +263,7 @@ class _Planned:
         return f" More is not always better here: {best}; {most.largest} do {scale.value(most.at_largest)}."
 
     def _strategies(self) -> list[str]:
-        """Say whether another dispatching policy needs a smaller fleet."""
+        """Return whether another dispatching policy needs a smaller fleet."""
         plan = self.plan
         lines = []
         if plan.strategy is not None:
@@ -278,11 +278,11 @@ class _Planned:
         return lines + ([f"No runs were left to try {spoken(plan.untried)}."] if plan.untried else [])
 
     def _own(self) -> str:
-        """The strategy of the model in words."""
+        """Return the strategy of the model in words."""
         return words.named_policy(self.plan.own)
 
     def _busiest(self) -> list[str]:
-        """Name the busiest resource with the fleet of the answer."""
+        """Return the sentence on the busiest resource with the fleet of the answer."""
         sized = self.answered
         if sized is None or sized.best is None:
             return []
@@ -311,7 +311,7 @@ class _Planned:
         )
 
     def _covers(self) -> str:
-        """Say how rare the days are that the runs of the fleets named can still show."""
+        """Return the sentence on how rare the days are that the runs of the named fleets cover."""
         named = [(sized, sized.best) for sized in self.demands if sized.best is not None]
         least = min(best.verdict.least for _, best in named)
         if not least or any(best.verdict.deterministic for _, best in named):
@@ -324,7 +324,7 @@ class _Planned:
         return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
 
     def _beside(self, options: Sequence[Option]) -> list[str]:
-        """Say why fleets are not met though their interval holds the target, and which closures fall into no run."""
+        """Return notes on fleets that miss although their interval holds the target, and on closures in no run."""
         zone = words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
         return [*judged.holds_the_target(options, self.goal, zone), *map(sentence, rare.closed(self.model))]
 
@@ -334,7 +334,7 @@ class _Planned:
         return lasts_not(shown.wrong)
 
     def _text(self, sized: Sized, shown: Shown) -> str:
-        """Return the indicator of a fleet in words, or why it has none."""
+        """Return the indicator of a fleet in words, or the reason why it has none."""
         if self._lasting(shown):
             done = shown.delivered
             made = self.model.replace({**sized.overrides, **shown.overrides})
@@ -377,7 +377,7 @@ class _Planned:
         return [first, *(judged.tile(number.text, words.in_sentence(number.of)) for number in self._also(best))]
 
     def _options(self, sized: Sized) -> list[Option]:
-        """Return the fleets that show the answer; for the last demand also fleets with other strategies."""
+        """Return the fleets that show the answer, for the last demand also with other strategies."""
         last = sized is self.demands[-1]
         options = []
         tried = [*([sized.best] if sized.best else []), *sized.below]
@@ -417,7 +417,7 @@ class _Planned:
         )
 
     def _also(self, shown: Shown) -> list[SaidNumber]:
-        """Return the numbers of a fleet for further targets."""
+        """Return the numbers of a fleet for the targets after the first."""
         each = zip(self.plan.targets[1:], shown.verdict.each[1:], strict=False)
         return [judged.number(verdict, goal, self.model) for goal, verdict in each]
 
@@ -438,7 +438,10 @@ class _Planned:
     # The figure, and the design that the page shows
 
     def _grid(self) -> PairGrid | None:
-        """Draw the standing of every fleet searched, by robots and chargers; people as in the answer, or the most."""
+        """Draw the standing of every searched fleet, by robots and chargers, with the people of the answer.
+
+        Without an answer the grid shows the most people.
+        """
         searched = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
         if not searched:
             return None
@@ -457,7 +460,7 @@ class _Planned:
         return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
 
     def _intervals(self, options: Sequence[Option]) -> Rows | None:
-        """Draw every value judged, with its interval beside the target."""
+        """Draw every judged value, with its interval, beside the target."""
         title = capital(words.in_sentence(self.goal.indicator))
         bars = (judged.bar(row.name, row.number, row.standing) for row in options if row.number is not None)
         return judged.figure(title, bars, self.goal.value, judged.aim(self.goal))
@@ -486,7 +489,7 @@ class _Planned:
         }
 
     def _sheet(self) -> tuple[Folded, ...]:
-        """Return the tables beside the answer on the one sheet; none where one key is sized."""
+        """Return the tables beside the answer on its sheet; none if one key is sized."""
         if self.key is not None:
             return ()
         grown = [(capital(self._when(sized)), self._in_short(sized)) for sized in self.demands[1:]]
@@ -500,17 +503,17 @@ class _Planned:
     # Counts, hours and years
 
     def _fleet(self, counts: Counts) -> str:
-        """The counts of a design: `6 robots, 2 chargers and 3 packers`."""
+        """Return the counts of a design in words: `6 robots, 2 chargers and 3 packers`."""
         return plan_cells.named(self.plan, counts)
 
     def _are(self, counts: Counts) -> str:
-        """Begin a sentence on a design: `6 robots and 1 charger are`, or of one key `Battery threshold 2 is`."""
+        """Return the beginning of a sentence on a design: `6 robots and 1 charger are`, or `Battery threshold 2 is`."""
         designs = self.plan.designs
         is_one = not designs.is_fleet or (designs.value(counts) == 1 and not any(counts[1:]))
         return f"{capital(self._fleet(counts))} {'is' if is_one else 'are'}"
 
     def _counted(self, counts: Counts) -> dict[str, Any]:
-        """The counts of a design as JSON has them, people in all nodes of their station."""
+        """Return the counts of a design for JSON, with people summed over the nodes of their station."""
         if self.key is not None:
             return {self.key.of: self.key.value(counts)}
         return {f"{COUNTED[name]}s": number for name, number in self.plan.designs.totals(counts).items()}
@@ -521,7 +524,11 @@ class _Planned:
         return f", {spoken(people)}" if people else ""
 
     def _worst(self, sized: Sized) -> str:
-        """Name the worst part of the day with the best fleet, unless the target is one: `11:30 to 13:00: 97 %.`."""
+        """Return the sentence on the worst part of the day with the best fleet: `11:30 to 13:00: 97 %`.
+
+        It is left out if the target itself is about a part of the day. The sentence on departures follows, if there are
+        any.
+        """
         lead = "" if sized.lead is None else departures.in_time(self.model, sized.lead)
         if not sized.hours or AT in self.goal.indicator:
             return lead
@@ -537,7 +544,7 @@ class _Planned:
         return judged.within(ON_TIME, scale, (hour.share.mean, low, high)).text
 
     def _hours(self) -> list[Folded]:
-        """Return the table of orders and shares on time by the hour of the day."""
+        """Return the table of orders, and of shares on time, by the hour of the day."""
         sized = self.answered
         if sized is None or sized.best is None or not sized.hours:
             return []
@@ -551,7 +558,7 @@ class _Planned:
         ]
 
     def _lasts(self) -> list[str]:
-        """Say up to which year the fleet for today is enough."""
+        """Return the sentence on the year up to which the fleet for today is enough."""
         first = self.plan.today.best
         if not self.yearly or first is None or self.plan.ended:
             return []
@@ -583,10 +590,10 @@ class _Planned:
 
 
 def _bound(goal: Target) -> dict[str, Any]:
-    """A target as JSON has it."""
+    """Return a target for JSON."""
     return {"indicator": goal.indicator, "sense": goal.sense, "value": goal.value}
 
 
 def _time(sized: Sized) -> str:
-    """Return the time that busy shares refer to, in words: all of it, or the hours of a shift plan."""
+    """Return the time to which utilisations refer, in words: all of it, or the hours of a shift plan."""
     return "of their hours" if sized.in_hours else "of the time"

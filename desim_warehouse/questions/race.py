@@ -1,4 +1,4 @@
-"""Which design of a study is best: a race between all of them, and its answer, the best and the designs as good."""
+"""The race among all designs of a study for the best mean, and its answer: the best design and those as good."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Best(Answered, Raced):
         point: the best design.
         within: designs shown to be worse by less than delta.
         indicator: the indicator that was compared.
-        selection: means, runs, and when each design dropped out.
+        selection: means, runs, and the look at which each design dropped out.
         study: the study with all its runs.
     """
 
@@ -62,22 +62,21 @@ def best_of_study(
 ) -> Best:
     """Choose the best design of a study by the mean of an indicator.
 
-    Designs that are clearly worse drop out early, so this needs far fewer runs than as many replications of
-    all. Runs are stored where `Study.run` would store them, and those already there are used. The confidence
-    is the study's.
+    Designs that are clearly worse drop out early, so far fewer runs are needed than equally many for all. Runs are
+    stored where `Study.run` would store them, and stored runs are used.
 
     Args:
-        study: its designs are the candidates. Runs that it already has are used.
-        indicator: what is compared.
-        delta: indifference zone in the indicator's unit: smaller differences do not matter. Default: 1 % of the
-            largest mean of the first replications.
-        maximise: whether more is better (default: as usual for the indicator).
-        search: how runs are done; confidence, seed and time limit are the study's.
+        study: its designs are the candidates, and its confidence holds for the choice.
+        indicator: the indicator that is compared.
+        delta: indifference zone in the indicator's unit: smaller differences do not matter. Default: 1 % of the largest
+            mean of the first replications.
+        maximise: whether larger is better (default: as usual for the indicator).
+        search: settings of runs; confidence, seed and time limit are the study's.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
 
-    Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
+    Source: KN, Kim & Nelson (2001); `statistics.kn_steps` states the guarantee and its assumptions.
     """
     return worded(race(study, indicator, delta, maximise=maximise, search=search), search)
 
@@ -88,7 +87,7 @@ def worded(raced: Raced, search: Search = USUAL) -> Best:
 
 
 def answer(raced: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:
-    """Put a race into words; `besides`: further sentences."""
+    """Put a race into words, with further sentences (`besides`)."""
     selection, study = raced.selection, raced.study
     model, title = study.plan.base, words.in_sentence(raced.indicator)
     zone = words.scale(raced.indicator, model, selection.means).value(selection.delta)
@@ -120,7 +119,7 @@ def answer(raced: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> A
 
 
 def _as_good(raced: Raced, zone: str) -> list[str]:
-    """Name the designs shown to be worse by less than the indifference zone."""
+    """Return the sentences on the designs shown to be worse by less than the indifference zone."""
     equal = raced.selection.equal
     same = [words.design_spoken(point.labels) for point in raced.within if point.number in equal]
     names = [words.design_spoken(point.labels) for point in raced.within if point.number not in equal]

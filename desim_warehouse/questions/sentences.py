@@ -1,4 +1,4 @@
-"""Words for designs of a study: their names, what is wrong with them, and the knee of the throughput."""
+"""Words for designs of a study: their names, their problems, and the knee of the throughput."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
-"""Of a design whose warm-up was to be found."""
+"""Words on a design whose warm-up was to be found."""
 
 
 def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
-    """Return a line for each kind of verdict, with the design that has it worst.
+    """Return a line for each kind of verdict, with the worst design of its kind.
 
-    `lasting`: also of designs that cannot last, which answers with a row for each design say in that row.
+    `lasting`: include designs that cannot last, which some answers already report in the rows of these designs.
     """
     lines = []
     for code in RULES:
@@ -39,12 +39,12 @@ def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
 
 
 def name_of(study: ResultsData, design: str) -> str:
-    """Return a design in words; factors that do not vary are left out."""
+    """Return a design in words, without factors that do not vary."""
     return words.design_spoken(_levels(study, design))
 
 
 def option_of(study: ResultsData, design: str) -> tuple[str, str]:
-    """Name the decisions of a design, and the demand that it is for; both in the first without a target."""
+    """Return the decisions of a design, and the demand that it is for; without a target both in the first."""
     levels = _levels(study, design)
     asked = {key: level for key, level in levels.items() if study.is_demand(key)}
     if study.target is None or len(asked) in {0, len(levels)}:
@@ -54,7 +54,7 @@ def option_of(study: ResultsData, design: str) -> tuple[str, str]:
 
 
 def apart_from(study: ResultsData, design: str, other: str) -> str:
-    """Name a design by the factors in which it differs from another design."""
+    """Return a design in words by the factors in which it differs from another design."""
     ours, theirs = _levels(study, design), _levels(study, other)
     differ = {key: level for key, level in ours.items() if level != theirs[key]}
     if len(differ) != 1:
@@ -70,7 +70,7 @@ def _levels(study: ResultsData, design: str) -> dict[str, Any]:
 
 
 def knee_of_throughput(study: ResultsData) -> list[str]:
-    """Return the sentence on where more robots stop paying off, if throughput rises significantly up to that knee."""
+    """Return the sentence on where more robots stop paying off, if throughput rises significantly up to this knee."""
     from desim_warehouse.study.statistics.comparison import paired
     from desim_warehouse.study.statistics.knee import knee
 
@@ -109,7 +109,7 @@ def knee_of_throughput(study: ResultsData) -> list[str]:
 
 
 def capped(tried: Capped, model: Model | None) -> str:
-    """Return the sentence on what a cap on the robots under way gains."""
+    """Return the sentence on the gain of a cap on the robots under way."""
     scale = words.scale(tried.indicator, model, (tried.mean,))
     gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"

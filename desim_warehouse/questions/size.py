@@ -1,4 +1,4 @@
-"""Which value of a key is the smallest that meets a target: `size`, a plan of one key; and which does most: `most`."""
+"""The verbs `size`, for the smallest value of a key that meets a target, and `most`, for the value that does most."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Size(Answered, FleetSizes):
 
     Attributes:
         answer: the answer in words; shown by `print`.
-        smallest: the smallest value; None: no value was shown to meet the target.
+        smallest: the smallest value; None if no value was shown to meet the target.
         target: the target to meet.
         decisions: the verdict on each value that was simulated.
         runs: total number of runs simulated.
@@ -34,13 +34,13 @@ class Size(Answered, FleetSizes):
 
     @property
     def smallest(self) -> Any:
-        """The smallest value that meets the target; None if none was shown to."""
+        """The smallest value that meets the target; None if no value was shown to meet it."""
         best = self.today.best
         return None if best is None else self.designs.value(best.counts)
 
     @property
     def decisions(self) -> tuple[DesignVerdict[Any], ...]:
-        """The verdict on each value that was looked at, smallest first."""
+        """The verdict on each value that was simulated, smallest first."""
         tried = [*self.today.below, *([self.today.best] if self.today.best else [])]
         tried.sort(key=lambda shown: shown.counts)
         return tuple(replace(shown.verdict, value=self.designs.value(shown.counts)) for shown in tried)
@@ -61,18 +61,18 @@ def size(
     """Find the smallest value of a study's factor whose mean is shown to meet a target.
 
     Args:
-        study: with one factor, its values upwards.
-        target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95"; of
-            several, a value has to meet all.
-        zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target.
-        scan: look at all values from the first on, as where more need not be better, instead of by bisection.
-        search: how runs are done; confidence, seed and time limit are the study's.
+        study: a study with one factor, its values in ascending order.
+        target: such as "throughput_per_hour >= 220"; for shares such as "on_time >= 95 %" or "on_time >= 0.95"; of
+            several targets, a value has to meet all.
+        zone: indifference zone of a single target, in its unit; default: 0.01 for shares, else 1 % of the target.
+        scan: try all values from the first on, instead of bisection, as larger values may not be better.
+        search: settings of runs; confidence, seed and time limit are the study's.
 
     Returns:
-        The smallest value with the verdict on each that was looked at, and the answer in words; see `Size`.
+        The smallest value with the verdict on each simulated value, and the answer in words; see `Size`.
 
     Raises:
-        StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
+        StudyError: not one factor, a bad target, or a run that failed, unless a robot ran flat: such a value fails.
 
     Source: a search by bisection with sequential tests: a plan of one count.
     """
@@ -87,15 +87,16 @@ def most(
     share: float = ZONE,
     search: Search = USUAL,
 ) -> Best:
-    """Find the smallest value of a study's factor with which most is done, where more of it need not do more.
+    """Find the smallest value of a study's factor with which most is done; larger values need not do more.
 
-    Of fleets that do less where they are larger, the largest is tried with a cap on the robots under way, too.
+    If the factor is the number of robots and the largest fleet does less, that fleet is also tried with a cap on the
+    robots under way.
 
     Args:
-        study: with one factor, its values upwards.
-        indicator: what is done.
-        share: a smaller difference, as a part of the largest mean of the first replications, does not matter.
-        search: how runs are done; confidence, seed and time limit are the study's.
+        study: a study with one factor, its values in ascending order.
+        indicator: the indicator of what is done.
+        share: a smaller difference, as a share of the largest mean of the first replications, does not matter.
+        search: settings of runs; confidence, seed and time limit are the study's.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
@@ -116,7 +117,10 @@ def most(
 
 
 def _of_cap(study: Study, indicator: str, search: Search) -> str:
-    """Try caps on the robots under way of the largest fleet; the sentence is empty unless robots wait and one helps."""
+    """Try caps on the robots under way of the largest fleet, and return the sentence on the best; empty if none helps.
+
+    No cap is tried unless robots wait much.
+    """
     largest = study.points[-1]
     rows = study.results.by_point[largest.number]
     if not waits_much(row.indicators for row in rows):

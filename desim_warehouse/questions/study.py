@@ -1,4 +1,4 @@
-"""A study in the hands of a user: `Study`, `Results`, `Comparison`, `MainEffects`; its engine with words and tables."""
+"""The classes of studies that users hold: `Study`, `Results`, `Comparison`, `MainEffects`; the engine with words."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Comparison(Answering, comparison.Differences):
     Attributes:
         answer: the answer in words, as `desim compare` prints it; shown by `print`.
         indicator: the indicator that is compared.
-        differences: one for each design, with interval and p-value; designs with equal runs share one.
+        differences: a difference for each design, with interval and p-value; designs with equal runs share one.
         against: the baseline of each design.
         confidence: confidence level at which all differences hold simultaneously.
         statement: the meaning of intervals and p-values in words.
@@ -49,9 +49,9 @@ class Comparison(Answering, comparison.Differences):
     def table(self) -> pd.DataFrame:
         """A row for each difference.
 
-        Columns: the factors, baseline (the design that it is compared with), difference with `_low` and `_high` (in the
-        units of the indicator; nan where there is no interval), p (adjusted), differs (None: it cannot be told), runs,
-        missing (replications that only one of both has).
+        Columns: the factors, baseline (the design compared with), difference with `_low` and `_high` (in the units of
+        the indicator; nan without an interval), p (adjusted), differs (None: undecided), runs, missing (replications
+        that only one of the two designs has).
         """
         import pandas as pd
 
@@ -73,7 +73,7 @@ class Comparison(Answering, comparison.Differences):
         return pd.DataFrame(rows)
 
     def in_short(self) -> str:
-        """Return the indicator and the number of designs that differ in a few words."""
+        """Return a phrase with the indicator and the number of differences shown."""
         differ = sum(bool(difference.differs) for difference in self.differences)
         return f"{self.indicator}: {differ} of {number_of(len(self.differences), 'difference')} shown"
 
@@ -85,13 +85,16 @@ class MainEffects(screening.Effects):
     Attributes:
         indicator: the indicator that is analysed.
         grand_mean: mean of the indicator over all runs, in the model's units.
-        factors: for each factor, its levels, each with the mean there minus the grand mean, and the swing.
+        factors: for each factor, the effects of its levels (mean at the level minus grand mean), and its swing.
         left_out: number of runs without a value.
     """
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each level of each factor: factor, level, effect (mean there minus grand mean), swing, runs."""
+        """A row for each level of each factor.
+
+        Columns: factor, level, effect (mean at the level minus grand mean), swing, runs.
+        """
         import pandas as pd
 
         return pd.DataFrame(
@@ -118,11 +121,11 @@ class MainEffects(screening.Effects):
 class Results(Answering, ResultsData):
     """The finished runs of a study, their statistics, and the resulting answer.
 
-    A design is named by its text, such as "fleet.size=3"; designs that are equal are one.
+    A design is named by its text, such as "fleet.size=3"; equal designs count once.
 
     Attributes:
         answer: the answer in words, as `desim study` prints it; shown by `print`.
-        table: a row for each run; `summary` has one for each design and indicator.
+        table: a row for each run; `summary` has a row for each design and indicator.
         rows: the runs, in the order of designs, then of replications.
         designs: each design with the levels of its factors.
         indicators: names of the indicators that any run has.
@@ -140,8 +143,8 @@ class Results(Answering, ResultsData):
         return self.frame(self.plan.indicators)
 
     def answer_in(self, indicators: Sequence[str]) -> Answer:
-        """Compose the answer of the study in these indicators, the usual ones where there are none."""
-        from desim_warehouse.questions import study_words  # most studies are never asked
+        """Compose the answer of the study in these indicators; if empty, in the usual indicators."""
+        from desim_warehouse.questions import study_words  # imported late, as most studies are not asked for an answer
 
         return study_words.answer(self, indicators)
 
@@ -151,36 +154,37 @@ class Results(Answering, ResultsData):
         baseline: Mapping[str, Any] | None = None,
         method: comparison.Method = "bonferroni",
     ) -> Comparison:
-        """Compare designs with a baseline replication by replication, with intervals that hold all at once.
+        """Compare designs with a baseline, replication by replication, with simultaneous confidence intervals.
 
-        Each design is compared with the one that has the named values of factors, and its own of all others: with
-        `{"policies.allocation": "in-order"}` each policy with in-order at the same fleet, all as one family. Designs
-        whose runs are equal count once, so that copies cost no certainty; those equal to their baseline have no row.
+        Each design is compared with the design that has the baseline's values of the named factors, and its own values
+        of all other factors: with `{"policies.allocation": "in-order"}`, each policy is compared with in-order at the
+        same fleet size. All comparisons form one family. Designs with equal runs count once, so that copies do not
+        widen intervals; designs equal to their baseline have no row.
 
         Args:
-            indicator: what is compared.
-            baseline: values of factors; of a paired design, whose factors vary together, the first design with them.
-                None: the study's baseline, by default its first design.
+            indicator: the indicator to compare.
+            baseline: values of factors; for paired designs, whose factors vary together, the first design with these
+                values. None for the study's baseline, by default its first design.
             method: bonferroni, or holm, whose p-values are never larger.
 
         Returns:
             The differences in the units of the indicator, each with interval and p-value.
 
         Raises:
-            StudyError: no such indicator or baseline, or a design without a replication in common with it.
+            StudyError: no such indicator or baseline, or a design without a replication in common with its baseline.
         """
         return Comparison(**vars(super().compare(indicator, baseline, method)), indicator=indicator, results=self)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Find which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
+        """Compute main effects: the mean of an indicator at each level of each factor, minus the grand mean.
 
         Raises:
-            StudyError: nothing was varied, or no run has a value.
+            StudyError: no factor was varied, or no run has a value.
         """
         return MainEffects(**vars(super().main_effects(indicator)))
 
     def in_short(self) -> str:
-        """Return the numbers of designs and runs in a few words."""
+        """Return a phrase with the numbers of designs and runs."""
         failed = sum(row.outcome.error is not None for row in self.rows)
         runs = f"{number_of(len(self.rows), 'run')}{f', {failed} failed' if failed else ''}"
         return f"{self.plan.name}: {number_of(len(self.designs), 'design')}, {runs}"
@@ -193,7 +197,7 @@ class Study(StudyEngine):
         study.run(workers=2, out="reports/out/fleet")
         study.summary(["T", "S"])
 
-    `Study.open` has the runs of a folder again, in another program or after an interruption.
+    `Study.open` loads the runs of a folder, in another program or after an interruption.
     """
 
     _results_type = Results
@@ -204,10 +208,10 @@ class Study(StudyEngine):
 
     @property
     def results(self) -> Results:
-        """The finished runs, and what follows from them. They do not change when the study runs on.
+        """The finished runs with their statistics; they do not change when the study runs on.
 
         Raises:
-            StudyError: where the study has not been run.
+            StudyError: the study has not been run.
         """
         return cast("Results", super().results)
 
@@ -221,5 +225,5 @@ class Study(StudyEngine):
         return self.results.compare(indicator, baseline, method)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """Find which factor matters: see `Results.main_effects`."""
+        """Compute main effects of the factors: see `Results.main_effects`."""
         return self.results.main_effects(indicator)

@@ -1,4 +1,4 @@
-"""The question and the answer of a study: which of its options meet the target, or which is best."""
+"""The answer of a study: the options that meet the target or, without a target, the best option."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from desim_warehouse.study.statistics.screening import main_effects
 from desim_warehouse.study.target import Days, days_of
 
 _LISTED = 6
-"""Options that are named one by one; of more, how many there are."""
+"""Number of options up to which they are named one by one; beyond it, the rest are counted."""
 _DRAWN = 40
-"""Rows of a figure."""
+"""Most rows of a figure."""
 _RARE = 3
-"""Lines on what is rare."""
+"""Most lines on rare events."""
 _TILES, _SHOWN = 3, 4
-"""Large numbers, and indicators where nobody asked for some."""
+"""Most tiles, and number of indicators that are shown by default."""
 _UNNAMED = ("what-if", "size", "best", "study", "why")
-"""Names of studies without one of their own: their answers have the name of the model."""
+"""Default names of studies, whose answers have the name of the model instead."""
 
 
 def answer(study: ResultsData, indicators: Sequence[str] = ()) -> Answer:
-    """Return the answer of a study; `indicators`: the indicators to show, instead of the usual ones."""
+    """Return the answer of a study, in the given `indicators` or, without any, in the usual ones."""
     if all(row.outcome.error is not None for row in study.rows):
         return _nothing(study)
     return _Studied(study, indicators).answer()
@@ -56,7 +56,7 @@ def _nothing(study: ResultsData) -> Answer:
 
 
 class _Studied:
-    """The designs that have runs, designs with equal runs once, with the indicators that are shown of them."""
+    """The designs that have runs, each group of designs with equal runs once, with their shown indicators."""
 
     def __init__(self, study: ResultsData, indicators: Sequence[str]) -> None:
         self.study, self.goal, self.base = study, study.target, study.base
@@ -97,7 +97,7 @@ class _Studied:
         )
 
     def _first(self, design: str) -> str:
-        """Return the design that stands for this one, where their runs are equal."""
+        """Return the design that represents all designs with equal runs."""
         return self.study.same.get(design, design)
 
     # Options
@@ -133,14 +133,14 @@ class _Studied:
         )
 
     def _days(self, design: str) -> str:
-        """Return the worst of the days of an option, and how many of them miss the target."""
+        """Return the worst day of an option and the number of days that miss the target; empty without a target."""
         return "" if self.goal is None else judged.in_row(self._all_days(design), self.goal, self.base)
 
     def _all_days(self, design: str) -> Days | None:
         return None if self.goal is None else days_of(self.study.values(design, self.goal.indicator), self.goal)
 
     def number(self, design: str, indicator: str) -> SaidNumber | None:
-        """Return an indicator with its one interval; None where it has no value, or none that means something."""
+        """Return an indicator with its interval; None if it has no value, or no meaningful one."""
         verdicts = self.study.verdicts.get(design, ())
         of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, verdicts)
         estimate = self.study.shown(design, indicator)
@@ -152,16 +152,16 @@ class _Studied:
         )
 
     def _aim(self) -> str | None:
-        """Return the indicator of the target."""
+        """Return the indicator of the target; None without a target."""
         return None if self.goal is None else self.goal.indicator
 
     def _found(self, design: str, indicator: str) -> str:
-        """Return a value of an option in a sentence, or the text that replaces it."""
+        """Return an option's value for a sentence, or the text that replaces it."""
         value = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
         return self.options[design].said or "no value" if value is None else value.text
 
     def _did_not_run(self) -> list[str]:
-        """Return the designs without a finished run, with the first error."""
+        """Return the sentence on designs without a finished run, with the first error."""
         errors = {design: [row.outcome.error for row in self.study.runs(design)] for design in self.tried}
         dead = {design: design_errors[0] for design, design_errors in errors.items() if None not in design_errors}
         return (
@@ -171,7 +171,10 @@ class _Studied:
     # Sentences with a target
 
     def _on_target(self) -> tuple[list[str], str | None]:
-        """Return sentences on the first, or cheapest, option for each demand that meets the target, and its name."""
+        """Return the sentences on the first, or cheapest, option that meets the target for each demand, and its design.
+
+        Without such an option the design is None.
+        """
         judged_ones = [design for design in self.tried if design in self.study.judged]
         if not judged_ones:
             return [f"No run has a value by which {self.study.plan.target} could be judged."], None
@@ -203,7 +206,7 @@ class _Studied:
         return capital(f"{when}no option is shown to give {aim}. Best so far: {best}."), None
 
     def _count(self, designs: list[str]) -> list[str]:
-        """Count the options of each standing, and say how many runs would probably decide the open ones."""
+        """Return the number of options of each standing, and how many runs would probably decide the open ones."""
         if len(designs) == 1 and self.options[designs[0]].standing != "open":
             return []
         met = Counter(self.options[design].standing for design in designs)
@@ -235,7 +238,10 @@ class _Studied:
     # Sentences without a target
 
     def _best(self) -> tuple[list[str], str | None]:
-        """Name the option with the best mean of the first indicator with a better side, and the options as good."""
+        """Return the sentences on the option with the best mean and the options as good, and its design.
+
+        The indicator is the first that varies and for which more or less is better.
+        """
         study = self.study
         if len(self.tried) == 1:
             return self._alone(self.tried[0]), self.tried[0]
@@ -273,19 +279,19 @@ class _Studied:
         return [f"A year with {self.options[design].name} costs {self._year(design)}."]
 
     def _year(self, design: str) -> str:
-        """Return the cost of a year; without an interval where no run can change it."""
+        """Return the annual cost, without an interval if all prices are fixed."""
         estimate = self.study.estimate(self.study.runs(design), "annual_cost")
         assert estimate is not None
         scale = words.scale("annual_cost", self.base)
         return scale.value(estimate.mean) if is_fixed(self.base.prices) else scale.estimate(estimate)
 
     def _names(self, designs: list[str]) -> str:
-        """Return the names of options, of many the first."""
+        """Return the names of options; of many, the first ones and the number of the rest."""
         names = [self.options[design].name for design in designs if design in self.options]
         return spoken(names if len(names) <= _LISTED + 1 else [*names[:_LISTED], f"{len(names) - _LISTED} more"])
 
     def _question(self) -> str:
-        """Return the question: the factors that vary, and the target or indicators."""
+        """Return the question, with the factors that vary, and the target or the indicators."""
         study = self.study
         keys = [key for key in study.varied or study.factors if self.goal is None or not study.is_demand(key)]
         robots = [self._robots() for key in keys if key == "fleet.size" and len(study.levels(key)) > 1]
@@ -322,7 +328,7 @@ class _Studied:
         return judged.about(name, model, seed, None if self.goal is None or days is None else (days, self.goal))
 
     def _figure(self) -> Rows | None:
-        """Return the indicator of the target, or the first that differs, of the options that have it."""
+        """Return the figure of the target's indicator, or of the first that differs, for the options that have it."""
         indicator = self.goal.indicator if self.goal is not None else next(iter(self.study.moving), None)
         shown = [
             (option, number) for option in self.options.values() for number in option.numbers if number.of == indicator
@@ -353,7 +359,7 @@ class _Studied:
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
 
     def _effects(self) -> Folded | None:
-        """Return the table of the largest minus smallest mean over each factor's levels; None for one factor."""
+        """Return the table of each factor's effect: its largest minus its smallest mean; None for a single factor."""
         study, varied = self.study, self.study.varied
         if len(varied) < 2 or study.plan.rule == "paired":  # noqa: PLR2004
             return None  # one factor, or factors varied together: their effects cannot be told apart
@@ -407,7 +413,7 @@ def _replications(plan: StudyPlan) -> str:
 
 
 def _warm_up(study: ResultsData) -> str:
-    """Return the warm-up that is left out: one time for all designs, or found for each."""
+    """Return the warm-up that is left out, in words: one for all designs, or one found for each."""
     times, unit = study.warm_ups.values(), study.base.units.time
     if not times:
         return f"{numbers.duration(study.base.run.warm_up, unit)}, not counted"

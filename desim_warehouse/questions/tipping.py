@@ -1,4 +1,4 @@
-"""Tipping points: up to which value of each uncertain input a fleet is enough, in words."""
+"""Tipping points: the value of each uncertain input up to which a fleet is enough, and their answer in words."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class TippingPoints(Answered, Thresholds):
         """A row for each input.
 
         Columns: input (its key), lowest and highest (the range), enough_at_lowest, enough_at_highest, threshold with
-        `_low` and `_high` (nan where there is none), confirmed.
+        `_low` and `_high` (nan without a threshold), confirmed.
         """
         import pandas as pd
 
@@ -67,26 +67,26 @@ class TippingPoints(Answered, Thresholds):
 def tipping_points(
     model: Source, target: str, uncertain: Mapping[str, tuple[float, float]], *, search: Search = USUAL
 ) -> TippingPoints:
-    """Find up to which value of each input the fleet of a model is enough, all other inputs unchanged.
+    """Find the value of each input up to which the fleet of a model is enough, with all other inputs unchanged.
 
     Args:
         model: the warehouse, with its robots and chargers.
         target: such as "on_time >= 95 %".
         uncertain: key of the model -> its lowest and highest value, in the units of the model.
-        search: how runs are done, at most 60 for each input, and the folder that keeps the answer.
+        search: settings of runs, at most 60 for each input, and the folder that keeps the answer.
 
     Returns:
         The threshold of each input with its interval, and the answer in words; see `TippingPoints`.
 
     Raises:
-        StudyError: no range, a bad target, too few runs, or a range with an end at which nothing can be simulated.
+        StudyError: no range, a bad target, too few runs, or an end of a range at which nothing can be simulated.
     """
     searched = thresholds(model, target, uncertain, search=search)
     return TippingPoints(**vars(searched), answer=_answer(searched).keep(search.out, search.command))
 
 
 def with_thresholds(answer: Answer, points: TippingPoints) -> Answer:
-    """Add the thresholds of its fleet to the answer of a plan."""
+    """Return the answer of a plan with the thresholds of its fleet added."""
     facts = {"answer": list(points.answer.answer), **_facts(points), "runs": points.runs}
     lines, runs = (*answer.answer, *points.answer.answer), answer.runs + points.runs
     tables = tuple(_beside(table, points) if table.title == CHANGES else table for table in answer.tables)
@@ -94,7 +94,7 @@ def with_thresholds(answer: Answer, points: TippingPoints) -> Answer:
 
 
 def _beside(changes: Folded, points: TippingPoints) -> Folded:
-    """Add up to which value of each input the fleet is enough to the table of changes of a plan."""
+    """Return a plan's table of changes with the thresholds of inputs added."""
     units = points.model.units
     tried = [
         (_from_to(threshold, unit := words.factor_unit(threshold.key, units)), _known(points, threshold, unit))
@@ -105,7 +105,7 @@ def _beside(changes: Folded, points: TippingPoints) -> Folded:
 
 
 def _answer(searched: Thresholds) -> Answer:
-    """Return a sentence for each input."""
+    """Return the answer, with a sentence for each input."""
     model, size = searched.model, searched.model.fleet.size
     fleet = number_of(size, "robot")
     keys = spoken([words.in_words(threshold.key) for threshold in searched.inputs])
@@ -125,7 +125,7 @@ def _answer(searched: Thresholds) -> Answer:
 
 
 def _facts(searched: Thresholds) -> dict[str, Any]:
-    """Return the facts on thresholds that JSON has."""
+    """Return the thresholds for JSON."""
     return {
         "robots": searched.model.fleet.size,
         "inputs": {
@@ -143,7 +143,7 @@ def _facts(searched: Thresholds) -> dict[str, Any]:
 
 
 def _input(searched: Thresholds, threshold: InputThreshold) -> str:
-    """Return a line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
+    """Return the line on an input, as in `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
     unit = words.factor_unit(threshold.key, searched.model.units)
     return f"{_from_to(threshold, unit)}: {_known(searched, threshold, unit)}."
 

@@ -1,4 +1,4 @@
-"""The question of `desim why`: `study.held_up` finds what holds a warehouse up and its cost; this words the answer."""
+"""The verb `why`, which finds the bottleneck of a warehouse and what it costs (`study.held_up`), and its answer."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 _ROOTS = 3
 _NAMED = 3
-"""Changes that are named in a sentence."""
+"""Most changes that are named in a sentence."""
 _MANY = 1000  # per cent
 _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
-"""What a run does that could not go on, by its error."""
+"""What a run that could not go on did, by its error."""
 _PER = "per 10 % more"
 
 
@@ -44,14 +44,14 @@ class Why(Answered, HeldUp):
         answer: the answer in words; shown by `print`.
         indicator: the indicator in which costs are measured.
         found: each suspect with its gain, competing suspects first.
-        as_it_is: mean and interval of the indicator without changes; None: runs could not continue.
+        as_it_is: mean and interval of the indicator without changes; None if runs could not go on.
         lost: root causes of waits, each with its share of the fleet's time.
         verdicts: verdicts on the run that was examined.
     """
 
     @property
     def bottleneck(self) -> str | None:
-        """The suspect that costs most; None where nothing does, or runs do not decide yet."""
+        """The suspect that costs most; None if none does, or if the runs do not decide."""
         if not (self.is_held_up and self.is_clear):
             return None
         return next(suspect.name for suspect, gain in self.found if gain.competes)
@@ -60,8 +60,8 @@ class Why(Answered, HeldUp):
     def table(self) -> pd.DataFrame:
         """A row for each change that was tried, competing changes first.
 
-        Columns: suspect, change, gain with `_low` and `_high` (of the whole change; in the model's units, more is
-        better), gain_of_10_percent likewise (nan where the change is no dose), runs.
+        Columns: suspect, change, gain with `_low` and `_high` (of the whole change, in the model's units; positive is
+        better), gain_of_10_percent likewise (nan if the change is not a dose), runs.
         """
         import pandas as pd
 
@@ -99,17 +99,17 @@ def why(
 
     Args:
         source: a run with `log: all`, or a model or its file, which is then simulated once.
-        indicator: what costs are counted in (default: throughput where work always waits, else time).
-        search: how runs are done; the answer is written to its folder `out`.
+        indicator: the indicator in which costs are measured (default: throughput where work always waits, else time).
+        search: settings of runs; the answer is written to its folder `out`.
 
     Returns:
         Each suspect with its gain when relieved, and the answer in words; see `Why`.
 
     Raises:
-        StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.
+        StudyError: an indicator without a better direction, or a run that failed but could have gone on.
 
-    Source: paired differences on the same days, one-sided, at each look a part of the error. Relieving one thing at a
-    time is the definition of a bottleneck by its effect (sensitivity of throughput to each resource); see
+    Source: paired differences on the same days, one-sided, with alpha spending over the looks. Relieving one resource
+    at a time defines a bottleneck by its effect (the sensitivity of throughput to each resource); see
     docs/how-to/find-the-bottleneck.md.
     """
     return worded(held_up(source, indicator, search), search)
@@ -121,18 +121,18 @@ def worded(costs: HeldUp, search: Search = USUAL) -> Why:
 
 
 def answer(costs: HeldUp) -> Answer:
-    """Put into words the gains of relieving the suspects."""
+    """Put the gains of relieving the suspects into words."""
     return _Held(costs).answer()
 
 
 def fails(failure: Failure) -> str:
-    """Return the words for how often runs could not go on."""
+    """Return in words what runs that could not go on did, and how many of them."""
     verb = next((word for kind, word in _FAILS.items() if failure.text.startswith(kind)), "fails")
     return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
 
 
 class _Held:
-    """The costs of all suspects, with the scale on which gains are written."""
+    """The costs of all suspects, with the scale in which gains are written."""
 
     def __init__(self, costs: HeldUp) -> None:
         self.costs, self.model = costs, costs.model
@@ -180,18 +180,18 @@ class _Held:
     # Sentences
 
     def _said(self) -> str:
-        """Name the bottleneck and its cost, or say that there is none."""
+        """Return the sentences on the bottleneck and its cost, or that there is none."""
         costs, failure = self.costs, self.costs.failures.get(0)
         if failure is not None:
             reason = sentence(failure.text.partition(": ")[2] or failure.text)
             return f"As it is, the warehouse {fails(failure)}. {reason}"
         if not costs.is_held_up and costs.state is not None:
-            is_known = costs.gains.none or costs.is_clear
-            return f"There is no bottleneck: {_state(costs.state)}.{f' {self._gains()}' if is_known else ''}"
+            is_decided = costs.gains.none or costs.is_clear
+            return f"There is no bottleneck: {_state(costs.state)}.{f' {self._gains()}' if is_decided else ''}"
         return self._gains()
 
     def _gains(self) -> str:
-        """Name the change that gains most for an equal dose, and the most that any other change gains."""
+        """Return the sentences on the largest gain of an equal dose, and on the most that any other change gains."""
         costs = self.costs
         if not self.competing:
             return f"No change tried made any difference in {number_of(costs.gains.runs, 'run')}."
@@ -207,7 +207,7 @@ class _Held:
         return unclear + self._largest([suspect for suspect, _ in near])
 
     def _best(self, suspect: Suspect, most: Gain) -> str:
-        """Return the gain of the best change, and the most that any other change gains."""
+        """Return the sentences on the gain of the best change, and on the most that any other change gains."""
         costs = self.costs
         falls = "falls" if find(costs.indicator).better == "less" else "rises"
         per = "" if suspect.dose is None else " per 10 %"
@@ -226,7 +226,7 @@ class _Held:
         return f"{line}.{whole}{self._largest([suspect])}"
 
     def _largest(self, named: list[Suspect]) -> str:
-        """Name the change sure to gain most as a whole, however large it is, unless it was named before."""
+        """Return the sentence on the change that surely gains most as a whole, unless it was named before."""
         suspect, most = max(self.competing, key=lambda item: item[1].mean)
         others = [gain for other, gain in self.competing if other in named and other is not suspect]
         if suspect is named[0] or any(gain.high >= most.low for gain in others):
@@ -234,14 +234,14 @@ class _Held:
         return f" Of whole changes, {suspect.relief} gains most: {self._number(most).text}."
 
     def _at_most(self, value: float) -> str:
-        """Return a bound, rounded up."""
+        """Return an upper bound in words, rounded up."""
         value = max(value, 0.0) * self.scale.by
         digits = max(0, 1 - math.floor(math.log10(value))) if value else 0
         shown = numbers.number(math.ceil(value * 10**digits) / 10**digits, digits)
         return f"{shown} {self.scale.unit}".rstrip()
 
     def _lost(self) -> str:
-        """Return the sentence on the share of time that robots waited in one run, with the main roots of waiting.
+        """Return the sentence on the share of time that robots waited in one run, and for which main causes.
 
         It is empty if no robot waited.
         """
@@ -253,7 +253,7 @@ class _Held:
         return f"In the run looked at, robots spent {whole} of their time waiting: {spoken(most)}."
 
     def _batched(self) -> str:
-        """Return the sentence on the share of time that tasks waited for a batch to fill; empty where no task did."""
+        """Return the sentence on the share of time that tasks waited for a batch to fill; empty if no task did."""
         if not self.costs.batched:
             return ""
         share = numbers.PERCENT.value(self.costs.batched)
@@ -273,7 +273,7 @@ class _Held:
         return [judged.tile(shown.text, f"{self.of}, as it is")]
 
     def _health(self) -> list[BigNumber]:
-        """Return tiles with the share on time and the idle share of robots, where no sentence has them."""
+        """Return tiles with the share on time and the idle share of robots, unless a sentence states them."""
         state = self.costs.state
         if state is None or not self.costs.is_held_up:
             return []
@@ -293,7 +293,7 @@ class _Held:
         return "less" if gain.beaten or gain.high <= 0 else "perhaps"
 
     def _options(self) -> list[Option]:
-        """Return a row for each change, competing changes by the gain of 10 %; changes without effect share a row."""
+        """Return a row for each change, competing changes by their gain of 10 %; changes without effect share a row."""
         same = [suspect.relief for suspect, gain in self.costs.found if gain.same]
         rows = []
         for suspect, gain in self.costs.found:
@@ -328,7 +328,7 @@ class _Held:
         return judged.figure(title, bars, 0.0, "no gain")
 
     def _changes(self) -> list[Folded]:
-        """Return the table of changes: the size of each, the waiting at its place, and its whole gain."""
+        """Return the table of changes: the size of each, the waiting at its place, and the gain of the whole change."""
         rows = tuple(
             (
                 suspect.relief,
@@ -344,7 +344,7 @@ class _Held:
 
 
 def dose(suspect: Suspect) -> str:
-    """Return a change as a share of the model's value."""
+    """Return the size of a change as a percentage of the model's value."""
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose
@@ -353,13 +353,13 @@ def dose(suspect: Suspect) -> str:
 
 
 def _state(now: Health) -> str:
-    """Return the idle share of robots and the share on time of the warehouse as it is, in words."""
+    """Return the idle share of robots and the share on time in the unchanged warehouse, in words."""
     due = [] if now.on_time is None else [f"{numbers.PERCENT.value(now.on_time)} on time"]
     return ", ".join([f"robots idle {100 * now.idle:.0f} % of the time", *due])
 
 
 def _is(name: str) -> str:
-    """Return the verb for a suspect: intersections are, an intersection is."""
+    """Return the verb for a suspect: `are` for intersections, `is` for an intersection."""
     first = name.split(maxsplit=1)[0]
     return "are" if first.endswith("s") or name.endswith("lanes") or first == "people" else "is"
 

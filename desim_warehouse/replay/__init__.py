@@ -1,4 +1,4 @@
-"""The replay: a run as one HTML page that plays in any browser, without a network."""
+"""The replay: a run as an HTML page that plays in any browser, without a network."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Replay(WebPage):
     """A replay page: `save` writes it to a file, and Jupyter displays it."""
 
-    sandbox = "allow-scripts allow-downloads"  # a picture of it can be saved
+    sandbox = "allow-scripts allow-downloads"  # the page can save a picture of itself
 
 
 def replay(
@@ -29,21 +29,21 @@ def replay(
     palette: str = "safe",
     beside: History | None = None,
 ) -> Replay:
-    """Make the replay page of a run, or of a window of it; of two runs side by side on one clock with `beside`.
+    """Make the replay page of a run, or of a window of it; with `beside`, of two runs side by side on a common clock.
 
-    It counts from the end of the warm-up on, as indicators do, or from the start of the window if that is later. A
-    window that lies in the warm-up counts from its start.
+    Indicators count from the end of the warm-up, or from the start of the window if that is later. In a window within
+    the warm-up they count from its start.
 
     Args:
-        history: of a run with `log: all`.
-        path: where to write the page; None: nowhere yet.
-        start: first moment shown, in the model's time unit; default: the start of the run.
-        end: last moment shown; default: the end of the run.
+        history: history of a run with `log: all`.
+        path: file to which the page is written; None for no file.
+        start: first moment shown, in the model's time unit; by default the start of the run.
+        end: last moment shown; by default the end of the run.
         palette: `safe` for colour-blind people, or `paper`, the paper's blue, red and green.
-        beside: that of another run with `log: all`, shown at the same moments, counted from the start of either.
+        beside: history of another run with `log: all`, shown at equal times since the start of each run.
 
     Raises:
-        ReportError: for a run without the rows that are needed, an empty window, or an unknown palette.
+        ReportError: a run without `log: all`, an empty window, an unknown palette, or a file that cannot be written.
     """
     from desim_warehouse.outcome.positions import need_all
     from desim_warehouse.replay.page import page
@@ -65,7 +65,7 @@ def replay(
 
 
 def part(history: History, seconds: float) -> dict[str, Any]:
-    """The header of a replay page and its columns as text, for so many seconds from the end of the warm-up on."""
+    """Return the header and packed columns of a replay of the first `seconds` after the warm-up, for the live page."""
     from desim_warehouse.replay.columns import pack
     from desim_warehouse.replay.payload import payload
 
@@ -76,12 +76,12 @@ def part(history: History, seconds: float) -> dict[str, Any]:
 
 
 def _counted_from(history: History, start: float, end: float) -> float:
-    """The moment from which a window of a run counts."""
+    """Return the time from which a window of a run counts."""
     return max(start, history.begin) if history.begin < end else start
 
 
 def window(history: History, start: float | None, end: float | None) -> tuple[float, float]:
-    """The part of a run between two times; raises ReportError if there is none."""
+    """Return start and end of the part of a run between two times; raise ReportError if it is empty."""
     last = float(history.log.end)
     begin = 0.0 if start is None else float(start)
     finish = last if end is None else float(end)

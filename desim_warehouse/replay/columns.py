@@ -1,6 +1,6 @@
-"""Columns of whole numbers in few bytes: seven bits a byte, then deflate, then base64 for the page.
+"""Pack columns of integers into few bytes: seven bits per byte, then deflate, then base64 for the page.
 
-The page reads them with `DecompressionStream`; tests/report/replay/unpacked.py does the same in Python.
+The page unpacks them with `DecompressionStream`, and tests/report/replay/unpacked.py in Python.
 """
 
 from __future__ import annotations
@@ -19,19 +19,23 @@ if TYPE_CHECKING:
 
 
 LARGEST = 2**31 - 1
-"""The largest number in a column: what the page keeps in 32 bits."""
+"""The largest number in a column, as the page uses 32 bits."""
 BITS = 7
 MORE = 128
 LEVEL = 9
 
 
 def zigzag(values: Ints) -> Ints:
-    """Numbers of either sign as 0, 1, 2, ... for 0, -1, 1, ...: those near 0 stay small."""
+    """Map the integers 0, -1, 1, ... to 0, 1, 2, ..., so that numbers close to 0 stay small."""
     return np.where(values < 0, -2 * values - 1, 2 * values)
 
 
 def to_bytes(values: ArrayLike) -> bytes:
-    """Numbers of either sign, seven bits a byte, low bits first; the high bit says that more follow."""
+    """Encode integers of either sign with seven bits per byte, low bits first; the high bit marks a continuation.
+
+    Raises:
+        OverflowError: a number that does not fit into 32 bits.
+    """
     left = zigzag(np.asarray(values, dtype=np.int64))
     if left.size and int(left.max()) > 2 * LARGEST:
         raise OverflowError("a number of the replay does not fit into 32 bits")
@@ -48,7 +52,7 @@ def to_bytes(values: ArrayLike) -> bytes:
 
 
 def pack(columns: Mapping[str, ArrayLike]) -> tuple[list[tuple[str, int, int]], str]:
-    """Columns as base64 text, and for each its name, how many numbers and how many bytes it has."""
+    """Return an index of columns (name, number of values, number of bytes each), and the columns as base64 text."""
     index, parts = [], []
     for name, values in columns.items():
         data = to_bytes(values)

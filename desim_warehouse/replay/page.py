@@ -1,4 +1,4 @@
-"""The replay page: template, style and script of this package joined with the data of a run into one HTML text."""
+"""The replay page: template, style and scripts of this package joined with the data of runs into one HTML text."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 _SAID = {"name", "description"}
-"""Keys that people are told in another way, or that are no difference."""
+"""Keys that do not distinguish runs in labels."""
 _KEYS = 3
-"""The most keys that name a run beside another."""
+"""Largest number of keys in the label of a run."""
 _LONGEST = 40
-"""A value longer than this is cut."""
+"""Longest value in a label, in characters; longer values are cut."""
 
 
 def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palette: str) -> str:
-    """One self-contained HTML page that replays a window of each run, one or two; it needs no network."""
+    """Return the self-contained HTML page that replays a window of one run, or of each of two runs."""
     headers, texts = [], []
     first = (runs[0].model.content()["tasks"], runs[0].seed)
     for history, (start, end), label in zip(runs, windows, labels(runs), strict=True):
@@ -52,7 +52,7 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
 
 
 def courses(runs: Sequence[History], windows: Sequence[tuple[float, float]]) -> list[Markup]:
-    """Draw how each run goes by the clock, from the first to the last moment that the player has."""
+    """Draw the course of each run, from the first to the last moment of the player."""
     seconds = [history.model.units.seconds for history in runs]
     first = min(start * unit for (start, _), unit in zip(windows, seconds, strict=True))
     last = max(end * unit for (_, end), unit in zip(windows, seconds, strict=True))
@@ -84,7 +84,7 @@ def labels(runs: Sequence[History]) -> list[str]:
 
 
 def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """The values of a model by dotted keys; lists are one value each."""
+    """Yield the values of a model with their dotted keys; a list is one value."""
     for key, value in content.items():
         if isinstance(value, Mapping) and value:
             yield from _flat(value, f"{before}{key}.")
@@ -93,7 +93,7 @@ def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, A
 
 
 def _setting(key: str, value: Any) -> str:
-    """A key with its value, as people say it: `3 robots`, `warm-up 600`."""
+    """Return a key with its value in words: `3 robots`, `warm-up 600`."""
     if key == "fleet.size" and isinstance(value, int):
         return number_of(value, "robot")
     factor = about(key)
@@ -101,12 +101,12 @@ def _setting(key: str, value: Any) -> str:
 
 
 def _text(value: Any) -> str:
-    """A value of a model, short enough for a caption."""
+    """Return a value of a model as text, short enough for a label."""
     text = "none" if value is None else value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
 def colours() -> dict[str, Any]:
-    """The colours of the page: of its floor, of what moves on it, and of waiting."""
+    """Return the colours of the page: of its floor, of robots and goods on it, and of waiting."""
     ground = {name: {**GROUND[name], "one": PAGE[name]["one"], "two": PAGE[name]["two"]} for name in GROUND}
     return {"ground": ground, "palettes": PALETTES, "heat": HEAT, "steps": WAITED_STEPS}

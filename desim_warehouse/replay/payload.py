@@ -1,10 +1,10 @@
-"""The data of a replay page: a header of plain JSON values and columns of whole numbers.
+"""The data of a replay page: a header of plain JSON values, and columns of integers.
 
-Lengths are counted in steps of `grain`, and times in steps of `tick` from the start of the window. Both are so fine
-that a robot is drawn within a small fraction of its radius from its logged position.
+Lengths are in units of `grain`, and times in units of `tick` from the start of the window. Both are so small that a
+robot is drawn within a small fraction of its radius from its logged position.
 
-The data include the roots of waiting with their total and longest waits. For each pod they include its place or
-carrier, its content, and the lines for which it travels.
+The data include the roots of waits with their total and longest waits. For each pod they include its place or carrier,
+its content, and the lines for which it travels.
 """
 
 from __future__ import annotations
@@ -40,25 +40,26 @@ from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.pods import Shelves
 
 _ROOTS = 60
-"""Roots in the list."""
+"""Largest number of roots in the list."""
 _LEAST = 0.001
-"""The part of the fleet's time from which a root is in it."""
+"""Least share of the fleet's time for a root to be listed."""
 _LONGEST = 12
-"""Waits that each of them leads to, the longest of the window first."""
+"""Largest number of waits that are listed for each root, the longest first."""
 ENDLESS = -1
-"""Units of an item that never runs out."""
+"""Number of units of an item that never runs out."""
 ENERGY = 1000
-"""Steps in a full battery."""
+"""Number of steps in a full battery."""
 _DRIVING = (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY)
 SAME, OTHER, ONWARD = 0, 1, 2
-"""Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
+"""Edge codes of a leg: the previous leg's edge, an edge in another column, or (2 + n) the n-th edge from its end."""
 Columns = dict[str, Any]
 
 
 def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
-    """List the main roots of waiting, most time first: words, node's number, time with share, robots, longest waits.
+    """List the main roots of waits, the most time first.
 
-    Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.
+    Each has its words, the number of its node (-1 for none), the time with its share, the number of robots, and the
+    longest waits, each as robot, middle and length in the time of the run.
     """
     by_root: defaultdict[Root, list[Lost]] = defaultdict(list)
     for wait in chains.lost(history):
@@ -84,11 +85,12 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
 
 
 def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
-    """Nothing without pods. Where a pod is, is a storage place or, below 0, the robot -1 - n.
+    """Return the columns of pods; empty without pods.
 
-    `pod_at`: where each is at the start of the window, `move_...`: when one is lifted or put down, in order of time.
-    `hold_...`: for each pod the items on it at the start of the run and their units. `line_...`: the lines that are
-    done, with the time from which a robot is on its way for it, in that order; `line_units` leave the pod.
+    The position of a pod is the number of its storage place, or -1 - n on robot n. `pod_at`: position of each pod at
+    the start of the window. `move_...`: time, pod and new position of each lift or put-down, in order of time.
+    `hold_...`: for each pod, the items on it at the start of the run, and their units. `line_...`: the lines done, in
+    order of the times from which robots were on their way for them; `line_units` is the number of units that leave.
     """
     spec = history.model.pods
     if spec is None:
@@ -129,7 +131,7 @@ def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
 
 
 def payload(history: History, start: float, end: float) -> tuple[dict[str, Any], Columns]:
-    """Header and columns of the page for a window of a run."""
+    """Return the header and the columns of the page for a window of a run."""
     positions = Positions(history)
     scale = scale_of(history, start, end)
     shown, places = tiles(history), resources(history)
@@ -150,7 +152,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
     return _header(history, positions, shown, places, scale), columns
 
 
-# A list of what the page is given, long as it is.
+# A long list of the data of the page.
 def _header(
     history: History, positions: Positions, shown: list[Tile], places: list[Resource], scale: MapScale
 ) -> dict[str, Any]:
@@ -208,7 +210,7 @@ def _header(
 
 
 def _lifts(layout: Layout, number: dict[str, int]) -> dict[str, Any]:
-    """Lifts with their nodes, the floor of each node, and what each floor is called; nothing without lifts."""
+    """Return lifts with their nodes, the floor of each node, and the titles of floors; empty without lifts."""
     if not layout.lifts:
         return {}
     floors = [layout.floors[node] for node in number]
@@ -220,7 +222,7 @@ def _lifts(layout: Layout, number: dict[str, int]) -> dict[str, Any]:
 
 
 def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, Any]:
-    """For each resource, how many are busy and how many robots queue, from the start of the run on."""
+    """Return the number of busy servers or chargers, and of robots that queue, over time for each resource."""
     columns: dict[str, Any] = {}
     busy, queues = [resource.busy for resource in resources], [resource.queue for resource in resources]
     for what, curves in (("busy", busy), ("queue", queues)):
@@ -233,7 +235,7 @@ def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, A
 
 
 def _window(times: Floats, first: Ints, scale: MapScale) -> list[tuple[int, int]]:
-    """Per robot, the rows from the last before the window to the first after it."""
+    """Return the range of rows of each robot, from the last row before the window to the first row after it."""
     rows = []
     for low, high in itertools.pairwise(first):
         begin = low + max(int(np.searchsorted(times[low:high], scale.start, side="right")) - 1, 0)
@@ -243,10 +245,10 @@ def _window(times: Floats, first: Ints, scale: MapScale) -> list[tuple[int, int]
 
 
 def _leg_columns(positions: Positions, scale: MapScale) -> Columns:
-    """Return for each leg the pause before it, its duration, its edge, and the rest of the edge behind its target.
+    """Return the columns of legs: the pause before each leg, its duration, its edge, and the rest of the edge beyond.
 
-    On the same edge (code SAME) a leg begins where the one before ended, else at the start of its edge. The first leg
-    of a robot says where it begins.
+    A leg with the code SAME begins where the previous leg ended, any other leg at the start of its edge. `leg_origin`
+    is the position at which the first leg of each robot begins.
     """
     legs = positions.legs
     windows = _window(legs.begin, legs.first, scale)
@@ -297,7 +299,7 @@ def _edge_codes(positions: Positions, legs: Legs, keep: Ints, heads: Ints) -> tu
 
 
 def _state_columns(history: History, scale: MapScale) -> Columns:
-    """Return for each robot its changes of state, with the task, and the last state again at the end of the run."""
+    """Return the changes of state of each robot, with the task; the last state is repeated at the end of the run."""
     number = {state.doing: number for number, state in enumerate(_shown(history.model))}
     rows = []
     for changes in history.changes:
@@ -314,7 +316,7 @@ def _state_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _energy_columns(history: History, scale: MapScale) -> Columns:
-    """Return for each robot the corners of its piecewise linear battery level; nothing without batteries."""
+    """Return the corners of the piecewise linear battery level of each robot; empty without batteries."""
     batteries, curves = history.batteries, history.energy_curves
     if not batteries:
         return {}
@@ -332,7 +334,10 @@ def _energy_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], Floats]:
-    """Cut rows (time, ...), grouped by robot, to the window: rows kept of each robot, and columns (width, rows)."""
+    """Cut rows (time, ...), grouped by robot, to the window; return the number of rows by robot, and the columns.
+
+    `sizes`: number of rows by robot. The columns have shape (columns, rows).
+    """
     flat = np.array(rows, dtype=float)
     windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
     keep = np.concatenate([np.arange(low, high) for low, high in windows])
@@ -340,15 +345,16 @@ def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list
 
 
 def _shown(model: Model) -> list[State]:
-    """States as the page shows them: a robot that waits for a charger is apart, as it is not working."""
+    """Return the states as the page shows them, with a state of its own for waiting for a charger."""
     return [state for state in SHOWN.values() if state.applies(model)]
 
 
 def _task_columns(history: History, scale: MapScale) -> Columns:
-    """Tasks that are open at some time of the window; those never loaded or delivered are, until the end and longer.
+    """Return the columns of tasks that are open at some time of the window.
 
-    `task_good`: -1 if it does not lie in storage. `task_due`: 1 more than the ticks from release to due time; 0: none.
-    `task_to`: the number of the node where it is delivered; -1: not in this run.
+    `task_good`: number of the good; -1 if it is not in storage. `task_loaded`: after the window if never loaded.
+    `task_due`: 1 plus the ticks from release to due time; 0 without a due time. `task_to`: number of the node of
+    delivery; -1 if not delivered in this run.
     """
     shown = [
         (number, task)
@@ -358,7 +364,7 @@ def _task_columns(history: History, scale: MapScale) -> Columns:
     node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
     after = scale.end + (scale.end - scale.start) + 1.0
     loaded = [min(task.loaded, after) for _, task in shown]
-    longest = scale.tick * (LARGEST // 2)  # what is due later fits, and is due later than any run lasts
+    longest = scale.tick * (LARGEST // 2)  # later due times are clipped to fit, and are still after the end of any run
     due = [-scale.tick if task.due is None else min(task.due - task.released, longest) for _, task in shown]
     return {
         "task": _steps(np.array([number for number, _ in shown], dtype=np.int64)),
@@ -371,9 +377,9 @@ def _task_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _wait_columns(history: History, scale: MapScale) -> Columns:
-    """Return the waits that are counted or under way in the window, in order of their ends.
+    """Return the waits that overlap the window, in order of their ends.
 
-    `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
+    `wait_node`: number of the node before which a robot waits; -1 if it waits behind another robot on its edge.
     """
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
     node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
@@ -390,9 +396,10 @@ def _wait_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _blocked_columns(history: History, scale: MapScale) -> Columns:
-    """Edges that are closed or have people in them in the window: `shut_visit` -1: closed; nothing where none ever is.
+    """Return the edges that are closed or have people in them in the window; empty for models without such waits.
 
-    `wait_cause` says of each wait what it is for: 0 other robots, else its number in `apart` of the header, from 1.
+    `shut_visit`: number of the visit; -1 if closed by calendar. `wait_cause`: the cause of each wait: 0 for other
+    robots, or else its index in `apart` of the header, from 1.
     """
     if not history.model.waits_apart:
         return {}
@@ -411,7 +418,7 @@ def _blocked_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _delivery_columns(history: History, scale: MapScale) -> Columns:
-    """Counted deliveries by node, also those before the window."""
+    """Return the deliveries of the evaluation period up to the end of the window, with their nodes."""
     number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
     done = [task for task in history.counted_deliveries if task.delivered <= scale.end]
     return {
@@ -421,7 +428,7 @@ def _delivery_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _storage_columns(history: History, scale: MapScale) -> Columns:
-    """The storage places: their middle, and the edge from which they are served; -1 - i is the node of number i."""
+    """Return the storage places: their middles, and the edges from which they are served (-1 - i for node i)."""
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
     number.update({(node, node): -1 - i for i, node in enumerate(history.layout.graph)})
     storage = history.layout.storage
@@ -433,11 +440,11 @@ def _storage_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _steps(values: Ints) -> Ints:
-    """The differences between neighbours, the first from 0."""
+    """Return the differences between consecutive values, beginning with the first value itself."""
     return np.diff(values, prepend=0)
 
 
 def _seconds_of_day(start: str) -> int:
-    """The time of day at which a run starts, in seconds."""
+    """Return the time of day at which a run starts, in seconds."""
     clock = dt.time.fromisoformat(start.rpartition("T")[2])
     return clock.hour * 3600 + clock.minute * 60 + clock.second

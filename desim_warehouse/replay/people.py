@@ -1,4 +1,4 @@
-"""Pickers on the replay page (`desim replay`): their ways, what they do for which robot, and the busiest of them."""
+"""Pickers on the replay page (`desim replay`): their walks, their work for robots, and the busiest picker."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from desim_warehouse.values.arrays import Ints
 
 
 def picker_columns(history: History, scale: MapScale) -> dict[str, Any]:
-    """Return the columns of pickers; none without pickers.
+    """Return the columns of pickers; empty without pickers.
 
-    A spot is the number of an edge, below 0 the node -1 - n, and grains from the start of the edge.
+    A spot is the number of an edge (or -1 - n for node n), and the distance from the start of the edge in grains.
 
-    `picker_edge`, `picker_at`: where each begins. `act_count`: what each does in the window, in order: `act_time`,
-    `act_length`, `act_robot`. `act_nodes`: how many nodes they walk past (`act_node`), up to `act_edge`, `act_at`; -1:
-    they pick where they are.
+    `picker_edge`, `picker_at`: the initial spot of each picker. `act_count`: the number of each picker's acts (walks
+    and picks) in the window. For each act, in order: `act_time`, `act_length`, `act_robot`, and `act_nodes`, the number
+    of nodes (`act_node`) on a walk, or -1 for a pick. `act_edge`, `act_at`: the end of each walk.
     """
     spec, layout = history.model.pickers, history.layout
     if spec is None:
@@ -68,7 +68,7 @@ def _spots(
 
 
 def busiest_picker(history: History, scale: MapScale) -> dict[str, Any] | None:
-    """Return the stop at the longest walk of the picker who was busiest in the window; None where none did anything."""
+    """Return the stop at the longest walk of the busiest picker in the window; None if no picker worked."""
     begin, end = max(history.begin, scale.start), min(history.end, scale.end)
     if history.model.pickers is None or begin >= end:
         return None

@@ -1,4 +1,4 @@
-"""The story of a run in stops, a sentence each: a standstill, the busiest place, the longest wait, a jam, totals."""
+"""Stops of a replay with a sentence each: a standstill, the busiest group, the longest wait, a jam, and totals."""
 
 from __future__ import annotations
 
@@ -29,17 +29,16 @@ _TOLD: dict[str, tuple[bool, Callable[[float, str], str]]] = {
     "cycle_time_mean": (False, lambda value, unit: f"mean cycle time {numbers.duration(value, unit)}"),
     "throughput_per_hour": (True, lambda value, _: f"{numbers.measured(value)} tasks an hour"),
 }
-"""By which one run is said to do better than another, the first in which they differ; whether more is, and in words."""
+"""Indicators that compare two runs, in order of priority: whether more is better, and a phrase for value and unit."""
 
 
 def stops(
     history: History, places: Sequence[Resource], scale: MapScale, at_end: Mapping[str, float]
 ) -> list[dict[str, Any]]:
-    """List the moments worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) shown.
+    """List the moments worth seeing.
 
-    Pickers are numbered on from robots.
-
-    `at_end`: the indicators at the end of the window (`tiles.figures`).
+    Each has a sentence (`said`), a `time` (None for the end), and the `robots` or the number of the `place` to show.
+    Numbers of pickers follow those of robots. `at_end`: indicators at the end of the window (`tiles.figures`).
     """
     moments = (
         _standstill(history, scale),
@@ -52,7 +51,7 @@ def stops(
 
 
 def _standstill(history: History, scale: MapScale) -> dict[str, Any] | None:
-    """Return the stop at the longest halt of deliveries; None without one in the window."""
+    """Return the stop at the longest standstill of deliveries; None without a standstill in the window."""
     inside = [halt for halt in halts(history) if scale.start <= (halt.start + halt.end) / 2 <= scale.end]
     if not inside:
         return None
@@ -61,7 +60,7 @@ def _standstill(history: History, scale: MapScale) -> dict[str, Any] | None:
 
 
 def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
-    """Return the stop at which most robots wait for one root of waiting; None where never two do."""
+    """Return the stop at which most robots wait for a common root; None if no two robots ever do."""
     behind = defaultdict(list)
     for wait in chains.lost(history):
         if wait.end > scale.start and wait.start < scale.end:
@@ -82,7 +81,10 @@ def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
 
 
 def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> dict[str, Any] | None:
-    """Tell who is busiest, as the run says; of stations and chargers where the queue of that most in use is longest."""
+    """Return the stop on the busiest group of the run; None if no group worked.
+
+    For stations and chargers, it shows the place with the highest utilisation when its queue is longest.
+    """
     measured = loads(history, kpis(history))
     sentence = was(measured)
     if not sentence:
@@ -114,7 +116,7 @@ def _longest_wait(history: History, scale: MapScale) -> dict[str, Any] | None:
 
 
 def _most(queue: Steps, scale: MapScale) -> tuple[int, float, float]:
-    """The most robots in the window, the middle of the longest time with that many, and how long it is."""
+    """Return the maximum of a queue in the window, and the middle and length of the longest time at this maximum."""
     times, counts = queue
     best = (0, 0.0, 0.0)
     for i, count in enumerate(counts):
@@ -134,12 +136,12 @@ def _totals(history: History, at_end: Mapping[str, float]) -> str:
 
 
 def _falls_behind(history: History) -> bool:
-    """Whether its share on time says nothing, as the queue grows."""
+    """Whether the share on time of a run is meaningless, as its backlog grows."""
     return is_no_answer("on_time", judge(kpis(history), history.model))
 
 
 def better(runs: Sequence[History], at_end: Sequence[Mapping[str, float]]) -> str:
-    """Say which of two runs does better, by the first indicator that differs at the end of their windows."""
+    """Return a sentence on the better of two runs, by the first indicator that differs at the end of their windows."""
     behind = [_falls_behind(run) for run in runs]
     if behind[0] != behind[1]:
         return f"{'AB'[behind.index(True)]} cannot keep up, {'AB'[behind.index(False)]} can."

@@ -1,7 +1,6 @@
-"""The tiles of a replay page: indicators of the run as they grow, each read from the run's history.
+"""Tiles of a replay page: indicators of the run so far, as functions of time.
 
-A tile's last value is the indicator itself. Which tiles there are depends on the run: those that do not apply to it
-are left out.
+The last value of a tile is the indicator of the run. Tiles that do not apply to the run are left out.
 """
 
 from __future__ import annotations
@@ -21,24 +20,24 @@ from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.replay.scale import MapScale
 
 SHARE = 1_000_000
-"""Steps in a share of 1."""
+"""Number of steps in a share of 1."""
 LATE = 0.95
-"""The quantile of the cycle time that is shown."""
+"""Quantile of the cycle time that a tile shows."""
 
 _IN_COURSE = {"open", "rate", "battery", "chargers", "tasks", "C"}
-"""Forms and keys of tiles of which the course of the run by the clock has a lane."""
+"""Forms and keys of tiles whose curves are lanes in the course of the run."""
 _STEPS = 500
-"""About so many steps of the curve of waiting are kept: more than can be seen, and far less than there are waits."""
+"""Approximate number of steps of the curve of waiting: more than are visible, and far fewer than waits."""
 
 
 @dataclass(frozen=True)
 class Tile:
-    """An indicator as it grows.
+    """An indicator of the run so far.
 
-    `key`: its name among the indicators. `title`: for people. `form`: how the page finds and writes its value. The
-    forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `lost` is such a curve as
-    a part of the time of all robots, `rate` the count of another tile in an hour. `battery` and `chargers` read other
-    columns of the page. `curve`: times, and the value from each on.
+    `key`: name of the indicator. `title`: title of the tile. `form`: how the page computes and formats the value.
+    `curve`: times, and the values from these times on. The forms `count`, `share`, `time` and `open` (a count that can
+    fall) read this step function. `lost` divides it by the time of all robots; `rate` is the count of another tile per
+    hour. `battery` and `chargers` read other columns of the page.
     """
 
     key: str
@@ -48,12 +47,12 @@ class Tile:
 
     @property
     def is_drawn(self) -> bool:
-        """Whether its curve is drawn: not where the course of the run has a lane of it."""
+        """Whether the curve is drawn, as the course of the run has no lane of it."""
         return self.form not in _IN_COURSE and self.key not in _IN_COURSE
 
 
 def tiles(history: History) -> list[Tile]:
-    """The tiles of a run, the most important first."""
+    """Return the tiles of a run, the most important first."""
     has, tasks = kpis(history), history.model.tasks
     ends = not tasks.never_end
     saturated = isinstance(tasks.goods, SaturatedGoods)
@@ -83,13 +82,13 @@ def tiles(history: History) -> list[Tile]:
 
 
 def _count(history: History, times: Iterable[float]) -> Curve:
-    """Count events from the end of the warm-up on; events that the log dates after the end count at the end."""
+    """Return the count of events since the warm-up as a step function; events after the end count at the end."""
     counted = sorted(min(time, history.end) for time in times if history.counts(time))
     return counted, list(range(1, len(counted) + 1))
 
 
 def _backlog(history: History) -> Curve:
-    """Tasks released and not done."""
+    """Return the number of tasks released and not done as a step function."""
     changes = [(task.released, 1) for task in history.tasks.values()]
     changes += [(task.done, -1) for task in history.done]
     changes.sort()
@@ -97,16 +96,16 @@ def _backlog(history: History) -> Curve:
 
 
 def _waited(history: History) -> Curve:
-    """The time that all robots together had waited for others when each wait was over, as far as it counts."""
+    """Return the cumulative waiting time of all robots in the evaluation period as a step function of ends of waits."""
     waits = sorted((min(wait.end, history.end), history.within(wait.start, wait.end)) for wait in history.collisions)
     sums = np.cumsum([lasted for _, lasted in waits]).tolist()
     every = max(len(waits) // _STEPS, 1)
-    kept = range(len(waits) - 1, -1, -every)[::-1]  # the last of all, and so many before it
+    kept = range(len(waits) - 1, -1, -every)[::-1]  # the last wait is kept
     return [waits[i][0] for i in kept], [sums[i] for i in kept]
 
 
 def _on_time(history: History) -> Curve:
-    """Share of the tasks due so far that were done on time; tasks due after the end count at the end."""
+    """Return the share of tasks due so far that were done on time; tasks due after the end count at the end."""
     deadlines = history.deadlines
     late = np.cumsum([deadline.missed for deadline in deadlines])
     shares = 1 - late / np.arange(1, len(deadlines) + 1)
@@ -114,7 +113,7 @@ def _on_time(history: History) -> Curve:
 
 
 def _cycle_time(history: History) -> Curve:
-    """The 95 % quantile of the cycle times of the tasks done so far."""
+    """Return the 95 % quantile of the cycle times of the tasks done so far."""
     ordered: list[float] = []
     values = []
     for task in history.counted_done:
@@ -124,7 +123,7 @@ def _cycle_time(history: History) -> Curve:
 
 
 def figures(history: History, shown: list[Tile], scale: MapScale) -> dict[str, float]:
-    """The indicators that tiles show at the end of the window, by name; those without a value then are left out."""
+    """Return the indicators that tiles show at the end of the window, by name, without those that have no value."""
     at_end = {tile.key: _value(tile, scale.end) for tile in shown if tile.form in {"count", "share", "lost"}}
     length = min(scale.end, history.end) - history.begin
     hours, fleet = length / history.model.units.hour, length * history.model.fleet.size
@@ -139,7 +138,7 @@ def figures(history: History, shown: list[Tile], scale: MapScale) -> dict[str, f
 
 
 def _value(tile: Tile, time: float) -> float:
-    """The value of a curve at a time; before its first step 0 of a count or sum, nan of a share."""
+    """Return the value of a tile's curve at a time; before the first step, 0 for a count or sum, nan for a share."""
     number = bisect_right(tile.curve[0], time) - 1
     if number < 0:
         return math.nan if tile.form == "share" else 0.0
@@ -147,7 +146,7 @@ def _value(tile: Tile, time: float) -> float:
 
 
 def tile_columns(shown: list[Tile], scale: MapScale) -> dict[str, Any]:
-    """For each tile the steps of its curve in the window, the last before it first."""
+    """Return the steps of each tile's curve in the window, beginning with the last step before it."""
     columns: dict[str, Any] = {}
     for tile in shown:
         times, values = np.asarray(tile.curve[0], dtype=float), np.asarray(tile.curve[1], dtype=float)

@@ -1,1 +1,1 @@
-"""Output for people: figures, reports, the replay page, and files for other programs."""
+"""Reports as pages and notebooks, exports of runs for other programs, and the reproduction of the paper."""

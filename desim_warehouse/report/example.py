@@ -1,4 +1,4 @@
-"""A small warehouse for reports that are given no folder."""
+"""A small warehouse as an example for reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run for other programs: tables as CSV or Parquet, a trace for Perfetto, and messages of VDA 5050."""
+"""Export a run for other programs: as tables in CSV or Parquet, a trace for Perfetto, or messages of VDA 5050."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ _RINGS = 1
 def export(
     run: RunData, form: str, path: str | Path, *, noise: float = 0.0, gaps: float = 0.0, force: bool = False
 ) -> Path:
-    """Write a run in an open format.
+    """Write a run in an open format, and return the path written.
 
     Args:
         run: the run.
-        form: "csv" or "parquet": a folder with the tables kpis, log, states, waits, robots, edges and nodes;
-            "trace": one JSON file in the Trace Event Format, for https://ui.perfetto.dev or chrome://tracing;
-            "vda5050": the state messages that its robots would have sent, one a line.
-        path: the folder, or the file.
-        noise: only for vda5050: standard deviation of positions, in the length unit of the layout.
-        gaps: only for vda5050: stretches of 20 to 90 s without messages, for each robot and hour.
-        force: overwrite files of somebody else, too.
+        form: "csv" or "parquet" for a folder with the tables kpis, log, states, waits, robots, edges and nodes;
+            "trace" for a JSON file in the Trace Event Format, for https://ui.perfetto.dev or chrome://tracing;
+            "vda5050" for the state messages that its robots would have sent, one per line.
+        path: the folder or file to write.
+        noise: for vda5050, standard deviation of positions, in the length unit of the layout.
+        gaps: for vda5050, number of gaps of 20 to 90 s without messages, per robot and hour.
+        force: whether to overwrite files that this function did not write.
 
     Raises:
-        ReportError: another format, a path that cannot be written, or that holds files of somebody else.
+        ReportError: an unknown format, or a path that cannot be written or holds other files.
     """
     if form not in FORMATS:
         raise ReportError(f"format {form!r}: expected one of {', '.join(FORMATS)}")
@@ -79,7 +79,7 @@ def export(
 
 
 def tables(run: RunData) -> dict[str, pd.DataFrame]:
-    """Return all tables of a run by name, times in the model's time unit; kpis has a row and unit per indicator."""
+    """Return all tables of a run by name, with times in the model's time unit; kpis has a row for each indicator."""
     import pandas as pd
 
     units = run.model.units
@@ -111,10 +111,10 @@ def state_table(run: RunData) -> pd.DataFrame:
 
 
 def trace(run: RunData) -> dict[str, Any]:
-    """Return a run in the Trace Event Format: a process per robot, tracks for states, tasks, waits, and battery.
+    """Return a run in the Trace Event Format: a process for each robot, with tracks for states, tasks and waits.
 
-    A wait is a slice of the robot that waits, and a flow to it from the state of the robot it waits for.
-    Timestamps are microseconds of the warehouse's time. Gridlock rotations are marks of a process of their own.
+    A wait is a slice of the robot that waits, with a flow from the state of the robot it waits for. Battery levels are
+    counters. Timestamps are microseconds of simulated time. Gridlock rotations are marks of a separate process.
 
     Source: Google, Trace Event Format (JSON Object Format; events X, M, C, I, s and f).
     """
@@ -144,7 +144,7 @@ def _process(robot: int) -> int:
 
 
 def _names(run: RunData) -> list[dict[str, Any]]:
-    """Return names and order of processes and tracks."""
+    """Return events with the names and the order of processes and tracks."""
     fleet = range(run.model.fleet.size)
     named = [(_RINGS, f"{run.model.name}: fleet"), *((_process(n), f"robot {n}") for n in fleet)]
     events: list[dict[str, Any]] = []

@@ -1,4 +1,4 @@
-"""Answers of version 0.3, stored as plan.json and why.json: shown with their own sentences and without designs."""
+"""Read answers of version 0.3 from plan.json and why.json; they are shown with their own sentences, without designs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ PLAN, WHY = "plan.json", "why.json"
 
 
 def read_kept(path: Path) -> Answer:
-    """Read the answer in plan.json or why.json.
+    """Read the answer in a file plan.json or why.json.
 
     Raises:
-        ReportError: where it is damaged.
+        ReportError: the file, or the study beside it, is damaged.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

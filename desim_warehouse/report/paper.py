@@ -1,4 +1,4 @@
-"""`desim paper`: the paper's 30 cells simulated again, T, S and C beside the values of the paper and its program."""
+"""Reproduction of the paper's 30 cells, for `desim paper`: T, S and C beside the values of paper and program."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURES = {"T": (6, "Task time (s)"), "S": (7, "Collisions"), "C": (8, "Chargings")}
-"""Indicator: the figure of the paper that shows it, and its axis."""
+"""Number of the paper's figure, and label of its axis, by indicator."""
 MARKERS = ("o", "s", "^", "D", "v")
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The 30 cells of the paper, beside its figures and its authors' program.
+    """The 30 cells of the paper as simulated, beside values from the paper's figures and from its authors' program.
 
-    `table` has the columns robots, group, T (time units), T_seconds, S and C. Columns that end in `_figure` were read
-    from the paper's figures, those that end in `_program` come from the authors' program. `T_difference` is a share of
-    the program's T. `S_difference` and `C_difference` are counts.
+    `table`: a row for each cell, with the columns robots, group, T (time units), T_seconds, S and C. Columns that end
+    in `_figure` were read from the paper's figures; those that end in `_program` come from the authors' program.
+    `T_difference` is a share of the program's T; `S_difference` and `C_difference` are counts.
     """
 
     table: pd.DataFrame
@@ -54,7 +54,7 @@ class Reproduction:
 
     @property
     def answer(self) -> Answer:
-        """The comparison as the answer that its folder keeps, with all cells."""
+        """The comparison as an answer, with all cells, which `save` stores in the folder."""
         cells = self.table.round(4)
         return Answer(
             kind="paper",
@@ -68,7 +68,11 @@ class Reproduction:
         )
 
     def save(self, folder: str | Path) -> Path:
-        """Write the table (CSV and Parquet) and the figures (PNG and SVG) to a folder."""
+        """Write the answer, the table (CSV and Parquet) and the figures (PNG and SVG) to a folder, and return it.
+
+        Raises:
+            ReportError: the folder cannot be written, or holds other files.
+        """
         folder = Path(folder)
         try:
             self._write(folder)
@@ -87,7 +91,7 @@ class Reproduction:
             save(self.figure(indicator), folder, f"figure_{number}")
 
     def figure(self, indicator: str) -> Figure:
-        """Draw a figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
+        """Draw a figure of the paper: an indicator by number of robots, as lines for goods groups and bars of means."""
         from matplotlib.figure import Figure
 
         number, axis = FIGURES[indicator]
@@ -126,10 +130,10 @@ def _rows(cells: pd.DataFrame) -> tuple[tuple[str, ...], ...]:
 
 
 def reproduce(study: str | Path = "studies/paper.yaml") -> Reproduction:
-    """Run the paper's experiment, and put its results beside what the study's neighbour paper.csv holds.
+    """Run the paper's experiment, and compare its results with the values in the file paper.csv beside the study.
 
     Raises:
-        ReportError: where there is no such study, or nothing to compare with.
+        ReportError: no such study or reference values, or a run fails.
     """
     import pandas as pd
 

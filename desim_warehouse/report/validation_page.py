@@ -1,4 +1,4 @@
-"""The page that compares real days with a model: the verdict, a day over the simulated ones, and the floor by edges."""
+"""The page of a validation, with the verdict, real days over the band of simulated days, and maps of the floor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
 
 
 def page(validation: Validation, command: str = "") -> str:
-    """Compose the page of real days held against a model; `command` is the line that repeats it."""
+    """Compose the page of a validation of a model against real days, as HTML; `command` repeats the validation."""
     days = len(validation.days)
     worst = farthest(validation)
     others = [number for number in range(days) if number != worst]
@@ -65,7 +65,7 @@ def page(validation: Validation, command: str = "") -> str:
 
 
 def _in_words(validation: Validation, number: int) -> str:
-    """Describe the first figure: in how many parts of the day drops lie outside the simulated band."""
+    """Describe the figure of a day: the number of parts of the day in which drops are outside the simulated band."""
     out = int(validation.drops[number].out.sum())
     where = f"outside the band of the simulated days in {out} of its {len(validation.drops[number].out)} parts"
     held = where if out else "wholly inside the band of the simulated days"
@@ -74,7 +74,7 @@ def _in_words(validation: Validation, number: int) -> str:
 
 
 def cells(validation: Validation) -> list[tuple[str, ...]]:
-    """Return the rows of the table below `HEAD`, those farthest out first."""
+    """Return the rows of the table with the head `HEAD`, the largest distances first."""
     rows: list[tuple[str, ...]] = []
     for row in sorted(validation.rows(), key=lambda row: -abs(row.off)):
         meaning, _, kind = MEASURES[row.name]

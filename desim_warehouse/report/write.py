@@ -1,4 +1,4 @@
-"""Reports: the folder of an answer, a study or a run as one self-contained HTML page, and as a notebook."""
+"""Write reports: the folder of an answer, a study or a run as a self-contained HTML page, and as a notebook."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from desim_warehouse.report.kept import PLAN, WHY, read_kept
 from desim_warehouse.run import RunData
 
 KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
-"""Kind of report: the files by which its kind of folder is known."""
+"""Files that identify a kind of folder, by kind of report."""
 
 
 def report(
@@ -31,15 +31,15 @@ def report(
     Args:
         source: a run, or a folder that `desim plan`, `why`, `size`, `study`, `what-if`, `best` or `run` wrote with
             `--out`.
-        out: path of the page; default: report.html in the folder or, for a run, in the working folder.
-        notebook: path of a notebook to write, too, with the folder's runs as a pandas table, not yet executed.
-        replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
+        out: path of the page; by default report.html in the folder or, for a run, in the working folder.
+        notebook: path of a notebook that is also written, with the folder's runs as a pandas table, not executed.
+        replay: whether to write a replay of one run beside the page, as NAME-replay.html, and link to it.
 
     Returns:
-        The page.
+        The path of the page.
 
     Raises:
-        ReportError: no such folder, it is damaged, or nothing can be written.
+        ReportError: no such folder, a damaged folder, or a file that cannot be written.
     """
     folder = Path() if isinstance(source, RunData) else Path(source)
     kind = "run" if isinstance(source, RunData) else kind_of(folder)
@@ -62,10 +62,10 @@ def _page_of_run(source: str | Path | RunData, replay: Path | None) -> str:
 
 
 def page_of_answer(answer: Answer, replay: Path | None = None) -> str:
-    """Compose the page of an answer with a run of the design that it is about, and of no other.
+    """Compose the page of an answer, with a new run of the design that it is about.
 
-    Answers that are about no design, and those of which the run fails, have the page without a run. The run is written
-    to the file `replay` where there is one, and the page links to it.
+    If the answer is about no design, or its run fails, the page has no run. `replay`: file for a replay of the run, to
+    which the page links.
     """
     about, run, worst = answer.about, None, None
     if about is not None:
@@ -79,7 +79,7 @@ def page_of_answer(answer: Answer, replay: Path | None = None) -> str:
 
 
 def _replayed(run: RunData, replay: Path | None) -> str:
-    """Write the replay, and return the name of its file; "" where none is wanted."""
+    """Write the replay of a run, and return the name of its file; "" if `replay` is None."""
     if replay is None:
         return ""
     run.replay(replay)
@@ -87,13 +87,13 @@ def _replayed(run: RunData, replay: Path | None) -> str:
 
 
 def read_answer(folder: str | Path) -> Answer:
-    """Read the answer stored in a folder, also by version 0.3, or make it from the finished runs of a study.
+    """Read the answer stored in a folder, also by version 0.3, or compose it from the finished runs of a study.
 
     Returns:
-        The answer, as it was kept.
+        The answer as it was stored, or as composed.
 
     Raises:
-        ReportError: where it is damaged, or no run has finished.
+        ReportError: the folder is damaged, or no run has finished.
     """
     if Path(folder, ANSWER).is_file():
         return load(folder)
@@ -112,7 +112,7 @@ def read_answer(folder: str | Path) -> Answer:
 
 
 def kind_of(folder: Path) -> str:
-    """Whether a folder holds an answer, also as a study, or a run."""
+    """Return the kind of a folder, `answer` (also for a study) or `run`; raise ReportError for any other folder."""
     for kind, files in KINDS.items():
         if any((folder / file).is_file() for file in files):
             return kind
@@ -122,12 +122,12 @@ def kind_of(folder: Path) -> str:
 
 
 def template() -> Path:
-    """Return the notebook for any folder of runs: in the installed package, or in reports/ of the source tree."""
+    """Return the path of the notebook for any folder of runs, in the installed package or in the source tree."""
     return shipped("notebooks") / "report.ipynb"
 
 
 def _filled_in(folder: Path) -> str:
-    """Return the notebook with the folder in the cell that sets the parameters."""
+    """Return the notebook as JSON, with the folder in the cell of parameters."""
     notebook = json.loads(template().read_text(encoding="utf-8"))
     lines = next(cell for cell in notebook["cells"] if cell["cell_type"] == "code")["source"]
     lines[0] = f"folder = {str(folder)!r}\n"

@@ -88,10 +88,10 @@ def findings(model: Model, layout: Layout) -> Iterator[Finding]:
     flat = night(model)
     if flat is not None:
         text = (
-            f"without orders robot {flat.robot} runs flat after {flat.hours:.1f} h ({flat.tried:g} h tried); "
+            f"without orders, robot {flat.robot} runs flat after {flat.hours:.1f} h ({flat.tried:g} h were simulated); "
             f"{at_rest(model, layout)}"
         )
-        cure = "more chargers, faster ones, or less consumption standing"
+        cure = "more or faster chargers, or less consumption while standing"
         if sum(slots_at(model, layout).values()) <= model.fleet.size:
             cure = f"one more slot than robots, as none can change places while all rest (places); {cure}"
         if has_nights(model):

@@ -335,7 +335,7 @@ def _crossing(model: Model, probes: Mapping[str, Probe]) -> tuple[str | None, fl
 
 UNKNOWN = "; estimates leave this out"
 WAITS_LEFT_OUT = "; estimates count the time that is left, not the waits"
-WAITS_OF_FLEET = "; estimates of batteries do not know of these waits"
+WAITS_OF_FLEET = "; estimates of batteries leave these waits out"
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:

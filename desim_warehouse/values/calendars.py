@@ -11,7 +11,7 @@ import math
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Annotated, Any, Literal, get_args
 
@@ -44,6 +44,10 @@ class Hours:
     period: float = math.inf
     phase: float = 0.0
     since: float = -math.inf
+    _latest: list[tuple[float, Stretch]] = field(
+        default_factory=lambda: [(math.inf, (0.0, 0.0))], repr=False, compare=False
+    )
+    """A time and the stretch that follows it, which also follows every later time until the stretch ends."""
 
     def is_open(self, time: float) -> bool:
         """Whether a time is in one of the stretches."""
@@ -53,8 +57,15 @@ class Hours:
     def following(self, time: float) -> Stretch:
         """Return the stretch that a time is in, or the next one after it; (inf, inf) where there is none.
 
-        Where one touches the next, at the end of a period, it goes on.
+        Where one touches the next, at the end of a period, it goes on. Robots ask again and again within a stretch.
         """
+        asked, stretch = self._latest[0]
+        if not asked <= time < stretch[1]:
+            stretch = self._joined(time)
+            self._latest[0] = time, stretch
+        return stretch
+
+    def _joined(self, time: float) -> Stretch:
         begin, end = self._next(time)
         while math.isfinite(end) and end - begin < self.period:
             then, later = self._next(end)

@@ -94,7 +94,7 @@ def test_robots_whose_home_has_no_charger_take_turns_or_check_says_that_they_run
     assert not [said for said in run.verdicts if said.is_lasting]
     slow = load("packing_hall", policies={}, **{"battery.charge_rate": 0.001})
     assert {"CHARGERS_SHORT", "REST_FLAT"} <= {item.code for item in dw.check(slow).findings}
-    with pytest.raises(WarehouseError, match=r"need at least 10 chargers .layout\.bays."):
+    with pytest.raises(WarehouseError, match=r"at least 10 chargers are needed .layout\.bays."):
         dw.simulate(slow)
 
 

@@ -125,7 +125,7 @@ def test_schema_is_a_json_schema_that_our_models_fit():
     assert not validator.is_valid(content | {"fleet": {"size": 0}})
 
 
-def test_version():
+def test_version_is_printed():
     assert call("--version").stdout == f"desim, version {dw.__version__}\n"
 
 

@@ -75,7 +75,7 @@ def test_a_grid_is_written_with_its_orders_beside_it(tmp_path):
     assert out.read_text() == before
 
 
-def test_options_of_formats(tmp_path):
+def test_options_of_a_format_are_refused_for_others(tmp_path):
     path = str(write(tmp_path / "dock.lif.json", dock()))
     out = str(tmp_path / "dock.yaml")
     said = call(path, "-o", out, "--vehicle-type", "forklift", "--layout", "ground", "--strict", "--fleet", "2")

@@ -57,6 +57,8 @@ def test_orders_come_by_the_clock_and_as_many_as_were_said(drafted):
         ("1600/d", "06-14,15-22", None, 1600 / 15),
         ("100/h", "06-22", "11:30-13x1.6", 100),
         ("2/min", "06-22", None, 120),
+        ("1600/d", None, "23-01x2", 1600 / 26),  # an hour of the peak before midnight, and one after
+        ("1600/d", "20-04", "23-01x2", 1600 / 10),
     ],
 )
 def test_orders_of_a_day_come_in_its_hours(orders, shifts, peak, hourly):
@@ -102,6 +104,7 @@ def test_a_draft_without_people_is_as_it_was():
     ("words", "said"),
     [
         ("--shifts 22-22", "--shifts 22-22: not from one time to another"),
+        ("--shifts 06-22 --peak 23-01x2", "--peak 23-01x2: outside the shifts"),
         ("--shifts 22-06,5-10", "they overlap"),
         ("--shifts 13pm-10pm", "not from one time to another"),
         ("--peak 13-11:30x1.6", "--peak 13-11:30: not from one time to another"),

@@ -72,7 +72,7 @@ def test_a_robot_that_finds_no_task_drives_home_and_back():
     assert found.power.draws == pytest.approx(quiet, rel=0.01)  # all bays have chargers, where robots draw nothing
 
 
-def test_demand_stations_and_knee():
+def test_demand_stations_and_knee_are_as_worked_by_hand():
     found = by_hand({"tasks.goods": {"poisson": 72}, "fleet.size": 3})
     assert found.rate == pytest.approx(0.02)
     assert found.robots_busy == pytest.approx(0.02 * 97)
@@ -100,7 +100,7 @@ def test_a_fleet_of_two_speeds_does_most_tasks_with_the_fast_ones():
     assert found.fleet_capacity == pytest.approx(1 / 97 + 1 / 57)
 
 
-def test_the_floor_in_metres():
+def test_the_floor_is_also_given_in_metres():
     found = by_hand({"units": {"length": "mm"}})
     assert (found.width, found.height, found.metre) == (20, 20, 0.001)
     assert "floor: 20 x 20 mm (0.02 x 0.02 m)" in of_estimate(found, load(RING, {"units": {"length": "mm"}}).units)[0]

@@ -15,6 +15,7 @@ from desim_warehouse.feasibility.batteries import cause
 from desim_warehouse.findings import CODES, Acceptable
 from desim_warehouse.layout import build
 from desim_warehouse.questions.check import check
+from tests.world.test_charging import RING
 from tests.world.test_hours import SQUARE
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
@@ -60,7 +61,7 @@ def test_robots_that_park_without_chargers_run_low_together():
     # 100 at 0.005 a second: all at 25 after 15,000 s. Four chargers take 75 / 0.009 = 8,333 s for a first group, and 25
     # last 5,000. Robots take turns, but eight draw 0.04 a second, and four chargers give 0.036.
     assert {"CHARGERS_SHORT", "REST_FLAT"} <= set(codes(DEFAULTS))
-    with pytest.raises(BatteryError, match="need at least 5 chargers"):
+    with pytest.raises(BatteryError, match="at least 5 chargers are needed"):
         dw.simulate(planner({**DEFAULTS, "run.length": 172800}))
 
 
@@ -70,6 +71,38 @@ def test_robots_that_run_low_together_take_turns_where_chargers_give_enough():
     assert not check(planner(enough)).errors
     run = dw.simulate(planner({**enough, "run.length": 60_000}))
     assert run.kpis["energy_lowest"] > 0.05
+
+
+def test_chargers_that_give_less_than_a_fleet_draws_at_rest_are_short_for_work_that_ends_too():
+    """Eight robots draw 0.04 a second beside four chargers that give 0.036; twelve batteries hold 900 above 25.
+
+    A task draws half a unit, so 500 are done without a charge, and 5,000 are not.
+    """
+    few, many = ({**DEFAULTS, "tasks.goods": {"random": count}, "run": {}} for count in (500, 5000))
+    found = codes(many)["CHARGERS_SHORT"]
+    assert "at rest, 8 robots without a charger draw 0.04 per s, and 4 chargers supply 0.036: the batt" in found.text
+    assert "need at least 5 chargers" in found.cure
+    assert "CHARGERS_SHORT" not in codes(few)
+    assert "CHARGERS_SHORT" not in codes({**many, "layout.bays.chargers.at": ["A", "C", "F", "H", "I"]})
+
+
+@pytest.mark.parametrize(
+    ("changes", "short"),
+    [
+        ({"battery.threshold": 150}, False),  # 50 in 22: the drive from D to A takes 20, the charge at 25 a second 2
+        ({"battery.threshold": 160}, True),  # 40 in 21.6 are less than the 2 that two robots draw
+        ({"battery.threshold": 160, "layout.bays.home.places": 2}, False),  # the next waits beside the charger
+        ({"battery.threshold": 160, "layout.bays.rest.at": ["B"]}, True),  # 40 in 61.6
+    ],
+)
+def test_a_charger_is_idle_while_the_next_robot_drives_up(changes, short):
+    bays = {"home": {"at": ["A"], "places": 1, "chargers": 1}, "rest": {"at": ["D"], "places": 3, "chargers": 0}}
+    fleet = {**RING["fleet"], "size": 3, "start": ["rest"]}
+    battery = {**RING["battery"], "charge_rate": 25, "reserve": 1000}
+    model = dw.load(RING, {"layout.bays": bays, "fleet": fleet, "battery": battery, "tasks.goods": 20 * [0], **changes})
+    found = [item.text for item in check(model).findings if item.code == "CHARGERS_SHORT"]
+    assert bool(found) == short
+    assert all("the next has to drive up: the batteries fall" in text for text in found)
 
 
 @pytest.mark.parametrize(
@@ -98,6 +131,20 @@ def test_two_chargers_do_not_last_though_a_shift_looks_well():
         dw.simulate(planner(TWO), seed=1)
     three = {**TWO, "layout.bays.chargers.at": ["A", "D", "H"], "layout.bays.parking.at": ["B", "C", "E", "F", "G"]}
     assert "CHARGERS_SHORT" not in codes(three)
+
+
+@pytest.mark.parametrize(("gives", "short"), [(0.0135, True), (0.016, False)])
+def test_a_robot_at_the_charger_of_another_keeps_that_one_from_it(gives, short):
+    """Three of twelve robots rest at chargers. Nine others rest elsewhere and draw 0.045, whoever is charged."""
+    bays = {
+        "chargers": {"at": ["A"], "places": 3, "chargers": 3},
+        "parking": {"at": ["B", "D", "E"], "places": 4, "chargers": 0},
+    }
+    calm = {"tasks.goods": {"poisson": 5}, "policies": {"parking": "home"}, "fleet.start": 3 * ["A", "B", "D", "E"]}
+    model = planner({**calm, "layout.bays": bays, "battery.charge_rate": gives})
+    found = check(model)
+    assert found.calculation.power.draws == pytest.approx(0.045, rel=0.01)
+    assert ("CHARGERS_SHORT" in {item.code for item in found.findings}) == short
 
 
 def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
@@ -188,7 +235,7 @@ def test_check_gives_the_verdict_first():
     assert said.startswith("no errors, 1 warning\nwarning: fleet.robot.speed: a robot drives 5.4 m/s (19.44 km/h)")
 
 
-def test_check_as_json():
+def test_check_prints_json():
     done = desim_says("check", PLANNER, *NONE, "--json")
     assert done.exit_code == 2
     found = json.loads(done.stdout)

@@ -21,7 +21,7 @@ def found(report):
     return {item.code: item for item in report.findings if item.level != "note"}
 
 
-def test_between_stations():
+def test_a_task_between_stations_has_the_parts_worked_by_hand():
     report = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 20}})
     # pack at D to dock at B: 40; B to D: 40; 4 and 6 to load and unload
     cycle = report.calculation.cycle
@@ -33,7 +33,7 @@ def test_between_stations():
     assert busy == pytest.approx({"B": 20 * 4 / 3600, "D": 20 * 6 / 3600})
 
 
-def test_from_storage_to_storage():
+def test_a_task_between_storage_places_drives_as_worked_by_hand():
     report = checked({"from": first(1), "to": first(0), "arrivals": {"poisson": 20}})
     # from offset 5 of C>D: 15 to D, 40 to B, 10 along B>C: 65; with the load 10 to C, 5 along C>D: 15
     assert (report.calculation.cycle.empty, report.calculation.cycle.loaded) == pytest.approx((65, 15))

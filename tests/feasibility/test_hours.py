@@ -121,7 +121,7 @@ def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_sam
     assert [one.calculation.rate * 3600 for one in found] == [pytest.approx(15)] * 3
     assert [one.calculation.peak * 3600 for one in found] == [pytest.approx(60)] * 3
     for one in found:
-        assert "the 15 asked for need 0.3125; the 60 of the busiest hour need 1.345" in " ".join(one.lines)
+        assert "the 15 demanded need 0.3125 robots; the 60 of the busiest hour need 1.345 robots" in " ".join(one.lines)
         assert "PEAK_ABOVE_FLEET" in {item.code for item in one.findings}
 
 

@@ -60,7 +60,7 @@ def test_a_run_without_an_end_is_closed_at_times():
 
 def test_a_stop_on_the_way_takes_time_to_brake_and_to_gather_speed():
     over = {"fleet.robot.acceleration": 0.5}
-    assert "a stop on the way costs up to 2 s of braking and gathering speed" in check(dw.load(LIFELONG, over)).facts
+    assert "a stop on the way costs up to 2 s of braking and acceleration" in check(dw.load(LIFELONG, over)).facts
 
 
 def test_what_a_choice_among_waiting_tasks_saves_has_a_line():

@@ -69,8 +69,8 @@ def test_robots_that_choose_among_loads_up_and_down_ride_once_for_each():
     assert dw.simulate(model, seed=1).kpis["throughput_per_hour"] > 95
     report = dw.check(model)
     assert not {one.code for one in report.findings} & {"DEMAND_ABOVE_LIFT", "DEMAND_ABOVE_FLEET"}
-    assert "lift at b: it can do 120 rides an hour, 1.50" in report.details
-    assert ", 101.4 where robots choose among many tasks" in report.details
+    assert "lift at b: it can do 120 rides an hour, at 1.50" in report.details
+    assert ", or 101.4 if robots choose among many tasks" in report.details
 
 
 def test_what_no_choice_makes_possible_is_still_refused():

@@ -1,15 +1,15 @@
-"""Wide aisles in random models: beside some lanes or all of them robots stand while they load and unload."""
+"""Wide aisles for random models: robots stand beside some or all lanes while they load and unload."""
 
 import random
 
 import desim_warehouse as dw
 
 LONGER = 4
-"""How many times as long edges are where no battery has to last for them: on short ones robots load in the lane."""
+"""Factor by which edges become longer in models without batteries, as robots load in the lane on short edges."""
 
 
 def with_wide_aisles(mapping, key):
-    """The model with wide aisles, all or some; places asked for often, and robots that load for long."""
+    """Return the model with some or all aisles wide, often with popular places and long handling times."""
     draw = random.Random(f"aisles {key}")
     layout, tasks = dict(mapping["layout"]), dict(mapping["tasks"])
     if mapping.get("pods"):
@@ -30,7 +30,7 @@ def with_wide_aisles(mapping, key):
 
 
 def longer(layout):
-    """The layout with edges so many times as long, and the places on them as far along."""
+    """Return the layout with edges `LONGER` times as long, and the places on them at the same relative positions."""
     edges = []
     for edge in layout["edges"]:
         row = {"from": edge[0], "to": edge[1]} if isinstance(edge, list) else dict(edge)
@@ -46,7 +46,7 @@ def longer(layout):
 
 
 def some(mapping, draw):
-    """Some lanes with storage places, by name, each as wide as it happens to be."""
+    """Return named aisles along some lanes with storage places, with random widths."""
     floor = dw.load(mapping).floor
     lines = sorted({tuple(sorted(place.edge)) for place in floor.storage if place.edge[0] != place.edge[1]})
     chosen = [line for line in lines if draw.random() < 0.7]

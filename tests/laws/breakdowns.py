@@ -1,4 +1,4 @@
-"""What goes wrong, put into any random model: robots that break down, chargers that fail, delays at nodes."""
+"""Breakdowns of robots, failures of chargers, and delays at nodes, for random models."""
 
 import random
 
@@ -6,7 +6,7 @@ WITH_CHANCE = "exponential"
 
 
 def with_breakdowns(mapping, number):
-    """A model in which robots break down every few minutes, half of them for long, and lose time at nodes."""
+    """Return the model with frequent breakdowns of robots, failures of chargers, and delays at nodes."""
     draw = random.Random(f"breakdowns {number}")
     fleet = {**mapping["fleet"], "robot": dict(mapping["fleet"]["robot"]), "kinds": {}}
     for name, kind in mapping["fleet"].get("kinds", {}).items():
@@ -23,7 +23,7 @@ def with_breakdowns(mapping, number):
                 "repair": varying(draw, draw.choice((5, 50))),
             }
     battery = mapping.get("battery")
-    if battery:  # no estimate includes what repairs and delays draw
+    if battery:  # no estimate includes the energy drawn during repairs and delays
         battery = {**battery, "reserve": 1e12}
         if any("outages" in bay for bay in layout["bays"].values()):
             fleet["start_energy"] = 1  # deep in reserve, a fleet whose chargers fail would never recover
@@ -31,11 +31,11 @@ def with_breakdowns(mapping, number):
 
 
 def failures(draw):
-    """Half of those that are for long are cleared off the lanes before, some of them at once."""
-    found = {"every": varying(draw, draw.choice((15, 60, 300))), "repair": varying(draw, draw.choice((0, 3, 30)))}
+    """Return a section `breakdowns`; in half of them robots are cleared off the lanes, some of them at once."""
+    section = {"every": varying(draw, draw.choice((15, 60, 300))), "repair": varying(draw, draw.choice((0, 3, 30)))}
     if draw.random() < 0.5:
-        found["clear"] = varying(draw, draw.choice((0, 2, 10)))
-    return found
+        section["clear"] = varying(draw, draw.choice((0, 2, 10)))
+    return section
 
 
 def varying(draw, mean):

@@ -1,6 +1,6 @@
-"""Every state of a small fleet on two-way lanes searched: whether all can still come home, by any moves.
+"""Exhaustive search over the states of a small fleet on two-way lanes for moves that bring all robots home.
 
-Shares no code with the rule but the routes that robots have declared and where they stand.
+It shares nothing with the rule but the declared routes of robots and their positions.
 """
 
 import itertools
@@ -15,10 +15,10 @@ from desim_warehouse.world.traffic.zones import ZoneDirection
 
 
 class Watched(Avoidance):
-    """Keeps the answers of the rule, with the state that each step asked for would have led to.
+    """The rule, which records its answers, with the states to which the requested steps would lead.
 
-    Robots are out on the rest of their routes, which end in slots off the lanes. A state is by stand (a node or a
-    lane): the robots there, those ahead first, each with what it has still to use, where it stands included.
+    Robots are out on the rest of their routes, which end in slots off the lanes. A state lists the robots at each stand
+    (a node or a lane), the robot ahead first, each with the rest of its route, its stand included.
     """
 
     unsafe: list
@@ -36,7 +36,7 @@ class Watched(Avoidance):
 
     def admit(self, robot, node, onward):
         stand = node if onward is None else onward.lane_of_both
-        asked = robot not in self._witness  # else it is the answer that was given before
+        asked = robot not in self._witness  # else the rule repeats an earlier answer
         before = self.state_after(robot, stand)
         last, self.granted[robot] = self.granted.get(robot), next(self.number)
         answer = super().admit(robot, node, onward)
@@ -48,12 +48,12 @@ class Watched(Avoidance):
         return answer
 
     def _moved(self, robot):
-        """After every grant, departure and change of a route."""
+        """Compare after every grant, departure and change of a route."""
         super()._moved(robot)
         self.compare()
 
     def compare(self):
-        """What the guard relies on now is true."""
+        """Check the current assumption of the guard: its plan, or a relation without a cycle."""
         self.compared += 1
         if isinstance(self.test, HomePlan):
             self.carry_out_plan()
@@ -61,7 +61,7 @@ class Watched(Avoidance):
             assert not self.has_cycle()
 
     def carry_out_plan(self):
-        """The plan move by move, from where robots stand now, knowing nothing of how it was found."""
+        """Carry out the plan move by move from the current positions, and check each move."""
         routes, lines = self.out, self.lines()
         at = {robot: route.at for robot, route in routes.items()}
         moves = sorted((rank, robot.number, upto, robot) for robot in at for rank, upto in self.test.moves[robot])
@@ -86,7 +86,7 @@ class Watched(Avoidance):
         assert not at, "some are left on the lanes"
 
     def has_cycle(self):
-        """The relation from scratch: j stands on what i has still to use, or ahead of i on its lane."""
+        """Whether the relation has a cycle: j stands on the rest of i's route, or ahead of i on its lane."""
         relation = nx.DiGraph()
         lines, out = self.lines(), self.out
         for i, route in out.items():
@@ -97,7 +97,7 @@ class Watched(Avoidance):
         return not nx.is_directed_acyclic_graph(relation)
 
     def lines(self):
-        """The robots on every stand in the order in which they were let onto it; none overtakes on a lane."""
+        """Return the robots on every stand in the order in which they were let onto it; none overtakes on a lane."""
         lines = {}
         for robot in sorted(self.out, key=self.granted.__getitem__):
             line = lines.setdefault(self.declared.routes[robot].stands, [])
@@ -124,9 +124,9 @@ class Watched(Avoidance):
 
 
 def all_come_home(state, most=30_000):
-    """Whether all robots of a state can come home by some order of moves; None: too many states to tell.
+    """Whether some order of moves brings all robots of a state home; None if there are too many states.
 
-    A move takes the first robot of a stand any number of stands further, over free ones, to one with room.
+    A move takes the first robot of a stand over any number of free stands to a stand with room.
     """
     routes = [route for line in state.values() for route in line]
     number = iter(range(len(routes)))
@@ -150,7 +150,7 @@ def all_come_home(state, most=30_000):
 
 
 def moves(stand, mover, taken, done, routes, stands):
-    """The states that follow if the first robot of a stand drives on."""
+    """Yield the states that follow if the first robot of a stand drives on."""
     route = routes[mover]
     rest = dict(taken)
     rest[stand] = rest[stand][1:]
@@ -173,12 +173,12 @@ def moves(stand, mover, taken, done, routes, stands):
 
 
 def may_stand(route, at):
-    """Robots stand on lanes, and on nodes only where the next lane is too short to stand on (trails leave it out)."""
+    """Whether a robot may stand: on lanes, and on nodes before lanes that are too short, which trails omit."""
     return isinstance(route[at], Lane) or (at + 1 < len(route) and not isinstance(route[at + 1], Lane))
 
 
 def has_room(stand, line, mover, at, done, routes):
-    """Whether a robot may follow others onto a lane: in their direction, while it has room."""
+    """Whether a robot may follow others onto a lane, in their direction, and while the lane has room."""
     if not isinstance(stand, Lane):
         return False
     room = math.floor(stand.length / stand.headway + 1e-9) - 1

@@ -1,4 +1,4 @@
-"""Random closures, slow zones and people for random models: edges that close again and again, or have people there."""
+"""Random closures, slow zones and people for random models."""
 
 import random
 
@@ -11,11 +11,11 @@ from tests.laws.random_models import lasting
 from tests.laws.wider import refused
 
 SPANS = (3.0, 20.0, 60.0, 200.0)
-"""How long edges are closed and people stay: less than an edge takes, up to more than a task."""
+"""Durations of closures and visits, from less than the time for an edge to more than the time for a task."""
 
 
 def with_closures(mapping, seed):
-    """The model with closures, slow zones and people on it."""
+    """Return the model with closures, slow zones and people."""
     draw = random.Random(f"closures {seed}")
     model = dw.load(mapping)
     layout = build(model.layout)
@@ -59,7 +59,7 @@ def with_closures(mapping, seed):
 
 
 def calendar(draw):
-    """Closed for less than open, from any time on; or for some stretches and then no more."""
+    """Return a random calendar: a periodic closure, shorter than the opening, or three stretches."""
     lasts = draw.choice(SPANS)
     if draw.random() < 0.7:
         return {
@@ -76,7 +76,7 @@ def some(draw, edges):
 
 
 def members(graph, draw, free, inside):
-    """Some edges, or a node all edges to which can close."""
+    """Return some edges, or a node of which all incoming edges can close."""
     nodes = [node for node in graph if not any(edge in inside for edge in graph.in_edges(node))]
     if nodes and draw.random() < 0.3:
         return [draw.choice(nodes)]
@@ -84,7 +84,7 @@ def members(graph, draw, free, inside):
 
 
 def line(graph, draw, free):
-    """Nodes along one to three edges in a line."""
+    """Return the nodes along one to three edges in a line."""
     of = nx.Graph(free)
     walk = list(draw.choice(free))
     while len(walk) < 4 and draw.random() < 0.5:

@@ -1,4 +1,4 @@
-"""Random warehouses by number, with any features: the same number and features are the same model today and tomorrow.
+"""Random warehouses by number, with any features; a number and its features always give an identical model.
 
 `warehouse(17)` is one of `random_models`; `warehouse(17, "tours breakdowns")` has tours and robots that break down;
 `warehouse(17, "zones", "tree")` is made on a network with two-way lanes. `python -m tests.laws.features 17 tours grid`
@@ -24,6 +24,8 @@ from tests.laws.zones import with_zones
 
 ONE_WAY = "one-way"
 EVERYTHING = "kinds tours closures hours moving breakdowns"
+MOST_TURNS = 6
+"""Robots that take turns at a charger, each as long as the drive there, while a fifth of a small battery lasts."""
 POLICIES = {
     "allocation": [
         "in-order",
@@ -54,24 +56,24 @@ POLICIES = {
 
 
 def with_policies(mapping, key):
-    """Any policy of ours with any other."""
+    """Return the model with a random combination of our policies."""
     draw = random.Random(f"policies {key}")
     chosen = {kind: draw.choice(some) for kind, some in POLICIES.items()}
     return {**mapping, "policies": {**mapping["policies"], **chosen}}
 
 
 def capped(mapping, key):
-    """At most half of the robots under way."""
+    """Return the model with at most half of the robots under way."""
     most = random.Random(f"capped {key}").randint(1, max(mapping["fleet"]["size"] // 2, 1))
     return {**mapping, "traffic": {**mapping["traffic"], "most_out": most}}
 
 
 def dwelling(mapping, key):
-    """Robots rest where they put their load down, and work comes now and then, so that they do."""
+    """Return the model in which robots rest where they put their load down, with work rare enough for that."""
     draw = random.Random(f"dwelling {key}")
     tasks, policies = mapping["tasks"], {**mapping["policies"], "parking": "where-it-is"}
     goods = tasks.get("goods")
-    # A threshold near a full battery lets none out for a far good while others keep the way busy, wherever they park.
+    # With a threshold near a full battery, no robot may leave for a distant good while others occupy the way.
     tight = mapping.get("battery") and policies["charging"] == "threshold"
     if isinstance(goods, dict) and "random" in goods and "storage" in mapping["layout"] and not tight:
         places, pause = len(mapping["layout"]["storage"]), draw.choice((5, 20, 60))
@@ -84,7 +86,7 @@ def dwelling(mapping, key):
 
 
 def restless(mapping, key):
-    """Robots that turn off at random, of several sizes, with a station for each, called home on the way or early."""
+    """Return the model with random detours, robots of several sizes, stations of their own, and early recalls."""
     draw = random.Random(f"restless {key}")
     fleet, battery, policies = mapping["fleet"], mapping["battery"], mapping["policies"]
     detours = draw.randint(1, 4)
@@ -98,7 +100,9 @@ def restless(mapping, key):
         battery = {**battery, "threshold": battery["capacity"] * draw.choice((0.5, 0.7, 0.8))}
         draws = battery["consumption"]
         most = max(draws.values()) if isinstance(draws, dict) else draws
-        battery["charge_rate"] = max(battery["charge_rate"], 2 * fleet["size"] * most)  # what is short never ends
+        battery["charge_rate"] = max(battery["charge_rate"], 2 * fleet["size"] * most)  # else work may never end
+        turns = fleet["size"] / random_models.chargers_of(mapping["layout"]["bays"], fleet["size"])
+        battery = random_models.lasting(battery, max(turns / MOST_TURNS, 1))  # nor if turns outlast a charge
         policies["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": draw.uniform(0.1, 0.6)}))
     tasks, unload = mapping["tasks"], mapping["tasks"]["unload_at"]
     if len(unload) > 1 and draw.random() < 0.5:
@@ -129,7 +133,7 @@ FEATURES = {
 
 
 def warehouse(number, features="", ground=ONE_WAY):
-    """The model of a number, as a mapping: features are added in the order in which they are named."""
+    """Return the model of a number as a mapping; features are added in the order in which they are named."""
     made = random_models.model(number) if ground == ONE_WAY else two_way.model(ground, number)
     for feature in features.split():
         made = FEATURES[feature](made, number if ground == ONE_WAY else f"{ground} {number}")
@@ -137,8 +141,8 @@ def warehouse(number, features="", ground=ONE_WAY):
 
 
 if __name__ == "__main__":
-    from tests.laws.found import faults_of
+    from tests.laws.faults import faults_of
 
-    given = sys.argv[1:]
-    number, features, ground = (*given, *("", ONE_WAY)[len(given) - 1 :])
+    arguments = sys.argv[1:]
+    number, features, ground = (*arguments, *("", ONE_WAY)[len(arguments) - 1 :])
     print("\n".join(faults_of(warehouse(int(number), features, ground), int(number))))  # noqa: T201 - a tool

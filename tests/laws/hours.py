@@ -1,4 +1,4 @@
-"""Hours for random models: of stations, robots and flows, with handling times, work and buffers in the stations."""
+"""Hours of stations, robots and flows for random models, with handling times, work and buffers in stations."""
 
 import random
 
@@ -7,7 +7,7 @@ from desim_warehouse.layout import build
 
 
 def lap(mapping):
-    """Longer than any route without a circle, and what is done on it."""
+    """Return a bound on the time for any route without a circle, handling included."""
     model = dw.load(mapping)
     slowest = min(robot.speed for robot in model.fleet.robots())
     edges = build(model.layout).graph.edges(data=True)
@@ -16,7 +16,7 @@ def lap(mapping):
 
 
 def with_hours(mapping, seed):
-    """The model with patterns of hours, each open for at least 60 % of its time, so that two of them always meet."""
+    """Return the model with periodic hours, each open for at least 60 % of the time, so that any two overlap."""
     draw = random.Random(f"hours {seed}")
     scale, last = lap(mapping), mapping.get("run", {}).get("length") or float("inf")
     calendars = {}
@@ -45,7 +45,7 @@ def with_hours(mapping, seed):
         }
     layout = {**layout, "stations": stations}
     battery = mapping.get("battery")
-    if battery:  # robots draw while they wait: a fleet deep in reserve would only charge
+    if battery:  # robots draw energy while they wait, and a fleet deep in reserve would only charge
         battery = {**battery, "charge_rate": 20 * battery["charge_rate"]}
         mapping = {**mapping, "battery": battery}
     calendars = {**mapping.get("calendars", {}), **calendars}
@@ -53,7 +53,7 @@ def with_hours(mapping, seed):
 
 
 def station(made, draw, hours, scale):
-    """A station, perhaps with hours, times of its own, and work on what is put down."""
+    """Return a station with random hours, handling times, and work on load units."""
     if hours is not None:
         made |= {"hours": hours, "at_close": draw.choice(("finish", "pause"))}
     if draw.random() < 0.3:

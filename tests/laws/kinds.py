@@ -1,10 +1,10 @@
-"""Kinds with batteries, charging policies and chargers of their own: added to models with batteries."""
+"""Kinds of robots with their own batteries, charging policies and chargers, for random models with batteries."""
 
 import random
 
 
 def with_kinds(mapping, seed):
-    """A copy of a model: each kind may have a larger battery or one in other units, another policy, chargers."""
+    """Return the model in which kinds may have a larger battery, another unit of energy, policy or chargers."""
     battery, fleet = mapping["battery"], mapping["fleet"]
     if battery is None or not fleet.get("kinds"):
         return mapping
@@ -19,8 +19,8 @@ def with_kinds(mapping, seed):
 
 
 def drawn(draw, battery):
-    """What a kind says of its battery and of charging: all, or some. It lasts no shorter than that of the others."""
-    found = {}
+    """Return some keys of a kind for its battery, which lasts at least as long as the others', and for charging."""
+    keys = {}
     if draw.random() < 0.6:
         unit, more = draw.choice((0.5, 1, 3)), draw.choice((1, 1.5, 4))
         spent = battery["consumption"]
@@ -28,15 +28,15 @@ def drawn(draw, battery):
         per_state = {key: value * unit for key, value in spent.items()} if isinstance(spent, dict) else spent * unit
         rate = battery["charge_rate"] * unit * draw.choice((0.7, 1, 5))
         reserve = {"reserve": battery["reserve"] * unit} if "reserve" in battery else {}
-        found["battery"] = {**battery, **scaled, **reserve, "consumption": per_state, "charge_rate": rate}
+        keys["battery"] = {**battery, **scaled, **reserve, "consumption": per_state, "charge_rate": rate}
     if draw.random() < 0.5:
         swap = {"name": "swap", "time": draw.choice((1, 20)), "level": draw.choice((0.3, 0.6))}
-        found["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": 0.1}, swap))
-    return found
+        keys["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": 0.1}, swap))
+    return keys
 
 
 def reserved(draw, bays, kinds):
-    """Of several bays with chargers one may be for some kinds alone."""
+    """Return bays of which one, of several with chargers, may be reserved for some kinds."""
     charging = [name for name, bay in bays.items() if bay.get("chargers") != 0 and not bay.get("in_lane")]
     if len(charging) < 2 or draw.random() < 0.4:
         return bays

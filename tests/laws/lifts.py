@@ -1,4 +1,4 @@
-"""Upper floors for random models: bays, stations and places of work up there, which robots reach by lifts."""
+"""Upper floors for random models, with bays, stations and destinations that robots reach by lifts."""
 
 import random
 
@@ -7,15 +7,15 @@ from tests.laws.random_models import lasting
 
 RIDES, DOORS = (1.0, 12.0, 60.0), (0.0, 4.0)
 LASTS, MOST = 50, 1e12
-"""Times as long as it did, and the most that a model may say: rides take longer than what batteries are made for."""
+"""Factor for the life of batteries, which are not made for long rides, and the largest reserve of a model."""
 KEPT = frozenset({"start", "hours"})
-"""Keys that name bays upstairs, or calendars."""
+"""Keys whose values are bays, which may be upstairs, or calendars."""
 
 
 def with_lifts(mapping, key):
-    """A model in which one to four nodes where robots work or rest lie on upper floors; of blocks as it is.
+    """Return the model with one to four nodes for work or rest on upper floors; models of blocks stay as they are.
 
-    A node keeps its name upstairs. In the lanes another takes its place, with a lift beside it.
+    A node keeps its name upstairs. In the lanes another node takes its place, with a lift beside it.
     """
     draw = random.Random(f"lifts {key}")
     layout = mapping["layout"]
@@ -38,14 +38,14 @@ def with_lifts(mapping, key):
         for one, other in ((a, b), (b, a)):
             edges.append({"from": one, "to": other, "length": length, "side_by_side": not both})
 
-    lifts = {}
+    lifts, storeys = {}, 0  # each node upstairs has a storey of its own
     while moved:
         upstairs = [moved.pop() for _ in range(min(len(moved), draw.choice((1, 1, 2, 3))))]
         for shaft in range(draw.choice((1, 1, 2))):
             stops = []
             for floor, name in enumerate((below[upstairs[0]], *upstairs)):
                 x, y = layout["nodes"][upstairs[max(floor - 1, 0)]]
-                up = floor * height * (len(lifts) + 1)
+                up = height * (storeys + floor) if floor else 0
                 if floor:
                     nodes[name] = [x, y - up]
                 stops.append(f"{name}^{shaft}.{floor}")
@@ -54,6 +54,7 @@ def with_lifts(mapping, key):
             lift = {"nodes": stops, "ride": draw.choice(RIDES), "doors": draw.choice(DOORS)}
             lift |= {"rests": draw.choice(stops)} if draw.random() < 0.5 else {}
             lifts[f"lift{len(lifts)}"] = lift | others(random.Random(f"users {key} {len(lifts)}"), lift)
+        storeys += len(upstairs)
     storage = renamed(layout["storage"], below)
     made = {**layout, "nodes": nodes, "edges": edges, "storage": storage, "lifts": lifts}
     downstairs = {key: renamed(mapping[key], below) for key in ("fleet", "traffic", "people") if key in mapping}
@@ -64,7 +65,7 @@ def with_lifts(mapping, key):
 
 
 def others(draw, lift):
-    """People who have a lift for a tenth of the time or more, and outages, in some buildings."""
+    """Return keys of a lift for people, who use it a tenth of the time or more, and for outages, in some buildings."""
     longest = lift["ride"] * len(lift["nodes"])
     users = {}
     if draw.random() < 0.4:
@@ -78,7 +79,7 @@ def others(draw, lift):
 
 
 def renamed(part, names):
-    """A part of a model, at the nodes that take the place of those that are upstairs now."""
+    """Return a part of a model with the names of nodes replaced."""
     if isinstance(part, str):
         return names.get(part, part)
     if isinstance(part, dict):

@@ -1,4 +1,4 @@
-"""Robots that gather speed and brake, and are slower or faster with a load: added to models that know nothing of it."""
+"""Robots that gather speed and brake, and are slower or faster with a load, for random models."""
 
 import random
 
@@ -6,13 +6,13 @@ from tests.laws.random_models import lasting
 
 RATES = (0.05, 0.3, 1.0, 4.0, 1e3)
 LARGER = 8
-"""How much more a battery must hold, so that it lasts for any task with all its stops, at rates of at least 1."""
+"""Factor for the life of batteries, so that they last for any task with all its stops, at rates of at least 1."""
 
 
 def moving(mapping, seed):
-    """A copy of a model in which robots take time to start and to stop; some drive slower, or faster, with a load.
+    """Return the model with robots that take time to start and stop, some slower or faster with a load.
 
-    In some models they keep their braking distance.
+    In some models robots keep their braking distance.
     """
     draw = random.Random(f"moving {seed}")
     fleet, battery = mapping["fleet"], mapping["battery"]
@@ -27,8 +27,8 @@ def moving(mapping, seed):
 
 
 def drawn(draw, rates, speed):
-    """What a kind says of its motion: all of it, or some."""
-    found = {key: draw.choice(rates) for key in ("acceleration", "deceleration") if draw.random() < 0.6}
+    """Return some keys of a kind for its motion."""
+    keys = {key: draw.choice(rates) for key in ("acceleration", "deceleration") if draw.random() < 0.6}
     if speed is not None and draw.random() < 0.5:
-        found["speed_loaded"] = speed * draw.choice((0.5, 0.8, 1.25))
-    return found
+        keys["speed_loaded"] = speed * draw.choice((0.5, 0.8, 1.25))
+    return keys

@@ -1,4 +1,4 @@
-"""Pickers for random models: people who walk to robots at storage places, few and slow or many and quick."""
+"""Pickers for random models: people who walk to robots at storage places, from few and slow to many and fast."""
 
 import random
 
@@ -8,11 +8,11 @@ from tests.laws.hours import lap
 from tests.laws.random_models import lasting
 
 LASTS = 60
-"""Times as long as batteries did: robots wait for people, who are slower than they are, and sometimes off work."""
+"""Factor for the life of batteries, as robots wait for people, who may be slow or off work."""
 
 
 def with_pickers(mapping, key):
-    """The model with pickers for all that is fetched from storage places or put there, or for some of it."""
+    """Return the model with pickers for all loads at storage places, or for some flows of them."""
     draw = random.Random(f"pickers {key}")
     model = dw.load(mapping)
     if model.pods is not None or model.layout.lifts or not model.floor.storage:
@@ -54,7 +54,7 @@ def with_pickers(mapping, key):
 
 
 def with_stations(mapping, model):
-    """The model with a station beside every node where loads are put down, as far as there is none."""
+    """Return the model with a station at every node where loads are put down."""
     layout, tasks = mapping["layout"], mapping["tasks"]
     ends = [*tasks.get("unload_at", ()), *(flow["to"] for flow in tasks.get("flows", {}).values())]
     nodes = [node for node in dict.fromkeys(ends) if node in model.floor.graph and node not in model.floor.stations]

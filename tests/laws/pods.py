@@ -1,4 +1,4 @@
-"""Random models with pods, made of other random models: their floor, fleet and policies, and lines to pick."""
+"""Pods for random models, which keep their floor, fleet and policies, and get lines to pick."""
 
 import random
 
@@ -16,7 +16,7 @@ OF_PODS = {
 
 
 def with_pods(mapping, number):
-    """A model whose robots carry pods to one to three stations; in half of them bundles are put onto pods, too."""
+    """Return a model whose robots carry pods to one to three stations; in half of them bundles are put onto pods."""
     draw = random.Random(f"pods {number}")
     layout, tasks, policies = mapping["layout"], mapping["tasks"], mapping.setdefault("policies", {})
     places = _places(layout)
@@ -64,7 +64,7 @@ def with_pods(mapping, number):
 
 
 def _open_nodes(layout):
-    """Nodes at which a station may stand: none that a robot parked in a lane stands on, or cuts off from the rest."""
+    """Return nodes for stations, without those that a robot parked in a lane occupies or cuts off."""
     names = names_of(layout)
     lanes = {node for bay in layout["bays"].values() if bay.get("in_lane") for node in bay["at"]}
     if not lanes:
@@ -76,7 +76,7 @@ def _open_nodes(layout):
 
 
 def _held(draw, pods, places):
-    """What pods hold, as a file says it: some items on each, every item on one at least."""
+    """Return the content of pods as from a file: some items on each pod, and every item on at least one."""
     count, items = pods["count"], pods["items"]
     rows = [(item % count, item) for item in range(items)]
     rows += [(draw.randrange(count), draw.randrange(items)) for _ in range(count)]
@@ -88,7 +88,7 @@ def _held(draw, pods, places):
 
 
 def _places(layout):
-    """How many storage places a layout has."""
+    """Return the number of storage places of a layout."""
     if "blocks" not in layout:
         return len(layout["storage"])
     blocks = layout["blocks"]

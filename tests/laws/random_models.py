@@ -1,11 +1,11 @@
-"""Random models by number: whole warehouses at the edge of what a model file may say.
+"""Random models by number: whole warehouses at the limits of what a model file allows.
 
-`model(17)` is the same model today and tomorrow. Lengths lie at D and 2 D plus or minus next to nothing, where one rule
-of traffic takes over from another; batteries come with few chargers, robots with several speeds, stations with one
-place, runs with a warm-up and an end at any instant; all policies of ours take part.
+`model(17)` is always an identical model. Lengths are D and 2 D plus or minus very little, where one rule of traffic
+takes over from another. Batteries have few chargers, robots several speeds, stations one place, and runs a warm-up and
+an end at any time. All our policies are used.
 
-A full battery lasts for any one task on any route, and `reserve` pays for waiting in traffic. So no
-robot has a reason to run flat, and no task one to be left undone.
+A full battery lasts for any single task on any route, and `reserve` covers waiting in traffic. So no robot should run
+flat, and no task remain undone.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from itertools import pairwise
 import networkx as nx
 
 OFF = (0.0, 1e-9, -1e-9, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5)
-"""How far lengths are off a multiple of D."""
+"""Deviations of lengths from a multiple of D."""
 LEAST = 1e-9
-"""What a length is at least."""
+"""Least length."""
 SPEEDS = (0.2, 0.5, 1.0, 1.5)
 ALLOCATION = ("in-order", "nearest", "nearest-aging", "earliest-due", "hungarian", "regret", "auction", "cost-aware")
 PATIENCE = 1000
-"""Laps after which work that has an end is given up: it takes a few dozen."""
+"""Laps after which work that ends is given up; it takes a few dozen."""
 CUT, WHOLE = "ends at an instant", "ends when the work is done"
-"""Names of the models: whether a run is cut off or has to come to its end."""
+"""Names of models whose runs are cut off, or must come to their end."""
 CHOICES = ("each", "nearest", "least-loaded", "random")
 
 
 @dataclass
 class Ground:
-    """A layout, and what the rest of a model must know of it."""
+    """A layout, with its facts for the rest of a model."""
 
     layout: dict
     nodes: list[str]
     goods: int
     around: float
-    """No route without a circle is longer."""
+    """A bound on the length of routes without a circle."""
 
 
 @dataclass
 class Draw:
-    """One model in the making."""
+    """The random draws of a model."""
 
     random: random.Random
     contact: float = 1.0
@@ -55,7 +55,7 @@ class Draw:
         return self.random.random() < chance
 
     def length(self):
-        """At a multiple of D, or anything from half of D to eight."""
+        """Draw a length: near a multiple of D, or uniform between 0.5 D and 8 D."""
         if self.some(0.75):
             return self.random.choice((1, 1, 2, 2, 2, 3, 5)) * self.contact + self.random.choice(OFF)
         return self.random.uniform(0.5, 8) * self.contact
@@ -63,7 +63,7 @@ class Draw:
     # Layouts
 
     def storage(self, edges):
-        """Goods anywhere on the edges, often where a robot stands just clear of a node."""
+        """Draw storage places anywhere on the edges, often just clear of a node."""
         places = []
         for _ in range(self.random.randint(1, 10)):
             (a, b), length = self.random.choice(list(edges.items()))
@@ -73,7 +73,7 @@ class Draw:
         return places
 
     def drawn(self, positions, edges):
-        """A layout of nodes and edges; some of them have a speed limit."""
+        """Draw a layout of nodes and edges, some of which have a speed limit."""
         limits = {edge: self.random.choice((0.1, 0.4, 0.8)) for edge in edges if self.some(0.1)}
         self.slowest = min([self.slowest, *limits.values()])
         rows = [
@@ -91,7 +91,7 @@ class Draw:
         return Ground(layout, list(positions), len(storage), math.fsum(edges.values()))
 
     def flower(self):
-        """A one-way ring with smaller rings at some of its nodes; edges are longer than they are drawn."""
+        """Draw a one-way ring with smaller rings at some of its nodes; edges are longer than drawn."""
         n = self.random.randint(3, 6)
         positions = {
             f"c{i}": (round(9 * math.cos(2 * math.pi * i / n), 3), round(9 * math.sin(2 * math.pi * i / n), 3))
@@ -114,7 +114,7 @@ class Draw:
         return self.drawn(positions, edges)
 
     def grid(self):
-        """Straight streets, one-way so that every node can be reached (Robbins: depth-first); some are two-way."""
+        """Draw straight streets, one-way with every node reachable (Robbins: depth-first), or some of them two-way."""
         wide, high = self.random.randint(2, 4), self.random.randint(2, 3)
         xs, ys = [0.0], [0.0]
         for places, count in ((xs, wide), (ys, high)):
@@ -144,7 +144,7 @@ class Draw:
         return self.drawn(positions, edges)
 
     def blocks(self):
-        """Blocks of goods; aisles from shorter than D to many D long."""
+        """Draw blocks of goods, with aisles from shorter than D to many D long."""
         pick = self.random
         columns, rows, depth = pick.randint(1, 3), pick.randint(1, 2), pick.randint(1, 5)
         size, aisle = self.length() / pick.choice((1, 2, depth)), self.contact * pick.choice((1.0, 1.0 + 1e-6, 1.5))
@@ -165,39 +165,39 @@ class Draw:
     # What happens there
 
     def bays(self, size, battery):
-        """Where robots start and rest; with a battery there is a charger somewhere, often for few of them only."""
+        """Draw the nodes at which robots start, and bays; with a battery there are chargers, often few."""
         names = self.ground.nodes
         start = self.random.sample(names, self.random.randint(1, min(3, len(names))))
         home = {"at": start}
         if self.some(0.4):
             home["places"] = -(-size // len(start)) + self.random.randint(0, 2)
-        found = {"home": home}
+        bays = {"home": home}
         others = [name for name in names if name not in start]
         if battery and others and self.some(0.6):
             home["chargers"] = self.random.choice((0, 0, 1))
-            found["chargers"] = {
+            bays["chargers"] = {
                 "at": self.random.sample(others, self.random.randint(1, min(2, len(others)))),
                 "places": self.random.randint(1, 3),
                 "chargers": 1,
             }
         elif others and self.some(0.3):
-            found["spare"] = {"at": [self.random.choice(others)], "places": 1, "chargers": self.random.randint(0, 1)}
-        return start, found
+            bays["spare"] = {"at": [self.random.choice(others)], "places": 1, "chargers": self.random.randint(0, 1)}
+        return start, bays
 
     def kinds(self, size):
-        """Robots of up to three speeds beside the ordinary ones."""
-        found, left = {}, size - 1
+        """Draw up to three kinds of robots, each with its speed."""
+        kinds, left = {}, size - 1
         for rank in range(self.random.choice((0, 0, 1, 2, 3))):
             if left > 0:
                 count = self.random.randint(1, left)
                 speed = self.random.choice(SPEEDS)
-                found[f"kind{rank}"] = {"count": count, "speed": speed}
+                kinds[f"kind{rank}"] = {"count": count, "speed": speed}
                 self.slowest = min(self.slowest, speed)
                 left -= count
-        return found
+        return kinds
 
     def goods(self, lap):
-        """A list, random goods, or work without an end; some of it due."""
+        """Draw a list of goods, random goods, or endless work, some of them with due times."""
         form = self.random.choice(("list", "list", "random", "saturated", "poisson"))
         if form == "random":
             return {"random": self.random.randint(1, 30)}
@@ -221,7 +221,7 @@ class Draw:
         return {"due_within": self.random.uniform(0.2, 5) * lap} if self.some(0.4) else {}
 
     def battery(self, lap):
-        """Enough for any one task with all its ways, and for some more."""
+        """Draw a battery that lasts for any single task with all its ways, and more."""
         rate = self.random.choice((1, 0.01))
         consumption = rate
         if self.some(0.4):
@@ -235,7 +235,7 @@ class Draw:
             "charge_rate": rate * self.random.choice((0.5, 3, 20)),
             "reserve": 1e9 * rate,
         }
-        if battery["charge_rate"] < rate:  # less than two robots draw that wait: else batteries fall for ever
+        if battery["charge_rate"] < rate:  # waiting robots must draw little, or batteries would fall forever
             loads = ("empty", "loaded", "handling")
             drawn = consumption if isinstance(consumption, dict) else dict.fromkeys(loads, rate)
             battery["consumption"] = {**drawn, "standing": 0.01 * rate}
@@ -244,7 +244,7 @@ class Draw:
         return battery
 
     def start_energy(self, battery):
-        """Mostly full, else all alike or each its own. In deep reserve, one charger is too few for a fleet."""
+        """Draw the initial levels: mostly full, else equal or random, but not so low that one charger is too few."""
         if battery is None or self.some(0.7):
             return 1
         return self.random.choice((0.3, 0.5, 0.9, {"uniform": [0.2, 1]}, {"uniform": [0.3, 0.5]}))
@@ -291,7 +291,7 @@ class Draw:
         }
 
     def run(self, goods, lap):
-        """How long it lasts and from when on it counts: any instants."""
+        """Draw the length and warm-up of the run, and whether it is cut off."""
         lifelong = isinstance(goods, dict) and "random" not in goods
         early = lifelong or self.some(0.4)
         length = self.random.uniform(1, 25) * lap if early else PATIENCE * lap
@@ -299,7 +299,7 @@ class Draw:
         return {"length": length, "warm_up": warm_up}, early
 
     def whole(self):
-        """The model."""
+        """Draw the whole model."""
         pick = self.random
         radius, margin = pick.choice((0.2, 0.5)), pick.choice((0.0, 0.04, 0.2))
         self.contact = 2 * radius + margin
@@ -313,6 +313,8 @@ class Draw:
         lap = self.ground.around / self.slowest + node_time * len(self.ground.nodes) + sum(handling) + sum(exits)
         battery = self.battery(lap) if self.some(0.6) else None
         start, bays = self.bays(size, battery)
+        if battery:
+            enough_at_rest(battery, chargers_of(bays, size), size)
         unload = pick.sample(self.ground.nodes, pick.randint(1, min(3, len(self.ground.nodes))))
         choice = "each" if len(unload) == 1 and self.some(0.5) else pick.choice(CHOICES[1:])
         stations = {}
@@ -350,12 +352,30 @@ class Draw:
         }
 
 
+def chargers_of(bays, size):
+    """How many chargers there are for a fleet; where a bay does not say, each of its slots has one."""
+    if any("chargers" not in bay for bay in bays.values()):
+        return size
+    return sum(bay["chargers"] * len(bay["at"]) for bay in bays.values())
+
+
+def enough_at_rest(battery, chargers, size):
+    """Raise the rate of chargers that give a fleet at rest less than it draws: batteries would fall for ever.
+
+    A tenth of what they give is for drives to a charger and back; tapered, a charger gives the least rate at the end.
+    """
+    drawn = battery["consumption"]
+    standing = drawn["standing"] if isinstance(drawn, dict) else drawn
+    gives = 0.9 * chargers * battery.get("taper", {"end_rate": 1})["end_rate"]
+    battery["charge_rate"] = max(battery["charge_rate"], (size - chargers) * standing / gives)
+
+
 def lasting(battery, times):
-    """A battery that lasts for a number of times what it did, and is charged in the same time."""
+    """Return a battery that lasts `times` as long, and is charged in an equal time; None without a battery."""
     amounts = ("capacity", "threshold", "charge_rate", "reserve")
     return battery and {**battery, **{key: times * battery[key] for key in amounts if key in battery}}
 
 
 def model(number):
-    """The model of a number, as a mapping; its run has the number for a seed."""
+    """Return the model of a number as a mapping; the number is also the seed of its run."""
     return Draw(random.Random(number)).whole()

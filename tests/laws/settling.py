@@ -1,4 +1,4 @@
-"""Random warehouses with batteries that begin settled, by number: drafts with other batteries, bays and policies."""
+"""Random warehouses by number, whose batteries begin settled: drafts with other batteries, bays and policies."""
 
 import random
 
@@ -12,9 +12,9 @@ HOURS = 4
 
 
 def model(number, policy):
-    """Two to seven robots that keep up, with batteries that last two to six hours of work.
+    """Return a warehouse of two to seven robots that keep up, with batteries for two to six hours of work.
 
-    Where they hardly keep up, orders queue after hours, and levels follow the queue.
+    A fleet that hardly kept up would have queues for hours, and battery levels would follow the queue.
     """
     draw = random.Random(number)
     orders = draw.choice((30, 50, 70))

@@ -1,4 +1,4 @@
-"""A routing policy that knows no closures: a robot waits before them, as all did on fixed routes."""
+"""A routing policy that ignores closures, so that robots wait before them, as they once did on fixed routes."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -6,11 +6,11 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Stubborn:
-    """The shortest route, whatever is closed."""
+    """The shortest route, regardless of closures."""
 
     cost: ClassVar[str] = "length"
     fixed: ClassVar[bool] = True
 
     def route(self, origin, goal, roads):
-        """The nodes from origin to goal."""
+        """Return the nodes from origin to goal."""
         return roads.oracle("length").way(origin, goal)

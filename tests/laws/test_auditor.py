@@ -1,4 +1,4 @@
-"""The auditor finds what we plant: each violation is made in the rows of a clean run and must be named."""
+"""The auditor names every fault that is planted in the rows of a valid run."""
 
 import copy
 import dataclasses
@@ -24,7 +24,7 @@ RING = {
     "traffic": {"collision_angle": 90},
 }
 CROSSING = {
-    # two roads that cross at X, at right angles, and ring roads home
+    # two roads that cross at X at right angles, and ring roads home
     "layout": {
         "nodes": {"W": [0, 20], "X": [20, 20], "E": [40, 20], "N": [20, 0], "S": [20, 40]}
         | {"SW": [0, 40], "NE": [40, 0], "NW": [0, 0]},
@@ -40,7 +40,7 @@ CROSSING = {
 }
 
 JOINED = {
-    # X and Y are 1 apart, less than D, so one intersection: W > X > F turns off before the road from N comes in at Y
+    # X and Y are 1 apart, less than D, so one intersection: W > X > F turns off before the road from N joins at Y
     "layout": {
         "nodes": {"W": [0, 20], "X": [20, 20], "Y": [21, 20], "E": [40, 20], "F": [40, 40]}
         | {"M": [40, 0], "N": [21, 0], "S": [0, 40]},
@@ -81,7 +81,7 @@ AB, BC, DA = ("A", "B"), ("B", "C"), ("D", "A")
 
 
 def kept(model):
-    """A fixture: the run of a model, made once."""
+    """Return a fixture with the run of a model, simulated once."""
     return pytest.fixture(scope="module")(lambda: dw.simulate(dw.load(model)))
 
 
@@ -90,7 +90,7 @@ at_nodes, turning = kept(AT_NODES), kept(TURNING)
 
 
 def altered(run, rows=None, **kpis):
-    """The same run with other rows or indicators."""
+    """Return a copy of a run with other rows or indicators."""
     other = copy.copy(run)
     record = run.record if rows is None else dataclasses.replace(run.record, rows=sorted(rows, key=lambda row: row[0]))
     other.record = record
@@ -112,29 +112,31 @@ def first(rows, kind, robot=None, edge=None, node=None):
 
 
 def finds(run, text):
-    found = audit(run)
-    assert any(re.search(text, line) for line in found), found
+    problems = audit(run)
+    assert any(re.search(text, line) for line in problems), problems
 
 
-def test_the_clean_runs_are_clean(ring, crossing, joined):
+def test_valid_runs_have_no_faults(ring, crossing, joined):
     assert audit(ring) == []
     assert audit(crossing) == []
     assert audit(joined) == []
-    # there is something to find: queues and a wait before a crossing
+    # the runs have queues and a wait before a crossing, in which faults can be planted
     assert {row[1] for row in ring.record.rows} >= {"collision", "drive", "docked", "parked"}
     assert crossing.kpis["crossings"] >= 1
 
 
 def moved(*, time=0.0, until=0.0, value=0.0, **columns):
-    """A row with other values; numbers are added to those that it has."""
+    """Return a function that changes a row: numbers are added to its own, other columns replaced."""
 
-    def of(row):
+    def shifted(row):
         later = {
-            name: row[at] + by for name, at, by in (("time", 0, time), ("value", 6, value), ("until", 7, until)) if by
+            name: row[column] + by
+            for name, column, by in (("time", 0, time), ("value", 6, value), ("until", 7, until))
+            if by
         }
         return change(row, **later, **columns)
 
-    return of
+    return shifted
 
 
 JUMP = r"robot 0 jumped from|robot 0 entered a bay at C from \('A', 'B'\)"
@@ -158,7 +160,7 @@ ONE_ROW = {
     "another node": ("at_nodes", ("released",), moved(value=-1), "robot 0 loads good 0, which is not where it is"),
     "not cleared": ("at_nodes", ("loading", 1), moved(time=-1), "robot 1 came out of a bay at A, 1 from robot 0"),
     "a short turn": ("turning", ("enter", 0, BC), moved(time=-1), "robot 0 spends 3 of 4 at B"),
-    # it has 990 left as it loads
+    # robot 0 has 990 left when it loads
     "below nothing": ("ring", ("loading", 0), moved(value=-991), "robot 0 has -1.0 energy"),
     "out of nothing": ("ring", ("loading", 0), moved(value=11), "robot 0 has 1001.0 energy"),
     "too much drawn": ("ring", ("loading", 0), moved(value=-90), LOW),
@@ -167,39 +169,39 @@ ONE_ROW = {
 
 
 @pytest.mark.parametrize(("run", "where", "planted", "text"), ONE_ROW.values(), ids=ONE_ROW)
-def test_one_row_that_cannot_be(run, where, planted, text, request):
+def test_an_impossible_row_is_found(run, where, planted, text, request):
     run = request.getfixturevalue(run)
     assert audit(run) == []
     rows = list(run.record.rows)
-    at = first(rows, *where)
-    rows[at] = planted(rows[at])
+    place = first(rows, *where)
+    rows[place] = planted(rows[place])
     finds(altered(run, rows), text)
 
 
-def test_an_edge_left_out(ring):
+def test_an_edge_that_is_left_out_is_found(ring):
     finds(altered(ring, [row for row in ring.record.rows if (row[5], row[2]) != (BC, 0)]), JUMP)
 
 
-def test_two_robots_head_on_in_a_two_way_lane(spur):
+def test_two_robots_that_meet_head_on_in_a_two_way_lane_are_found(spur):
     assert audit(spur) == []
     rows = list(spur.record.rows)
-    # robot 1 enters the spur while robot 0, which came first, is on its way back there
+    # robot 1 enters the spur while robot 0, which came first, is on its way back on it
     back = first(rows, "enter", robot=0, edge=("B", "A"))
     mine = first(rows, "enter", robot=1, edge=("A", "B"))
     rows[mine] = change(rows[mine], time=rows[back][0] + 1)
     finds(altered(spur, rows), r"robots \d and \d meet head-on between A and B")
 
 
-def test_overtaking(ring):
+def test_a_robot_that_overtakes_is_found(ring):
     rows = list(ring.record.rows)
-    # robot 1, behind robot 0 on A>B, is on B>C before it
+    # robot 1, behind robot 0 on A>B, is on B>C before robot 0
     ahead, behind = first(rows, "enter", 0, ("B", "C")), first(rows, "enter", 1, ("B", "C"))
     rows[behind] = change(rows[behind], time=rows[ahead][0] - 1)
     finds(altered(ring, rows), r"robot 1 overtook robot 0 on \('A', 'B'\)")
 
 
 def from_then_on(rows, robot, time, earlier):
-    """All that a robot does after a time happens earlier."""
+    """Return the rows with all rows of a robot after a time moved earlier."""
     return [
         change(row, time=row[0] - earlier, until=None if row[7] is None else row[7] - earlier)
         if row[2] == robot and row[0] >= time
@@ -217,7 +219,7 @@ def from_then_on(rows, robot, time, earlier):
         (2, r"robot 1 drove onto X while robot 0 was there"),
     ],
 )
-def test_two_robots_in_an_intersection(crossing, earlier, text):
+def test_two_robots_in_an_intersection_are_found(crossing, earlier, text):
     rows = list(crossing.record.rows)
     wait = rows[first(rows, "collision", 1, node="X")]
     assert wait[6] == pytest.approx(2 + 2 * (3**0.5 / 2 + 0.5 - 1))
@@ -232,7 +234,7 @@ def test_two_robots_in_an_intersection(crossing, earlier, text):
         (0.7, r"robot 1 drove onto X\+Y while robot 0 was there"),
     ],
 )
-def test_two_robots_in_nodes_that_are_one_intersection(joined, earlier, text):
+def test_two_robots_in_nodes_that_are_one_intersection_are_found(joined, earlier, text):
     rows = list(joined.record.rows)
     wait = rows[first(rows, "collision", 1, node="X")]
     assert wait[6] == pytest.approx(2.6)
@@ -240,24 +242,24 @@ def test_two_robots_in_nodes_that_are_one_intersection(joined, earlier, text):
 
 
 def test_waiting_a_little_longer_is_no_fault(crossing):
-    """The other way round: what is allowed is not reported."""
+    """Conversely, the auditor reports nothing that is allowed."""
     rows = list(crossing.record.rows)
     wait = rows[first(rows, "collision", 1, node="X")]
     assert audit(altered(crossing, from_then_on(rows, 1, wait[0], -0.5))) == []
 
 
-def test_out_of_another_bay_than_it_went_into(ring):
+def test_a_robot_that_leaves_another_bay_than_it_entered_is_found(ring):
     rows = list(ring.record.rows)
-    at = first(rows, "parked", 0)
-    before = max(i for i in range(at) if rows[i][1] == "enter" and rows[i][2] == 0)
-    rows = [row for i, row in enumerate(rows) if not (before < i < at and row[1] == "enter" and row[2] == 0)]
+    parked = first(rows, "parked", 0)
+    before = max(i for i in range(parked) if rows[i][1] == "enter" and rows[i][2] == 0)
+    rows = [row for i, row in enumerate(rows) if not (before < i < parked and row[1] == "enter" and row[2] == 0)]
     here = first(rows, "enter", 1)
     rows[here] = change(rows[here], edge=("C", "D"))
     finds(altered(ring, rows), r"robot 1 was in a bay at A and came out onto \('C', 'D'\)")
 
 
 @pytest.mark.parametrize(("kind", "node", "text"), [("parked", "D", "parked at D"), ("docked", "D", "docked at D")])
-def test_more_robots_than_places(ring, kind, node, text):
+def test_more_robots_than_places_are_found(ring, kind, node, text):
     rows = list(ring.record.rows)
     end = rows[-1][0]
     rows += [(end, kind, robot, -1, node, None, None, None, -1) for robot in (0, 1)]
@@ -277,32 +279,32 @@ def test_more_robots_than_places(ring, kind, node, text):
         ("never loaded", "task 0 was delivered and never loaded"),
     ],
 )
-def test_tasks_lost_or_made_up(ring, plant, text):
+def test_tasks_that_are_lost_or_made_up_are_found(ring, plant, text):
     rows = list(ring.record.rows)
 
-    def of(kind, task=0):
+    def rank(kind, task=0):
         return next(i for i, row in enumerate(rows) if row[1] == kind and row[3] == task)
 
     if plant == "delivered twice":
-        rows.append(rows[of("delivered")])
+        rows.append(rows[rank("delivered")])
     elif plant == "never delivered":
-        del rows[of("delivered", 3)]
+        del rows[rank("delivered", 3)]
     elif plant == "never released":
-        del rows[of("released")]
+        del rows[rank("released")]
     elif plant == "given out twice":
-        rows.insert(of("assigned"), rows[of("assigned")])
+        rows.insert(rank("assigned"), rows[rank("assigned")])
     elif plant == "two at once":
-        rows[of("assigned", 1)] = change(rows[of("assigned", 1)], robot=0)
+        rows[rank("assigned", 1)] = change(rows[rank("assigned", 1)], robot=0)
     elif plant == "by another robot":
-        rows[of("delivered")] = change(rows[of("delivered")], robot=1)
+        rows[rank("delivered")] = change(rows[rank("delivered")], robot=1)
     elif plant == "given back and delivered":
-        rows.insert(of("loading"), change(rows[of("loading")], kind="returned"))
+        rows.insert(rank("loading"), change(rows[rank("loading")], kind="returned"))
     else:
-        del rows[of("loading")]
+        del rows[rank("loading")]
     finds(altered(ring, rows), text)
 
 
-def test_shares_that_do_not_add_up(ring):
+def test_shares_that_do_not_add_up_are_found(ring):
     finds(altered(ring, share_idle=ring.kpis["share_idle"] + 0.01), "state shares add up to 1.01")
 
 
@@ -310,7 +312,7 @@ def test_shares_that_do_not_add_up(ring):
     ("kind", "key"),
     [("enter", "moves"), ("collision", "rear_ends|crossings"), ("delivered", "delivered"), ("recharged", "recharged")],
 )
-def test_rows_that_are_missing(ring, kind, key):
+def test_missing_rows_are_found(ring, kind, key):
     rows = list(ring.record.rows)
     if kind == "recharged":
         rows.append(change(rows[-1], kind=kind))
@@ -326,11 +328,11 @@ def test_rows_that_are_missing(ring, kind, key):
         (-1, r"robot 1 is served at D from 81, its turn was at 80"),
     ],
 )
-def test_served_out_of_turn(earlier, text):
+def test_a_robot_served_out_of_turn_is_found(earlier, text):
     """Robot 1 waits for the server at D from 76 until robot 0 has unloaded twice, at 80."""
     run = tour({"from": "dock", "to": "pack"}, (0, 4), fleet__size=2, traffic__collision_angle=0)
     rows = list(run.record.rows)
-    at = first(rows, "unloading", 1, node="D")
-    assert rows[at][0] == 80
-    rows[at] = change(rows[at], time=80 - earlier)
+    turn = first(rows, "unloading", 1, node="D")
+    assert rows[turn][0] == 80
+    rows[turn] = change(rows[turn], time=80 - earlier)
     finds(altered(run, rows), text)

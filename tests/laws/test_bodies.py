@@ -1,4 +1,4 @@
-"""Laws of `Body` at the end of every instant of random runs: where a robot is, what it holds, whom it follows."""
+"""Laws of `Body` at the end of every instant of random runs: its place, its reservations, and its queue."""
 
 from itertools import pairwise
 
@@ -19,7 +19,7 @@ EVERY_KIND = [
 
 
 def instants(world):
-    """Run a world, and stop after all that happens at each instant."""
+    """Run a world, and yield the time after all events of each instant."""
     world.begin()
     queue = world.env._queue
     while not world.over.processed:
@@ -29,7 +29,7 @@ def instants(world):
 
 
 def place_of(body):
-    """What is wrong with where it is."""
+    """Yield the faults of the place of a body."""
     lane, held = body.lane, body.held
     if lane is None:
         if body.ahead or body.behind or (held is None and (body.pos or body.target)):
@@ -44,7 +44,7 @@ def place_of(body):
 
 
 def waits_of(body):
-    """What is wrong with what it waits for, and with what it was granted."""
+    """Yield the faults of the waits and grants of a body."""
     if body.claim is not None and body.waiting_behind is not None:
         yield "waits for an intersection and for a robot"
     if body.claim is not None and body not in [claim.robot for claim in body.claim.node.claims]:
@@ -56,7 +56,7 @@ def waits_of(body):
 
 
 def queue_of(lane):
-    """What is wrong with the queue of a lane."""
+    """Yield the faults of the queue of a lane."""
     queue, body = [], lane.last
     while body is not None:
         queue.append(body)
@@ -66,7 +66,7 @@ def queue_of(lane):
     for behind, ahead in pairwise(queue):
         if ahead.behind is not behind:
             yield "a robot does not know who is behind it"
-        # In a ring that turns a robot comes onto a lane, to 0, before there is room for it.
+        # In a turning ring, a robot enters a lane, at 0, before there is room for it.
         if not lane.inside and behind.target - EPS > max(ahead.target - lane.headway, 0.0):
             yield "a robot is bound for less than D behind the one ahead"
     if lane.entering is not None and lane.entering.granted is not lane:
@@ -81,8 +81,8 @@ def faults(model, seed):
     for now in instants(world):
         looked_at += 1
         bodies = [robot.body for robot in world.robots]
-        found = [f"robot {body.number} {fault}" for body in bodies for fault in (*place_of(body), *waits_of(body))]
-        found += [f"{lane.edge}: {fault}" for lane in world.traffic.lanes.values() for fault in queue_of(lane)]
+        lines = [f"robot {body.number} {fault}" for body in bodies for fault in (*place_of(body), *waits_of(body))]
+        lines += [f"{lane.edge}: {fault}" for lane in world.traffic.lanes.values() for fault in queue_of(lane)]
         on_lanes = sum(body.lane is not None for body in bodies)
         queued = 0
         for lane in world.traffic.lanes.values():
@@ -90,9 +90,9 @@ def faults(model, seed):
             while body is not None:
                 queued, body = queued + 1, body.ahead
         if queued != on_lanes:
-            found.append(f"{on_lanes} robots are on lanes, {queued} in queues")
-        if found:
-            return [f"at {now}: {fault}" for fault in found]
+            lines.append(f"{on_lanes} robots are on lanes, {queued} in queues")
+        if lines:
+            return [f"at {now}: {fault}" for fault in lines]
     assert looked_at > 5
     return []
 
@@ -100,5 +100,5 @@ def faults(model, seed):
 @pytest.mark.parametrize(("features", "ground"), EVERY_KIND)
 def test_a_body_is_in_one_place_and_waits_for_one_thing(features, ground):
     numbers = range(DAILY if ground == ONE_WAY else 2)
-    found = {number: faults(dw.load(warehouse(number, features, ground)), number) for number in numbers}
-    assert {number: some[:3] for number, some in found.items() if some} == {}
+    by_number = {number: faults(dw.load(warehouse(number, features, ground)), number) for number in numbers}
+    assert {number: some[:3] for number, some in by_number.items() if some} == {}

@@ -1,7 +1,7 @@
-"""What a model says of chance before a run is what its runs do.
+"""A model knows before a run whether its runs use random numbers.
 
-A model said to be without chance draws nothing, and runs the same with three seeds; one whose run drew nothing is said
-to be without chance, unless chance came too late to be seen (people who come into one of several aisles).
+A deterministic model draws no random number, and its runs are equal for three seeds. A model whose run drew no number
+is deterministic, unless chance would have come too late for the run (people who enter one of several aisles).
 """
 
 import pytest
@@ -30,5 +30,5 @@ def test_chance_is_known_before_a_run(features, numbers):
 
 
 def test_models_of_both_kinds_are_drawn():
-    said = [dw.load(warehouse(number)).is_deterministic for number in range(40)]
-    assert 5 <= sum(said) <= 35
+    deterministic = [dw.load(warehouse(number)).is_deterministic for number in range(40)]
+    assert 5 <= sum(deterministic) <= 35

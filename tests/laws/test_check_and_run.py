@@ -1,4 +1,4 @@
-"""What the check says of a hall's load and what its run says never contradict each other."""
+"""The verdicts of the check and of a run on the load of a hall never contradict each other."""
 
 import pytest
 
@@ -12,7 +12,7 @@ from tests.run.halls import loaded_hall
 pytestmark = pytest.mark.usefixtures("brief_probes")
 
 FEW, MANY = 0.9, 1.1
-"""Loads below which no hall of a few hours is overloaded, and above which each is."""
+"""Loads below which no hall is overloaded in a few hours, and above which every hall is."""
 
 
 @pytest.mark.parametrize("number", some(range(200), 20))

@@ -1,7 +1,8 @@
-"""The law of foresight: what moves the time that a task takes a robot moves what is known of it ahead alike.
+"""The law of foresight: a key that changes the time of a task changes every prediction of it by an equal amount.
 
-Three look ahead: policies in their views, `reach` before a battery is trusted with a task, and `forecast` while a robot
-is at work. The keys are those of the law of the quick estimate, in which a new one must be listed. Floors are free.
+There are three predictions: the views of policies, `reach` before a battery is trusted with a task, and `forecast`
+while a robot is at work. The keys are those of the law of the quick estimate, which must list every key. Floors are
+empty otherwise.
 """
 
 from itertools import pairwise
@@ -28,7 +29,7 @@ EVEN = {
     "traffic.turn_time": 0,
     "run": {"length": 60_000, "warm_up": 0.0},
 }
-"""Robots that stop and turn in no time, and draw the time that they take from a battery that is never low."""
+"""Robots that stop and turn in no time, and draw energy equal to their time from a battery that is never low."""
 UNFORESEEN = {
     **dict.fromkeys(
         (
@@ -48,21 +49,21 @@ UNFORESEEN = {
     "policies.allocation": "other tasks",
     **{name: "of batteries" for name in MOVED if "battery" in name or name.startswith("policies.charging")},
 }
-"""What nobody knows ahead, or only roughly, and what moves no task."""
+"""Keys whose effect is not predicted, or only roughly, or that change no task; with the reason."""
 APART = {
     "tasks.clear_time": ["forecast"],  # it ends with the delivery
-    "fleet.robot.speed_loaded": ["views"],  # which drive at one speed
+    "fleet.robot.speed_loaded": ["views"],  # they assume one speed
     "traffic.slow.*.speed": ["views", "forecast"],  # without the slow edge of the good itself, or the node at its end
     "traffic.node_time": ["views", "forecast"],
     "traffic.nodes.*.time": ["views", "forecast"],
 }
-"""Who leaves out what."""
+"""Predictions that leave out a key, by key."""
 
 
 def looked_ahead(model, monkeypatch):
-    """Mean times of a task: in the run, and as policies, reach and forecast know them when it is given out."""
+    """Return the mean time of a task in the run, and as policies, reach and forecast predict it on assignment."""
     world = World(model.replace(EVEN), 1)
-    reach, assign, known, begun = world.reach, InOrder.assign, {who: [] for who in AHEAD}, []
+    reach, assign, predicted, begun = world.reach, InOrder.assign, {who: [] for who in AHEAD}, []
 
     def watched(policy, situation):
         for number, which in assign(policy, situation):
@@ -70,45 +71,45 @@ def looked_ahead(model, monkeypatch):
             task = next(one for one in situation.tasks if one.number == which)
             station = situation.station(robot, task)
             begun.append(situation.time)
-            known["views"].append(situation.approach([robot], [task])[0][0] + situation.delivery(robot, [task])[0])
+            predicted["views"].append(situation.approach([robot], [task])[0][0] + situation.delivery(robot, [task])[0])
             need = reach.need(robot, task, station, "nearest")
-            known["reach"].append(need - reach.to_charger(station, robot, "nearest"))
+            predicted["reach"].append(need - reach.to_charger(station, robot, "nearest"))
             Timeout(world.env, 0.01).callbacks.append(foresee)
             yield number, which
 
     def foresee(_):
-        known["forecast"].append(busy_view(world.robots[0], reach, world.env.now).free_in)
+        predicted["forecast"].append(busy_view(world.robots[0], reach, world.env.now).free_in)
 
     with monkeypatch.context() as patch:
         patch.setattr(InOrder, "assign", watched)
         world.run()
-    cleared = model.tasks.clear_time  # of this task, before the next one's
+    cleared = model.tasks.clear_time  # of this task, after the next task is assigned
     run = cleared + fmean(b - a for a, b in pairwise(begun))
-    return {"run": run, **{who: fmean(times) for who, times in known.items()}}
+    return {"run": run, **{who: fmean(times) for who, times in predicted.items()}}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", some(sorted({*MOVED, *PLACES} - UNFORESEEN.keys()), 4))
-def test_what_moves_a_task_moves_what_is_known_ahead(name, monkeypatch):
-    of, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
-    base = flows() if "tasks" in changes else of()
-    after = looked_ahead(of().replace(changes), monkeypatch)
+def test_a_key_that_changes_a_task_changes_its_predictions(name, monkeypatch):
+    plain, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
+    base = flows() if "tasks" in changes else plain()
+    after = looked_ahead(plain().replace(changes), monkeypatch)
     assert left_out(looked_ahead(base, monkeypatch), after) == APART.get(name, [])
 
 
 def left_out(before, after):
-    """Who does not see what moved the run."""
+    """Return the predictions that do not follow the change of the run."""
     moved = after["run"] - before["run"]
     return [who for who in AHEAD if abs(after[who] - before[who] - moved) > CLOSE * before["run"]]
 
 
-def test_a_time_that_only_runs_know_is_found_out(monkeypatch):
+def test_a_time_that_only_runs_include_is_detected(monkeypatch):
     before, time = looked_ahead(goods(), monkeypatch), HandlingTimes.time
     monkeypatch.setattr(HandlingTimes, "time", lambda self, stop: time(self, stop) + 20 * (stop.act == "unload"))
     assert left_out(before, looked_ahead(goods(), monkeypatch)) == AHEAD
 
 
-def test_a_time_told_where_stops_are_told_is_known_to_all(monkeypatch):
+def test_a_time_added_to_stops_is_in_all_predictions(monkeypatch):
     before, at_stop = looked_ahead(goods(), monkeypatch), Handling.at_stop
     monkeypatch.setattr(
         Handling, "at_stop", lambda self, act, *where: at_stop(self, act, *where) + 20 * (act == "unload")

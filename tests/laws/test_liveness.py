@@ -1,4 +1,4 @@
-"""Nobody starves at an intersection; what is refused beforehand for its batteries could not have been done."""
+"""No robot starves at an intersection, and no model that can finish is refused for its batteries."""
 
 import random
 from collections import defaultdict
@@ -17,14 +17,14 @@ LONG = 1000
 
 
 def every_day(daily, size):
-    """Numbers in chunks; those beyond the daily ones are for the long run."""
+    """Parametrise a test by numbers in chunks; numbers beyond the daily ones are for the long run."""
     long = [pytest.param(range(n, n + size), marks=pytest.mark.long) for n in range(daily, LONG, size)]
     return pytest.mark.parametrize("numbers", [*(range(n, n + size) for n in range(0, daily, size)), *long])
 
 
 @every_day(20, 20)
 def test_a_model_that_ends_was_not_refused_for_its_batteries(numbers):
-    """What is called impossible beforehand is: batteries are drawn that last for a task, for many, or for none."""
+    """A model that the check refuses is impossible; random batteries last for one task, for many, or for none."""
     ended = 0
     for number in numbers:
         draw, mapping = random.Random(f"batteries {number}"), warehouse(number, "restless")
@@ -45,7 +45,7 @@ def test_a_model_that_ends_was_not_refused_for_its_batteries(numbers):
 
 
 def crossings(run):
-    """Every passage of a node onto an edge: (edge, robot, when it asked for the node, when it got it)."""
+    """Return every passage of a node onto an edge: (edge, robot, time of the request, time of the grant)."""
     result = []
     node_time = run.model.traffic.node_time
     visits = Audit(run)
@@ -54,7 +54,7 @@ def crossings(run):
     for time, kind, robot, _, node, _, value, *_ in run.record.rows:
         if kind == "collision" and node is not None:
             waits[robot, node, round(time, 6)] = time - value
-        elif kind in {"unloading", "returning"}:  # or called home
+        elif kind in {"unloading", "returning"}:  # or recalled
             stopped.add((robot, round(time, 6)))
     for robot, items in visits.visits.items():
         for before, after in pairwise(items):
@@ -64,7 +64,7 @@ def crossings(run):
                 continue
             length = run.layout.graph.edges[before.edge]["length"]
             if length < 2 * visits.contact:
-                continue  # it claims one node after the other
+                continue  # the robot claims the two nodes one by one
             moving = [t for t, p in zip(before.times, before.places[1:], strict=False) if p > length - visits.contact]
             granted = moving[0] if moving else before.leave
             asked = waits.get((robot, after.edge[0], round(granted, 6)), granted)
@@ -73,8 +73,8 @@ def crossings(run):
 
 
 @every_day(20, 20)
-def test_nobody_who_asked_later_for_the_same_lane_goes_first(numbers):
-    """So a waiting claim starves at most as long as its lane is full: it is the next onto it (rotations apart)."""
+def test_no_robot_that_asked_later_for_a_lane_enters_it_first(numbers):
+    """So a claim waits only as long as its lane is full, and is then the next to enter (rotations apart)."""
     compared = 0
     for number in numbers:
         plain = Draw(random.Random(f"blocks {number}"), grounds=("blocks",)).whole()

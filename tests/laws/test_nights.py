@@ -1,8 +1,8 @@
-"""Robots at rest share their chargers: nobody runs flat in two days where chargers give a quarter more than is drawn.
+"""Robots at rest share their chargers: no robot runs flat in two days if chargers give a quarter more than is drawn.
 
-While robots change places a charger gives nothing: that is counted, for turns of a tenth of a battery. The quarter is
-for shorter turns, and for what robots draw on the way. Half of the fleets rest in one bay, with more slots than
-chargers.
+A charger gives nothing while robots change places, which is allowed for by turns of a tenth of a battery. The quarter
+covers shorter turns, and the energy that robots draw on the way. Half of the fleets rest in one bay, with more slots
+than chargers.
 """
 
 import math
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("brief_probes")
 
 MORE = 1.25
 TURN = 0.1
-"""Part of a battery that is charged before robots change places."""
+"""Share of the capacity that is charged before robots change places."""
 POLICIES = {
     "threshold": {"policies.charging": "threshold"},
     "reach-aware": {"policies.charging": "reach-aware"},
@@ -31,15 +31,15 @@ POLICIES = {
 
 
 def fleet_at_rest(seed, policy, shared):
-    """Up to 30 robots with just enough chargers, at one to four nodes; their batteries last 4 to 12 h of rest."""
+    """Return up to 30 robots with just enough chargers, whose batteries last for 4 to 12 h of rest."""
     chance = random.Random(f"{policy} {seed}")
     robots, capacity = chance.randint(4, 30), chance.choice([50, 100, 400])
     drawn = capacity / (chance.uniform(4, 12) * 3600)
     rate = drawn * chance.uniform(3, 12)
     size = (chance.randint(24, 60), chance.randint(20, 50))
     turn, change = TURN * capacity / rate, 0.0 if shared else float(sum(size))  # at a metre a second, turns included
-    given = rate * turn / (turn + change) / MORE
-    chargers = math.ceil(robots * drawn / (given + drawn))
+    gives = rate * turn / (turn + change) / MORE
+    chargers = math.ceil(robots * drawn / (gives + drawn))
     words = Draft(size=size, orders=10, robots=robots, chargers=robots)
     low, high = sorted((chance.uniform(0.3, 1), chance.uniform(0.3, 1)))
     content = yaml.safe_load(draft(words))
@@ -49,9 +49,9 @@ def fleet_at_rest(seed, policy, shared):
         "fleet.start": ["parking"],
     }
     if shared:
-        at = content["layout"]["bays"]["charging"]["at"][:1]
+        node = content["layout"]["bays"]["charging"]["at"][:1]
         bays = {
-            "layout.bays": {"charging": {"at": at, "places": robots + 1, "chargers": chargers}},
+            "layout.bays": {"charging": {"at": node, "places": robots + 1, "chargers": chargers}},
             "fleet.start": ["charging"],
         }
     return dw.load(
@@ -70,7 +70,7 @@ def fleet_at_rest(seed, policy, shared):
 @pytest.mark.parametrize("policy", POLICIES)
 @pytest.mark.parametrize("seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 40))])
 @pytest.mark.parametrize("shared", [False, True])
-def test_nobody_at_rest_runs_flat_in_two_days(policy, seed, shared):
+def test_no_robot_at_rest_runs_flat_in_two_days(policy, seed, shared):
     model = fleet_at_rest(seed, policy, shared)
     world = World(model, seed, demand=NoOrders).run()
     assert min(robot.charge_left() for robot in world.robots) > 0

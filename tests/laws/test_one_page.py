@@ -1,4 +1,4 @@
-"""A number that stands in two places of what is shown of a run is the same in both: terminal, JSON, pages, story."""
+"""A number that a run shows in two places is equal in both: on the terminal, in JSON, on pages and in the replay."""
 
 import html
 import json
@@ -43,28 +43,28 @@ def story(run):
 
 
 def disagreements(run):
-    """What stands in two places and differs; each with both."""
-    kpis, said, told = run.kpis, " ".join(words.sentences(run)), story(run)
-    found = []
+    """Return the values that differ between two places, each with both."""
+    kpis, text, stops = run.kpis, " ".join(words.sentences(run)), story(run)
+    differing = []
 
-    def hold(what, one, other):
-        if one != other:
-            found.append((what, one, other))
+    def hold(what, here, elsewhere):
+        if here != elsewhere:
+            differing.append((what, here, elsewhere))
 
     for tile in tiles(run.history):
         if tile.key in kpis and tile.form in {"count", "share", "time", "open"} and tile.curve[1]:
             hold(f"tile {tile.key}", round(float(tile.curve[1][-1]), 9), round(float(kpis[tile.key]), 9))
     delivered = number_of(kpis["tasks"], load(run.model))
-    hold("delivered, terminal", said.startswith(f"{delivered} delivered in "), True)
-    hold("delivered, story", told[-1].startswith(f"In all: {delivered} delivered"), True)
+    hold("delivered, terminal", text.startswith(f"{delivered} delivered in "), True)
+    hold("delivered, story", stops[-1].startswith(f"In all: {delivered} delivered"), True)
     waits = numbers.PERCENT.value(kpis["share_waiting"])
-    hold("waiting, terminal", f"Robots waited in traffic {waits} of the time." in said, True)
-    hold("waiting, story", f"robots wait in traffic {waits} of the time." in told[-1], True)
+    hold("waiting, terminal", f"Robots waited in traffic {waits} of the time." in text, True)
+    hold("waiting, story", f"robots wait in traffic {waits} of the time." in stops[-1], True)
     first, lines = words.sentences(run)[0], words.sentences(run)
-    hold("on time", re.findall(r"[\d.]+ % on time", first), re.findall(r"[\d.]+ % on time", told[-1]))
-    for busiest in (line for line in told if "the busiest" in line):
+    hold("on time", re.findall(r"[\d.]+ % on time", first), re.findall(r"[\d.]+ % on time", stops[-1]))
+    for busiest in (line for line in stops if "the busiest" in line):
         hold("busiest", [line for line in lines if "the busiest" in line and line.startswith(busiest)] != [], True)
-    return found
+    return differing
 
 
 LARGE = {"goods-to-person", "sorting", "hospital", "mezzanine", "milk-run"}
@@ -80,7 +80,7 @@ def test_no_number_of_a_gallery_model_has_two_values(name):
 
 @pytest.mark.parametrize("number", range(20))
 def test_no_number_of_a_small_hall_has_two_values(number):
-    """Halls with one packer each, and robots, rates, warm-ups and due times of all kinds."""
+    """Each hall has one packer; fleets, rates, warm-ups and due times vary."""
     rate, size, warm_up = 10 + 3 * number, 1 + number % 6, 600 * (number % 3)
     goods = {"poisson": rate, "due_within": 120 + 60 * (number % 4)}
     changes = {"tasks.goods": goods, "tasks.unload_time": 40, "fleet.size": size, "run": {"length": 7200}}
@@ -90,7 +90,7 @@ def test_no_number_of_a_small_hall_has_two_values(number):
 
 @pytest.mark.parametrize("number", some(range(60), 12))
 def test_a_run_begins_alike_wherever_it_is_read(number, tmp_path):
-    """The first sentence on the terminal, in JSON, on the report, in the replay's totals and on the live page."""
+    """The first sentence agrees on the terminal, in JSON, in the report, in the replay and on the live page."""
     model = loaded_hall(number, "4 h")[0]
     goods = {**model.content()["tasks"]["goods"], "due_within": 600}
     model = model.replace({"tasks.goods": goods, "log": "all"})

@@ -1,10 +1,10 @@
-"""What the auditor of pods is worth: each of these mistakes is seen in a few random models, or work never ends."""
+"""The auditor of pods detects each of these mutants in a few random models, or their work never ends."""
 
 import pytest
 
 from desim_warehouse.world.orders.pods import Pod, Pods, Shelves
+from tests.laws.faults import faults_of
 from tests.laws.features import warehouse
-from tests.laws.found import faults_of
 
 MODELS = 60
 
@@ -44,7 +44,7 @@ MUTANTS = {
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_a_mutant_is_seen(monkeypatch, mutant):
+def test_a_mutant_is_detected(monkeypatch, mutant):
     place, name, wrong = MUTANTS[mutant]
     monkeypatch.setattr(place, name, wrong)
     assert any(faults_of(warehouse(number, "pods"), number) for number in range(MODELS))

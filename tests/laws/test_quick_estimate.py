@@ -1,7 +1,7 @@
-"""The law of the quick estimate: what moves a robot's tasks an hour or energy in a run moves the estimate alike.
+"""The law of the quick estimate: a key that changes tasks per hour or energy in a run changes the estimate equally.
 
-Every key of the model with a unit of time, speed, acceleration, energy or power stands in a list below: how it is
-changed, or why it costs no task anything. A new key fails until it is listed.
+Every key of the model with a unit of time, speed, acceleration, energy or power is in a list below, with a change, or
+with the reason why it costs no task anything. The test fails for a new key until it is listed.
 """
 
 from functools import lru_cache
@@ -38,7 +38,7 @@ BOTH_WAYS = {
 SMALL = {"capacity": 12.5, "consumption": 0.005, "charge_rate": 0.02}
 VIA = {"tasks.flows.out.via": ["packing"], "tasks.flows.out.stop_time": 30}
 
-GOODS = {  # each by itself, of one robot that always has a next good to fetch
+GOODS = {  # each alone, for a single robot that always has a next good to fetch
     "layout.stations.*.load_time": {**BOTH_WAYS, "layout.stations.packing.load_time": 45},
     "layout.stations.*.unload_time": {"layout.stations.packing.unload_time": 45},
     "layout.stations.*.work_time": {"layout.stations.packing.work_time": 100},
@@ -84,20 +84,20 @@ GOODS = {  # each by itself, of one robot that always has a next good to fetch
     "fleet.hours": {**HALF, "fleet.hours": "half"},
     "layout.stations.*.hours": {**HALF, "layout.stations.packing.hours": "half"},
 }
-FLOWS = {  # the same of goods that come in and go out
+FLOWS = {  # with goods that come in and go out
     "tasks.flows.*.load_time": {"tasks.flows.in.load_time": 60},
     "tasks.flows.*.unload_time": {"tasks.flows.out.unload_time": 60},
     "tasks.flows.*.stop_time": VIA,
     "tasks.flows.*.arrivals": {"tasks.flows.out.arrivals": {"poisson": 100}},
     "policies.batching of flows": {"fleet.robot.capacity": 2, "policies.batching": {"name": "fixed-size", "size": 2}},
 }
-LIFTS = {  # the same of a robot that rides up and down for each
+LIFTS = {  # with a robot that rides up and down for each good
     "layout.lifts.*.ride": {"layout.lifts.lift0.ride": 40},
     "layout.lifts.*.doors": {"layout.lifts.lift0.doors": 12},
     "layout.lifts.*.people.transfer": {"layout.lifts.lift0.people": {"per_hour": 40, "transfer": 10}},
     "layout.lifts.*.outages.every": {"layout.lifts.lift0.outages": {"every": {"exponential": 1000}, "repair": 100}},
 }
-AS = {  # keys that are moved with another one, or as another one is
+AS = {  # keys that are changed with another key, or like another key
     "layout.edges.*.speed": "traffic.slow.*.speed",
     "layout.edges.*.speed_back": "traffic.slow.*.speed",
     "layout.bays.*.outages.repair": "layout.bays.*.outages.every",
@@ -116,7 +116,7 @@ AS = {  # keys that are moved with another one, or as another one is
     "calendars.*.between": "fleet.hours",
 }
 KINDS = {"fleet.kinds.*.battery.": "battery.", "fleet.kinds.*.": "fleet.robot."}
-"""What kinds of robots have is moved as that of all."""
+"""Keys of kinds of robots, which are changed like those of all robots."""
 NO_COST = {
     "tasks.goods.due_within": "when a task is due, not how long it takes",
     "tasks.goods.*.release": "when a task is known",
@@ -138,7 +138,7 @@ PLACES = {"traffic.slow.*.speed", "traffic.nodes.*.time"}
 
 @lru_cache(maxsize=1)
 def goods():
-    """A robot that always has work, on the floor of a draft, whose battery is charged often."""
+    """Return a robot that always has work, on the floor of a draft, with a battery that is charged often."""
     words = Draft(size=(40, 30), orders=30, stations=2, robots=1, chargers=1)
     changes = {
         "tasks.goods": {"saturated": WAITING},
@@ -157,13 +157,13 @@ def goods():
 
 @lru_cache(maxsize=1)
 def flows():
-    """The same with goods that come in and go out."""
+    """Return the robot of `goods` with goods that come in and go out."""
     return goods().replace(BOTH_WAYS)
 
 
 @lru_cache(maxsize=1)
 def lifts():
-    """Goods that are wanted on another floor, by a lift that comes back down."""
+    """Return a robot that brings goods to another floor, by a lift that comes back down."""
     alone = {
         "tasks.goods": {"saturated": WAITING},
         "policies.allocation": "in-order",
@@ -189,15 +189,15 @@ def _places():
 
 
 @lru_cache(maxsize=4)
-def base(of):
-    return told(of())
+def base(plain):
+    return figures(plain())
 
 
-def told(model):
-    """Tasks an hour and energy a task, of a run and of the estimate; eight tasks wait where one is chosen."""
+def figures(model):
+    """Return tasks per hour and energy per task of a run, and of the estimate; policies choose among eight tasks."""
     kpis = simulate(model, 1).kpis
-    found = estimate(model, None if model.policies.allocation.name in BY_TIME else WAITING)
-    return ((kpis["throughput_per_hour"], kpis["energy"] / kpis["tasks"]), (found.capacity * 3600, found.power.task))
+    quick = estimate(model, None if model.policies.allocation.name in BY_TIME else WAITING)
+    return ((kpis["throughput_per_hour"], kpis["energy"] / kpis["tasks"]), (quick.capacity * 3600, quick.power.task))
 
 
 MOVED = {
@@ -208,29 +208,29 @@ MOVED = {
 APART = {"fleet.robot.breakdowns.every": ["energy"], "fleet.hours": ["tasks"], "layout.stations.*.hours": ["tasks"]} | {
     f"layout.lifts.*.{key}": ["tasks", "energy"] for key in ("people.transfer", "outages.every")
 }
-"""What the estimate does not follow, and a line of check names."""
+"""Figures of the estimate that do not follow a key, which a line of the check reports."""
 
 
-def named(model, of):
-    """Whether a line of check says that the estimate does not know of it."""
-    lines = set(left_out(model, model.floor)) - set(left_out(of(), of().floor))
+def named(model, plain):
+    """Whether a line of the check reports that the estimate leaves a change out."""
+    lines = set(left_out(model, model.floor)) - set(left_out(plain(), plain().floor))
     return any(line.endswith((UNKNOWN, WAITS_LEFT_OUT, WAITS_OF_FLEET)) for line in lines)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", some([*MOVED, *sorted(PLACES)], 6))
-def test_what_moves_a_run_moves_the_estimate(name):
-    of, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
-    model = of().replace(changes)
-    before, after = base(of), told(model)
+def test_a_key_that_changes_a_run_changes_the_estimate(name):
+    plain, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
+    model = plain().replace(changes)
+    before, after = base(plain), figures(model)
     moved = [[now / then for now, then in zip(*pair, strict=True)] for pair in zip(after, before, strict=True)]
-    apart = [what for what, run, said in zip(("tasks", "energy"), *moved, strict=True) if abs(said / run - 1) > CLOSE]
+    apart = [what for what, run, quick in zip(("tasks", "energy"), *moved, strict=True) if abs(quick / run - 1) > CLOSE]
     assert apart == APART.get(name, [])
-    assert not apart or named(model, of)
+    assert not apart or named(model, plain)
 
 
 def walked(annotation, place="", seen=frozenset()):
-    """The keys of the model with a unit of what a task may cost."""
+    """Yield the keys of the model with a unit of time, speed, acceleration, energy or power."""
     for section in sections(annotation):
         if issubclass(section, Distribution) or section in seen:
             continue

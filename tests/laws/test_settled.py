@@ -1,4 +1,4 @@
-"""Batteries that begin settled stay where they are: the mean level of a fleet neither falls nor rises at first."""
+"""Settled batteries stay settled: the mean level of a fleet neither falls nor rises from the start."""
 
 from statistics import fmean, stdev
 
@@ -8,9 +8,9 @@ import desim_warehouse as dw
 from tests.laws.settling import POLICIES, model
 
 MOST = 0.01
-"""Share of the capacity an hour."""
+"""Largest drift, as a share of the capacity per hour."""
 MOST_OF_ONE = 0.0125
-"""The same of each of twenty models: how it settles is seen in one run, whose chance all its runs have in common."""
+"""Largest drift of any of twenty models; it is larger, as all runs of a model share the chance of its settling run."""
 MODELS = 20
 
 
@@ -19,12 +19,12 @@ def drifts(warehouse, seeds):
 
 
 def moves(values):
-    """By how much the level moves beyond two standard errors."""
+    """Return by how much the mean drift exceeds two standard errors."""
     return abs(fmean(values)) - 2 * stdev(values) / len(values) ** 0.5
 
 
 def ring(policy, load):
-    """Eight robots on a ring, with four chargers where they rest; levels once rose there by 5 to 17 % an hour."""
+    """Return eight robots on a ring with four chargers where they rest; levels once rose by 5 to 17 % an hour there."""
     content = {
         "layout": {
             "nodes": {"A": [0, 0], "B": [100, 0], "C": [100, 50], "E": [0, 50]},
@@ -63,6 +63,6 @@ def test_on_a_ring_the_level_stays_under_any_load(policy, load):
 @pytest.mark.long
 @pytest.mark.parametrize("policy", POLICIES, ids=str)
 def test_in_random_warehouses_the_level_stays(policy):
-    found = [drifts(model(number, policy), range(16)) for number in range(MODELS)]
-    assert moves([fmean(values) for values in found]) < MOST
-    assert max(moves(values) for values in found) < MOST_OF_ONE
+    by_model = [drifts(model(number, policy), range(16)) for number in range(MODELS)]
+    assert moves([fmean(values) for values in by_model]) < MOST
+    assert max(moves(values) for values in by_model) < MOST_OF_ONE

@@ -1,4 +1,4 @@
-"""On two-way lanes robots all come home: networks of every shape, robots that are recalled, routes that change."""
+"""All robots on two-way lanes come home: on networks of every shape, with recalls and changes of routes."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from desim_warehouse.world.traffic.home_plan import HomePlan
 from tests.laws.two_way import KINDS, Slots
 
 DAILY = 7
-"""Networks of each kind that are looked at every day."""
+"""Number of networks of each kind that are tested every day."""
 
 
 def all_come_home(kind, seeds):
@@ -19,7 +19,7 @@ def all_come_home(kind, seeds):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_robots_on_two_way_lanes_all_come_home(kind):
-    """Networks with 2 to 50 robots; what happened is held against the log, too."""
+    """On networks with 2 to 50 robots; the log is audited too."""
     all_come_home(kind, range(DAILY))
 
 
@@ -31,15 +31,15 @@ def test_robots_on_five_thousand_networks_all_come_home(kind, first):
 
 
 @pytest.mark.parametrize(("kind", "seed"), [("ring", 6), ("bridges", 28)])
-def test_the_claim_that_the_plan_begins_with_must_be_looked_at_again(kind, seed, monkeypatch):
-    """Those whose moves come first by the plan may have been refused for robots that have not moved since."""
+def test_the_first_claim_of_the_plan_must_be_considered_again(kind, seed, monkeypatch):
+    """The robot with the first move of the plan may have been refused because of robots that have not moved since."""
     monkeypatch.setattr(HomePlan, "first", lambda _: None)
     assert Slots(kind, seed).run().stalled
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_without_the_rule_they_are_stuck(kind):
-    """So the law says something: of fleets of five and more nearly all end face to face (146 of 160)."""
+def test_without_the_rule_most_fleets_are_stuck(kind):
+    """So the law is not trivial: of fleets of five or more robots, nearly all end face to face (146 of 160)."""
     runs = [Slots(kind, seed, rule="stop", recalls=False, trips=40) for seed in range(40)]
     runs = [run for run in runs if len(run.robots) >= 5]
     stuck = 0

@@ -1,4 +1,4 @@
-"""Random closures on a ring with a bypass: to know them is never slower than to wait, and without all is as before."""
+"""Random closures on a ring with a bypass: routes that know closures are never slower than routes that wait."""
 
 import random
 
@@ -12,7 +12,7 @@ WAITS = "tests.laws.stubborn:Stubborn"
 
 
 def ring(number, *, robots=1):
-    """S>A>B>T is the street; round it leads S>U>V>T, and back T>E>S. A>B, or another edge, closes at times."""
+    """Return a ring with the street S>A>B>T, its bypass S>U>V>T, and the way back T>E>S; A>B or another edge closes."""
     draw = random.Random(f"ring {number}")
     wide, deep = draw.uniform(20, 60), draw.uniform(5, 40)
     nodes = {"S": [0, 0], "A": [wide / 3, 0], "B": [2 * wide / 3, 0], "T": [wide, 0]}
@@ -50,7 +50,7 @@ def ring(number, *, robots=1):
     "numbers",
     [range(DAILY), *(pytest.param(range(n, n + 200), marks=pytest.mark.long) for n in range(DAILY, LONG, 200))],
 )
-def test_a_robot_alone_is_never_later_for_going_round(numbers):
+def test_a_single_robot_is_never_later_for_taking_a_bypass(numbers):
     sooner = 0
     for number in numbers:
         model = dw.load(ring(number))
@@ -60,12 +60,12 @@ def test_a_robot_alone_is_never_later_for_going_round(numbers):
             assert knows.T <= waits.T + 1e-6, (number, routing)
             assert audit(knows) == [], number
         sooner += knows.T < waits.T - 1
-    assert sooner > len(numbers) / 5  # else the law says little
+    assert sooner > len(numbers) / 5  # else the law is nearly trivial
 
 
 @pytest.mark.parametrize("number", range(6))
-def test_without_closures_routes_are_the_same_to_the_last_digit(number):
-    """The calendar is there, and closes nothing."""
+def test_without_closures_routes_are_equal_to_the_last_digit(number):
+    """The model has a calendar that closes nothing."""
     model = dw.load({**ring(number, robots=4), "traffic": {}})
     knows, waits = dw.simulate(model), dw.simulate(model.replace({"policies.routing": WAITS}))
     assert knows.record.rows == waits.record.rows

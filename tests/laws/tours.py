@@ -1,6 +1,6 @@
-"""Random models with tours: robots that carry several loads, batches, stations with one slot and stops on the way.
+"""Tours for random models: robots that carry several loads, batches, stations with one slot, and stops on the way.
 
-They are made of other random models: the floor, fleet, batteries and policies of those, and work of its own.
+A model keeps its floor, fleet, batteries and policies, and gets other work.
 """
 
 import random
@@ -18,7 +18,7 @@ BATCHING = (
 
 
 def with_tours(mapping, number):
-    """A model whose robots carry up to four loads; half of them with flows from and to anywhere, over stations."""
+    """Return a model whose robots carry up to four loads; most models get flows from and to anywhere, over stations."""
     draw = random.Random(f"tours {number}")
     fleet, most = mapping["fleet"], draw.randint(2, 4)
     fleet["robot"]["capacity"] = most
@@ -32,7 +32,7 @@ def with_tours(mapping, number):
 
 
 def names_of(layout):
-    """The nodes of a layout."""
+    """Return the nodes of a layout."""
     if "blocks" not in layout:
         return list(layout["nodes"])
     blocks = layout["blocks"]
@@ -40,7 +40,7 @@ def names_of(layout):
 
 
 def _flows(mapping, draw):
-    """Some flows between nodes, stations with few slots and storage, that end or not as the model did before."""
+    """Replace the work by flows between nodes, stations with few slots, and storage, which end if the work did."""
     layout, tasks = mapping["layout"], mapping["tasks"]
     nodes = names_of(layout)
     stations = {
@@ -54,7 +54,7 @@ def _flows(mapping, draw):
     for rank in range(draw.randint(1, 3)):
         source = draw.choice(ends)
         of = {name: station["at"][0] for name, station in stations.items()}
-        here = {source, of.get(source, source)}  # a node may have the name of a station elsewhere
+        here = {source, of.get(source, source)}  # a node may share its name with a station elsewhere
         others = [end for end in ends if end == "storage" or here.isdisjoint({end, of.get(end, end)})]
         target = draw.choice([*others, "storage"])
         via = [draw.choice([*stations, *nodes[:3]]) for _ in range(draw.choice((0, 0, 1, 2)))]

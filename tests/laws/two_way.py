@@ -1,7 +1,7 @@
 """Random networks with two-way lanes: trees, cores with bridges and spurs, two-way grids, one-way rings with spurs.
 
-On them whole models, and traffic alone: robots drive from slot to slot, stop in lanes to load, and are recalled on the
-way, and all come home.
+`model` makes whole models on them. `Slots` simulates traffic only: robots drive from slot to slot, stop in lanes to
+load, are recalled on the way, and all come home.
 """
 
 import math
@@ -66,7 +66,7 @@ KINDS = tuple(SHAPES)
 
 
 def network(kind, draw):
-    """A digraph with places; two-way edges are marked."""
+    """Return a digraph with positions of nodes, and lengths and directions of edges."""
     graph = nx.DiGraph()
 
     def street(a, b, *, two_way=True):
@@ -83,7 +83,7 @@ def network(kind, draw):
 
 
 def model(kind, seed):
-    """A whole model on a random network: goods on lanes, bays and stations beside nodes, unloading in the lane."""
+    """Return a model on a random network, with goods on lanes, bays and stations, and unloading in the lane."""
     draw = random.Random(f"model {kind} {seed}")
     graph = network(kind, draw)
     nodes = list(graph)
@@ -92,7 +92,7 @@ def model(kind, seed):
     unload = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
     edges = [{"from": a, "to": b, "length": length} for a, b, length in graph.edges(data="length")]
     speeds = random.Random(f"speeds {kind} {seed}")
-    if speeds.random() < 0.3:  # other limits there than back
+    if speeds.random() < 0.3:  # limits differ between the two directions
         edges = [{**edge, "speed": speeds.choice((0.3, 0.6, 1.0))} for edge in edges]
     battery = {"capacity": 4000.0, "threshold": 0.0, "consumption": 1, "charge_rate": 20, "reserve": 1e9}
     charging = "threshold"
@@ -131,7 +131,7 @@ def model(kind, seed):
 
 
 class Tenant(NoDriver):
-    """A robot that gives its slot back when it leaves."""
+    """A driver that frees its slot when its robot leaves."""
 
     def __init__(self, free):
         self.free = free
@@ -204,8 +204,8 @@ class Slots:
         if self.draw.random() < 0.5:
             upto = self.draw.randrange(len(route)) + 1
             stop = route[upto - 1].length / 2
-            there = yield from self.traffic.drive(robot, route[:upto], stop)
-            if there:
+            has_arrived = yield from self.traffic.drive(robot, route[:upto], stop)
+            if has_arrived:
                 yield self.env.timeout(20)
         while True:
             done = route.index(robot.lane) + 1 if robot.lane in route else 0
@@ -233,7 +233,7 @@ class Slots:
 
     @property
     def problems(self):
-        """What cannot have happened, by the log."""
+        """The faults of the log."""
         robot = RobotSpec(radius=0.5, speed=1.0)
         fleet = SimpleNamespace(size=len(self.robots), robot=robot, robots=lambda: [robot] * len(self.robots))
         fleet.start_on_lanes = ()

@@ -1,4 +1,4 @@
-"""A routing policy for the laws: ways with random turns at their beginning, and other ways whenever it is held up."""
+"""A routing policy for the laws: routes with random turns at the start, and detours whenever a robot is held up."""
 
 from dataclasses import dataclass, field
 from random import Random
@@ -7,7 +7,7 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Wanderer:
-    """Up to two random turns, then the way of fewest nodes; offers `detours` on every way."""
+    """Up to two random turns, then the route with the fewest nodes; offers `detours` on every route."""
 
     seed: int = 0
     detours: int = 4
@@ -27,5 +27,5 @@ class Wanderer:
 
 
 def is_outside(graph, node):
-    """Whether a node is in no lift: a turn there would lead through the cabin on one floor."""
+    """Whether a node is not in a lift, where a turn would lead through the cabin on one floor."""
     return all(graph.edges[edge]["length"] for edge in graph.out_edges(node))

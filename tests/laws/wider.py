@@ -1,6 +1,6 @@
-"""What plants have beside the paper's floor, put into any random model.
+"""Features of real plants beyond the paper's floor, for random models.
 
-Picks at nodes, destinations of tasks, robots that start on the lanes, take time to turn, park on a node.
+Goods at nodes, destinations of tasks, robots that start on the lanes, take time to turn, and park on a node.
 """
 
 import math
@@ -13,7 +13,7 @@ from desim_warehouse.feasibility import errors
 
 
 def wider(mapping, seed):
-    """A copy of a model with goods at nodes, tasks with destinations, and robots on the lanes at the start."""
+    """Return the model with goods at nodes, tasks with destinations, and robots that start on the lanes."""
     draw = random.Random(f"wider {seed}")
     layout, tasks = dict(mapping["layout"]), dict(mapping["tasks"])
     nodes = list(layout.get("nodes", ()))
@@ -22,13 +22,13 @@ def wider(mapping, seed):
         goals = [*nodes, *layout["stations"]]
         if isinstance(tasks["goods"], list):
             tasks["goods"] = [with_goal(draw, item, goals) if draw.random() < 0.4 else item for item in tasks["goods"]]
-    turn_time = 0.0 if mapping["battery"] else draw.choice((0.0, 0.3, 2.0))  # no battery is made for it
+    turn_time = 0.0 if mapping["battery"] else draw.choice((0.0, 0.3, 2.0))  # batteries are not made for turns
     made = {**mapping, "layout": layout, "tasks": tasks, "traffic": {**mapping["traffic"], "turn_time": turn_time}}
     return with_starts(draw, with_bay_in_lane(draw, made)) if nodes else made
 
 
 def with_bay_in_lane(draw, mapping):
-    """One more bay, if the first node that is tried is one which no robot has to pass."""
+    """Return the model with another bay in the lane, if no robot has to pass its random node."""
     layout = mapping["layout"]
     taken = {node for zone in layout["bays"].values() for node in zone["at"]}
     node = draw.choice(sorted(layout["nodes"]))
@@ -41,12 +41,12 @@ def with_bay_in_lane(draw, mapping):
 def refused(mapping, *codes):
     try:
         return any(item.code in codes for item in errors(dw.load(mapping)))
-    except dw.ModelError:  # for another reason: it is said where it is simulated
+    except dw.ModelError:  # another error, which the simulation reports
         return False
 
 
 def with_starts(draw, mapping):
-    """Robots on the lanes, few or as many as there is room for; as many of them as can move at all."""
+    """Return the model with robots on the lanes, from few to as many as have room and can move."""
     fleet, layout = mapping["fleet"], mapping["layout"]
     contact = 2 * fleet["robot"]["radius"] + fleet["robot"].get("margin", 0)
     edges = [({"from": e[0], "to": e[1]} if isinstance(e, list) else e) for e in layout["edges"]]

@@ -1,4 +1,4 @@
-"""Random zones for random models: parts of the floor for one robot, and lines of two-way lanes for one direction."""
+"""Zones for random models: parts of the floor for one robot, and lines of two-way lanes for one direction."""
 
 import random
 from itertools import pairwise
@@ -10,7 +10,7 @@ from desim_warehouse.layout import build
 
 
 def with_zones(mapping, seed):
-    """The model with one to three zones where there is room for them."""
+    """Return the model with up to three zones, as far as there is room."""
     draw = random.Random(f"zones {seed}")
     model = dw.load(mapping)
     graph, contact = build(model.layout).graph, model.fleet.contact
@@ -25,21 +25,21 @@ def with_zones(mapping, seed):
 
 
 def one_robot(graph, draw, taken):
-    """Nodes and edges on a random walk, some of them left out, and perhaps a node elsewhere."""
-    at = draw.choice(list(graph))
+    """Return nodes and edges on a random walk, without some of them, and perhaps nodes elsewhere."""
+    node = draw.choice(list(graph))
     members = []
     for _ in range(draw.randint(0, 5)):
-        there = draw.choice(list(graph[at]) or [at])
-        if there != at and draw.random() < 0.8:
-            members.append([at, there])
-        at = there
+        following = draw.choice(list(graph[node]) or [node])
+        if following != node and draw.random() < 0.8:
+            members.append([node, following])
+        node = following
     members += [node for node in draw.sample(list(graph), 2) if draw.random() < 0.5]
     inside = {node for one in members for node in ([one] if isinstance(one, str) else one)}
     return [] if inside & taken or len(inside) > len(graph) // 2 else members
 
 
 def line(graph, draw, taken, contact):
-    """A walk without loops along two-way lanes of at least 2 D."""
+    """Return a walk without loops along two-way lanes of at least 2 D."""
     lanes = nx.Graph(
         (a, b)
         for a, b, data in graph.edges(data=True)

@@ -65,7 +65,7 @@ def test_the_ring_rule_runs_clockwise_round_the_warehouse():
     assert edges(blocks(2, 2)) == {"AB", "BC", "DE", "EF", "IH", "HG", "GD", "DA", "BE", "EH", "CF", "FI"}
 
 
-def test_the_alternating_rule():
+def test_rows_and_columns_alternate_by_the_alternating_rule():
     # rows east, west, east; columns north, south, north
     assert edges(blocks(2, 2, directions="alternating")) == {
         *("AB", "BC", "FE", "ED", "GH", "HI"),
@@ -73,7 +73,7 @@ def test_the_alternating_rule():
     }
 
 
-def test_directions_by_hand():
+def test_directions_may_be_listed():
     rule = {"rows": ["west", "east"], "columns": ["south", "north", "north"]}
     assert edges(blocks(2, 1, directions=rule)) == {"CB", "BA", "DE", "EF", "AD", "EB", "FC"}
 

@@ -138,7 +138,7 @@ def test_floors_have_names_or_numbers():
         ),
     ],
 )
-def test_names_that_cannot_be(floors, text):
+def test_impossible_names_of_floors_are_refused(floors, text):
     assert text in wrong(floors=floors)
 
 

@@ -25,7 +25,7 @@ def test_more_than_there_are_places_is_refused():
         chargers(7)
 
 
-def test_not_both():
+def test_total_chargers_and_chargers_together_are_refused():
     with pytest.raises(ModelError, match=r"layout.bays.charging.total_chargers: given together with chargers"):
         chargers(3, chargers=1)
 

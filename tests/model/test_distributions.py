@@ -96,7 +96,7 @@ def test_a_time_that_does_not_vary_is_a_number():
         ({"discrete": {"values": [0]}}, "discrete, mean 0 s, cv 0"),
     ],
 )
-def test_words(written, words):
+def test_a_distribution_is_put_into_words(written, words):
     assert time(written).words("s") == words
 
 

@@ -76,7 +76,7 @@ def one_message(source, overrides=None):
     ],
     ids=lambda value: str(value)[:40].encode("ascii", "replace").decode() if isinstance(value, dict) else "",
 )
-def test_values_beyond_the_limits(overrides, said):
+def test_values_beyond_the_limits_are_refused(overrides, said):
     assert said in one_message(MULTIBOTS, overrides)
 
 
@@ -129,13 +129,13 @@ def test_a_model_file_that_never_ends():
     ["a: " + "[" * 100_000, "a: " + "{b: [" * 100_000, "\n".join(" " * deep + "a:" for deep in range(2000))],
     ids=["lists", "both", "sections"],
 )
-def test_deep_nesting(text, tmp_path):
+def test_a_deeply_nested_file_is_refused(text, tmp_path):
     file = tmp_path / "deep.yaml"
     file.write_text(text)
     assert "too many lists or sections inside one another, expected 30 at most" in one_message(file)
 
 
-def test_aliases_that_multiply(tmp_path):
+def test_aliases_that_multiply_are_refused(tmp_path):
     file = tmp_path / "laughs.yaml"
     lines = ["a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]" for old, new in zip("abcdef", "bcdefg", strict=True)]

@@ -208,3 +208,16 @@ def test_an_assignment_that_cannot_be_read(text, said):
     with pytest.raises(ModelError) as refused:
         parse_assignment(text)
     assert str(refused.value) == said
+
+
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        ("layout.bays.*.places", "expected layout.bays.charging.places"),
+        ("layout.blocks.*", "expected one of layout.blocks.columns, layout.blocks.rows"),
+        ("tasks.flows.*.due_within", "expected a name"),
+    ],
+)
+def test_a_star_stands_for_no_name(key, expected):
+    [problem] = problems({key: 2})
+    assert problem.startswith(f"override {key}: a star does not stand for all names here, {expected}")

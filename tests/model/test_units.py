@@ -51,7 +51,7 @@ def test_a_quantity_is_the_number_in_the_units_of_the_model(units, key, written,
     assert load(TUTORIAL, {**base, key: written}).digest() == load(TUTORIAL, {**base, key: number}).digest()
 
 
-def test_rates_and_shares():
+def test_rates_and_shares_take_units():
     goods = {"poisson": "200 / h", "due_within": "30 min"}
     classes = [{"share": "25 %", "demand": "80 %"}, {"share": 0.75, "demand": 0.2}]
     tasks = load(TUTORIAL, {"run.length": "8 h", "tasks.goods": goods, "tasks.popularity": {"classes": classes}}).tasks

@@ -43,7 +43,7 @@ def test_a_key_that_is_not_there_may_be_removed_and_makes_no_section():
         ("fleet.start.0", "an entry of a list, which cannot be left out"),
     ],
 )
-def test_what_cannot_be_removed(key, said):
+def test_required_unknown_and_list_keys_cannot_be_removed(key, said):
     with pytest.raises(dw.ModelError, match=said):
         dw.load(MODEL, {key: dw.UNSET})
 

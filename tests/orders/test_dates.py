@@ -47,7 +47,7 @@ def one(text, slashes=None):
         ("", None, None),
     ],
 )
-def test_dates_in_many_forms(text, slashes, meant):
+def test_dates_are_read_in_many_forms(text, slashes, meant):
     assert one(text, slashes) == meant
 
 

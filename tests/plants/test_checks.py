@@ -36,7 +36,7 @@ def test_lengths_shorter_than_the_straight_line():
     assert [edge.length for edge in made.model.layout.edges] == [9.8, 9.95]
 
 
-def test_links_beside_each_other():
+def test_a_second_link_between_two_points_is_left_out():
     made = imported(plant(*WAYS, ("A", "B", 12)))
     assert said(made, "link") == {("left out", "link"): (("AB", "line 12"),)}
 

@@ -54,7 +54,7 @@ def lost(remarks):
     return {(one.what, one.kind): one.names for one in remarks}
 
 
-def test_two_tables(floor, tmp_path):
+def test_a_floor_is_written_as_two_tables(floor, tmp_path):
     remarks = lost(dw.write_layout(floor, tmp_path / "floor", "csv"))
     nodes, edges = (
         list(csv.DictReader((tmp_path / "floor" / name).read_text().splitlines()))
@@ -145,7 +145,7 @@ def test_a_plant_model_of_opentcs(floor, tmp_path):
     assert set(made.model.layout.stations) == {"table"}
 
 
-def test_a_layout_in_lif(floor, tmp_path):
+def test_a_floor_is_written_as_lif(floor, tmp_path):
     remarks = lost(dw.write_layout(floor, tmp_path / "floor.lif", "lif"))
     data = json.loads((tmp_path / "floor.lif").read_text())
     assert data["metaInformation"]["lifVersion"] == "1.0.0"

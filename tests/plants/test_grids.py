@@ -190,7 +190,7 @@ def test_other_spellings_are_read_all_the_same(tmp_path, name, text, plain):
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 2), (2, 1), (40, 3), (7, 90)])
-def test_any_size(tmp_path, height, width):
+def test_grids_of_any_size_are_read(tmp_path, height, width):
     text = f"type octile\nheight {height}\nwidth {width}\nmap\n" + ("." * width + "\n") * height
     model = dw.read_layout(written(tmp_path, "open.map", text))
     assert len(model.layout.nodes) == height * width

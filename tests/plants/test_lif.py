@@ -444,7 +444,7 @@ FOREIGN = {
 
 @needs_plants
 @pytest.mark.parametrize("name", FOREIGN)
-def test_layouts_of_others(name):
+def test_layouts_of_other_publishers_are_read(name):
     path, (counts, why) = plant_file(f"lif-vdma/{name}.json"), FOREIGN[name]
     plant = read_plant(path)
     listed = sum(len(layout.get("stations", ())) for layout in json.loads(path.read_text())["layouts"])
@@ -460,7 +460,7 @@ def test_layouts_of_others(name):
 
 
 @needs_plants
-def test_another_dialect():
+def test_a_file_in_another_dialect_is_read_with_remarks():
     path = plant_file("lif-continua/example.lif.json")
     with pytest.raises(dw.ModelError, match=r"nowhere can robots drive .* not for vehicle type 'vehicle-002'"):
         dw.read_layout(path)  # its only edge into node-002 is for a type that may not use that node

@@ -117,7 +117,7 @@ def the_yard(model, tolerance):
     assert [y - ys[0] for y in ys] == pytest.approx([0, 8, 8], abs=tolerance)  # downwards
 
 
-def test_geojson_in_metres(tmp_path):
+def test_geojson_in_metres_is_read(tmp_path):
     made = import_layout(geojson(tmp_path))
     the_yard(made.model, 1e-6)
     assert set(made.model.layout.stations) == {"table 1"}
@@ -126,7 +126,7 @@ def test_geojson_in_metres(tmp_path):
     assert ("place", ("table 1",)) in said(made.plant)
 
 
-def test_geojson_in_degrees(tmp_path):
+def test_geojson_in_degrees_is_projected(tmp_path):
     made = import_layout(geojson(tmp_path, degrees))
     the_yard(made.model, 0.01)
     [remark] = [one for one in made.remarks if one.kind == "units.length"]
@@ -173,7 +173,7 @@ def test_what_is_wrong_with_geojson_is_said_with_its_place(tmp_path, path, value
     assert said in one_message(tmp_path / "yard.geojson")
 
 
-def test_a_drawing_in_millimetres(tmp_path):
+def test_a_drawing_in_millimetres_is_read(tmp_path):
     made = import_layout(dxf(tmp_path))
     the_yard(made.model, 1e-6)
     assert ("layer", ("Walls",)) in said(made.plant, "left out")

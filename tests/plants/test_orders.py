@@ -95,7 +95,7 @@ def test_a_model_is_no_list_of_tasks(tmp_path):
 
 
 @needs_plants
-def test_orders_of_others():
+def test_transport_orders_of_other_projects_are_read():
     demo, orders = plant_file("opentcs/Demo-01_v7.xml"), plant_file("opentcs-touchmii/transport-orders.xml")
     model = dw.read_layout(demo, tasks=orders)
     assert len(model.tasks.goods) == 6  # four orders: of two loads, one, two and one

@@ -29,7 +29,7 @@ def clinic(tmp_path, *changes):
     return path
 
 
-def test_a_map_in_metres():
+def test_a_building_map_in_metres_is_read():
     plant = read_plant(CLINIC)
     assert (len(plant.points), len(plant.links), len(plant.vehicles)) == (9, 9, 2)
     a = plant.points["A"]
@@ -46,7 +46,7 @@ def test_a_map_that_has_the_editor_s_name_is_called_by_its_file(tmp_path):
     assert read_plant(clinic(tmp_path, (named, "name: my ward"))).name == "my ward"
 
 
-def test_what_robots_do_where():
+def test_pick_ups_drop_offs_and_chargers_of_a_building_map_are_read():
     model = dw.read_layout(CLINIC)
     assert [place.node for place in model.layout.storage] == ["pantry"]
     assert dict(model.layout.stations)["bedside"].at == ("ward",)

@@ -58,7 +58,7 @@ def test_y_may_be_upwards(tmp_path):
     assert dw.read_layout(path).layout.nodes["C"] == (10, -8)
 
 
-def test_lanes_side_by_side(tmp_path):
+def test_lanes_side_by_side_are_no_two_way_lane(tmp_path):
     (tmp_path / "nodes.csv").write_text("name,x,y,role\nA,0,0,load\nB,9,0,unload\nC,9,9,\n")
     (tmp_path / "edges.csv").write_text("from,to,side_by_side\nA,B,yes\nB,A,\nB,C,\nC,B,\n")
     layout = build(dw.read_layout(tmp_path).layout)
@@ -159,7 +159,7 @@ def test_what_is_wrong_with_a_workbook_is_said_with_sheet_and_row(tmp_path):
         import_layout(path)
 
 
-def test_a_graph_of_networkx():
+def test_a_graph_of_networkx_is_read():
     graph = yard()
     graph.edges["A", "B"].update(length=12, speed="1.5 m/s")
     model = dw.read_layout(graph, robots=2)
@@ -240,6 +240,6 @@ YED = """\
 """
 
 
-def test_where_yed_draws_nodes(tmp_path):
+def test_nodes_lie_where_yed_draws_them(tmp_path):
     (tmp_path / "drawn.graphml").write_text(YED)
     assert dict(dw.read_layout(tmp_path / "drawn.graphml").layout.nodes) == {"n0": (0, 0), "n1": (10, 0)}

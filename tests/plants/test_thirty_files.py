@@ -55,7 +55,7 @@ FORMS = [(directed, lengths) for directed in (True, False) for lengths in (None,
 
 
 @pytest.mark.parametrize(("directed", "lengths"), FORMS)
-def test_a_graphml_of_networkx(tmp_path, directed, lengths):
+def test_a_graphml_of_networkx_is_read(tmp_path, directed, lengths):
     path = tmp_path / "plan.graphml"
     nx.write_graphml(floor(f"graphml {directed} {lengths}", directed=directed, lengths=lengths), path)
     theirs = nx.read_graphml(path)
@@ -63,7 +63,7 @@ def test_a_graphml_of_networkx(tmp_path, directed, lengths):
 
 
 @pytest.mark.parametrize("mixed", ["edges say their own direction", "keys have defaults", "nodes have labels"])
-def test_a_graphml_by_hand(tmp_path, mixed):
+def test_a_graphml_written_by_hand_is_read(tmp_path, mixed):
     graph = floor(mixed)
     own = ' directed="true"' if mixed.startswith("edges") else ""
     default = "undirected" if own else "directed"
@@ -185,7 +185,7 @@ DRAWINGS = {
 
 
 @pytest.mark.parametrize("name", DRAWINGS)
-def test_a_drawing_of_ezdxf(tmp_path, name):
+def test_a_drawing_of_ezdxf_is_read(tmp_path, name):
     ezdxf = pytest.importorskip("ezdxf", reason="ezdxf, the extra dxf, is not installed")
     document = ezdxf.new(units=6)
     DRAWINGS[name](document)

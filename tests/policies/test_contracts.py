@@ -30,7 +30,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("contract", "test", "name"), CASES, ids=lambda item: str(item).rpartition("/")[2][:40])
-def test_contract(contract, test, name):
+def test_every_policy_keeps_its_contract(contract, test, name):
     case = type("Case", (contract,), {"name": name, "parameters": NEEDED.get(name, {})})()
     getattr(case, test)()
 

@@ -70,6 +70,6 @@ def test_which_station_an_order_goes_to():
     assert pods.MostLinesInCommon().choose(OrderCall(0.0, lines(8), stations, 0.0)) == "30"
 
 
-def test_the_emptiest_pod():
+def test_the_emptiest_pod_is_chosen():
     some = pod(4, 1, units=3), pod(2, 1, units=3), pod(1, 1, units=5)
     assert pods.Emptiest().choose(PutCall(0.0, "20", 0, some, 0.0)) == 2

@@ -126,7 +126,7 @@ BAYS = [BayView("A", 1, 1, 2), BayView("C", 2, 0, 0), BayView("F", 1, 0, 0)]
         ("spread", "D", "A", "A", "F"),
     ],
 )
-def test_where_robots_park(name, node, home, last, chosen):
+def test_parking_policies_choose_as_worked_by_hand(name, node, home, last, chosen):
     world = World(MULTIBOTS)
     robot = RobotView(0, node, home, 5.0, 10.0, 3.5, last)
     assert create("parking", name, {}).choose(robot, BAYS, world.travel) == chosen

@@ -37,7 +37,7 @@ def test_who_goes_first_at_a_tie_matters_in_one_cell():
     assert turned == [(6, 1, 4)]
 
 
-def test_seconds_of_the_figures():
+def test_the_clock_of_the_figures_shows_a_little_more():
     """A step is 0.05 s; the figures' wall clock shows 0.3 to 1.9 % more."""
     for cell in CELLS:
         outcome = simulate(Setting(int(cell["robots"]), GROUPS[int(cell["group"])]))

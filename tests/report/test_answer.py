@@ -272,7 +272,7 @@ def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
     bounds = [(one.low, one.high) for one in alone.judged.values()]
     assert [(one.low, one.high) for one in both.judged.values()] == [end for end in bounds for _ in range(2)]
     assert [one.full_name for one in both.answer.options] == [
-        f"{count}, case: own (the same: another)" for count in ("1 robot", "3 robots")
+        f"{count}, case: own (same results: another)" for count in ("1 robot", "3 robots")
     ]
 
 

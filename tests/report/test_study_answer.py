@@ -217,7 +217,7 @@ def test_options_whose_runs_are_equal_are_compared_once():
     assert is_everywhere(answer)
     assert [(one.full_name, one.standing == "same") for one in answer.options] == [
         ("1 robot, dispatching: hungarian", True),
-        ("3 robots, dispatching: nearest (the same: hungarian)", False),
+        ("3 robots, dispatching: nearest (same results: hungarian)", False),
     ]
 
 
@@ -225,7 +225,7 @@ def test_noise_is_no_difference(model):
     study = Study(model, {"battery.capacity": [100.0, 100.5]}, changes={"tasks.goods": {"random": 4}}, replications=3)
     results = study.run().results
     answer = compare_words.answer(results, {"T": results.compare("T")})
-    assert answer.answer == ("No difference in task time is shown.",)
+    assert answer.answer == ("No difference in task time is evident.",)
 
 
 def test_compare_prints_one_json_object(study_folder):

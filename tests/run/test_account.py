@@ -44,7 +44,7 @@ def parts(table):
     return {name: {part: value for part, value in row.items() if value} for name, row in table.iterrows()}
 
 
-def test_the_time_of_robots(run):
+def test_the_time_of_robots_is_divided_as_worked_by_hand(run):
     assert parts(run.account("robot")) == {
         0: pytest.approx(
             {"empty": 5 + 5, "loading": 3, "loaded": 50, "unloading": 5, "returning": 60, "charging": 12.8, "idle": 4.2}

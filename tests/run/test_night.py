@@ -147,10 +147,10 @@ def night_codes(model):
 def test_check_says_who_runs_flat_at_night_and_what_is_short(fourteen):
     found = night_codes(with_night(fourteen, SHORT))["NIGHT_FLAT"]
     assert found.level == "warning"
-    assert "without orders robot" in found.text
-    assert "(24 h tried)" in found.text
-    assert "at rest 11 robots not on a charger draw 0.055 per s and get 0.03 from 3 chargers" in found.text
-    assert "need at least 5 chargers" in found.text
+    assert "without orders, robot" in found.text
+    assert "(24 h were simulated)" in found.text
+    assert "at rest, 11 robots without a charger draw 0.055 per s, and 3 chargers supply 0.03" in found.text
+    assert "at least 5 chargers are needed" in found.text
     assert night_codes(with_night(fourteen)) == {}
 
 
@@ -161,7 +161,7 @@ def test_it_is_a_note_where_the_run_has_no_night(fourteen):
 
 
 def test_the_error_of_a_robot_at_rest_says_what_was_short(fourteen):
-    with pytest.raises(BatteryError, match="need at least 5 chargers"):
+    with pytest.raises(BatteryError, match="at least 5 chargers are needed"):
         dw.simulate(with_night(fourteen, {**SHORT, "run.length": "24 h", "fleet.start_energy": 1}))
 
 

@@ -35,7 +35,7 @@ def test_it_is_accounted_to_no_station():
     assert list(parts.index) == []
 
 
-def test_both_at_one_node():
+def test_loads_put_down_with_and_without_work_at_one_node_are_told_apart():
     """Of five load units put down at C two are worked on, 5 each."""
     flows = {**STORAGE_AT_WORK["tasks.flows"], "out": TO_WORK}
     run = dw.simulate(dw.load(RING, {**STORAGE_AT_WORK, "tasks.flows": flows, "log": "all"}))

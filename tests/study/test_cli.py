@@ -191,6 +191,8 @@ def test_size_names_its_range_and_its_key():
         call("size", MULTIBOTS, "--range", "{named: 3}", "--target", "T <= 9")
     with pytest.raises(WarehouseError, match=re.escape("--range 1,{:")):
         call("size", MULTIBOTS, "--range", "1,{", "--target", "T <= 9")
+    with pytest.raises(WarehouseError, match=re.escape("--range  --key fleet.size: no values (got [])")):
+        call("size", MULTIBOTS, "--range", "", "--target", "T <= 9")
 
 
 def test_size_without_an_answer_says_so_by_its_exit_status():
@@ -273,7 +275,7 @@ def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
             call(*command, tmp_path, *GOODS)
 
 
-def test_the_paper_again(tmp_path):
+def test_the_paper_is_reproduced(tmp_path):
     """30 cells beside the paper's: C equal in all, T within 1 % in 29 at least, files written."""
     result = call("paper", "--study", ROOT / "studies" / "paper.yaml", "--out", tmp_path)
     assert "C: equal in 30 of 30 cells" in result.stdout

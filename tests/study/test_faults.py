@@ -433,7 +433,8 @@ def test_a_process_keeps_the_models_of_the_last_few_designs_only(monkeypatch):
 @pytest.mark.long
 def test_a_run_that_kills_its_worker_each_time_is_a_row_with_an_error(parking, tmp_path):
     cases = {"good": "home", "deadly": parking("die"), "once": parking("die once", mark=str(tmp_path / "mark"))}
-    made = study(2, {"policies.parking": {"named": cases}}).run(workers=2)
+    with pytest.warns(RuntimeWarning, match="2 of 6 runs failed"):
+        made = study(2, {"policies.parking": {"named": cases}}).run(workers=2)
     errors = made.table.set_index(["policies.parking", "replication"])["error"]
     assert errors["good"].isna().all()
     assert errors["once"].isna().all()

@@ -147,7 +147,7 @@ def test_peaks_are_a_suspect_and_named():
         ({"saturated": 3}, None),
     ],
 )
-def test_the_same_orders_evenly(arrivals, even):
+def test_arrivals_are_spread_evenly_at_their_rate(arrivals, even):
     over = {}
     arrivals = dict(arrivals)
     if "hours" in arrivals:

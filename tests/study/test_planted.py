@@ -127,7 +127,7 @@ def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
 
 
 @pytest.mark.long
-def test_two_dozen_planted_bottlenecks():
+def test_most_of_two_dozen_planted_bottlenecks_are_named():
     """Some ten minutes of one processor."""
     answers = [named(case) for case in CASES]
     assert len(answers) == 24

@@ -105,7 +105,7 @@ def test_a_closure_that_never_comes_is_named():
     assert unknown(model, 10, 1200) == ["closures of aisle never fall into a run: their cost does not show here"]
 
 
-def test_what_if_says_so(tmp_path, monkeypatch):
+def test_a_study_reports_that_its_runs_do_not_cover_rare_days(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     study = Study(dw.load(pages.ROOT / "models/tutorial.yaml", FAILING), {"fleet.size": [2, 3]}, replications=3)
     study.run(out=tmp_path / "out")

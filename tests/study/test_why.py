@@ -197,7 +197,7 @@ def test_a_planted_bottleneck_is_found_and_its_relief_gains_what_was_said(number
 
 
 @pytest.mark.long
-def test_a_hundred_planted_bottlenecks():
+def test_most_of_a_hundred_planted_bottlenecks_are_named():
     """About half an hour of one processor."""
     found = [bottlenecks.blame(number) for number in range(100)]
     assert sum(one.right for one in found) >= 89

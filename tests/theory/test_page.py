@@ -44,7 +44,7 @@ def test_the_event_model_beside_the_stepped_reference(robots):
 
 
 @LONG
-def test_the_papers_cells():
+def test_the_papers_cells_stand_on_the_page():
     assert make_validation.paper().rstrip() in TEXT
 
 

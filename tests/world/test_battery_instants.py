@@ -31,7 +31,7 @@ def events(run, *kinds):
     return [(row[0], row[1], row[2], row[3]) for row in run.record.rows if row[1] in kinds]
 
 
-def test_without_the_threshold():
+def test_without_a_threshold_the_run_is_as_worked_by_hand():
     run = play()
     # the last charge, at the end of the work, does not count
     assert (near(105), 0, 0) == (run.T, run.S, run.C)

@@ -103,7 +103,7 @@ def test_a_kind_keeps_what_its_robot_keeps_or_its_own():
     changes["fleet.kinds"] = {"old": {"count": 1, "keeps": "distance"}, "new": {"count": 1}}
     model = dw.load("models/multibots.yaml").replace({"fleet.size": 3, **changes})
     assert [robot.keeps for robot in model.fleet.robots()] == ["distance", "braking", "braking"]
-    assert any(line.endswith("stay up to 20 px farther behind while they drive") for line in check(model).facts)
+    assert any(line.endswith("follow up to 20 px farther behind") for line in check(model).facts)
     # It gathers speed no faster than it brakes.
     assert [robot.motion for robot in model.fleet.robots()] == [(0, 2.5), (2.5, 2.5), (2.5, 2.5)]
 

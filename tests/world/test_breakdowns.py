@@ -35,7 +35,7 @@ def states(run, robot=0):
     return [(near(span.start), span.state) for span in run.history.changes[robot]][1:]
 
 
-def test_without_breakdowns():
+def test_without_breakdowns_a_run_has_no_trace_of_them():
     run = dw.simulate(ring())
     assert near(128) == run.T
     assert not {"breakdowns", "availability", "share_broken"} & run.kpis.keys()

@@ -235,6 +235,21 @@ def test_robots_that_must_charge_queue_for_the_one_charger_and_take_turns():
     assert left[:3] == [pytest.approx(104), pytest.approx(74), pytest.approx(101)]
 
 
+def test_a_robot_is_charged_for_at_least_as_long_as_one_in_urgent_need_takes_to_drive_up():
+    """Both begin with 75 and need a charger below 100. At D, 1 out and 20 away from A, 79 are beyond the way there.
+
+    Three quarters of them and the way are 80.25, so the need at D is urgent. At A there is enough to leave for D and
+    rest there, 1 + 60 + 100, after 86 / 5 = 17.2; but the other will be there 21 later. By then it is at 180.
+    """
+    bays = {"home": {"at": ["A"], "places": 1, "chargers": 1}, "rest": {"at": ["D"], "places": 2, "chargers": 0}}
+    fleet = {**RING["fleet"], "size": 2, "start": ["A", "D"], "start_energy": 0.375}
+    battery = {**RING["battery"], "threshold": 100, "charge_rate": 5}
+    later = {"tasks.goods": [{"good": 0, "release": 500}], "run": {"length": 60}}
+    world = play({"layout.bays": bays, "fleet": fleet, "battery": battery, "policies.parking": "home", **later})
+    left = [row for row in world.log.rows if row[1] == "returning"]
+    assert [(row[0], row[2], row[6]) for row in left] == [(21, 0, 180), (22, 1, 53)]
+
+
 @pytest.mark.parametrize("chargers", [0, 1, 2, 4])
 @pytest.mark.parametrize("charging", ["reach-aware", "opportunity", "four-thresholds", {"name": "swap", "time": 9}])
 def test_robots_at_rest_draw_unless_they_are_connected_to_a_charger(chargers, charging):

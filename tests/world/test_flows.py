@@ -121,14 +121,14 @@ def test_from_storage_to_a_station():
     assert run.history.delivered[0].station == "D"
 
 
-def test_between_stations():
+def test_a_robot_carries_a_load_from_station_to_station():
     run = ring({"from": "dock", "to": "pack", "arrivals": ONCE, "load_time": 1, "unload_time": 2})
     # B 20, 21; D 61, 63; A 83
     assert states(run) == [("empty", 0), ("loading", 20), ("loaded", 21), ("unloading", 61), ("returning", 63)]
     assert run.T == 83
 
 
-def test_from_one_storage_place_to_another():
+def test_a_robot_carries_a_load_from_one_storage_place_to_another():
     run = ring({"from": first(1), "to": first(0), "arrivals": ONCE})
     # 30, 34; 10 to C, 5 along C>D: 49, 55; 15 to D, 20 to A
     assert states(run) == [("empty", 0), ("loading", 30), ("loaded", 34), ("unloading", 49), ("returning", 55)]
@@ -526,7 +526,7 @@ def test_expected_and_when_are_inverse(time):
 
 
 @pytest.mark.slow
-def test_a_from_to_matrix(tmp_path):
+def test_a_from_to_matrix_gives_every_pair_its_rate(tmp_path):
     (tmp_path / "from_to.csv").write_text("from,pack,storage\ndock,30,10\nstorage,60,\n", encoding="utf-8")
     written = dict(
         RING, tasks={**RING["tasks"], "flows": {"all": {"from_to": {"file": str(tmp_path / "from_to.csv")}}}}

@@ -6,8 +6,8 @@ import pytest
 
 import desim_warehouse as dw
 from tests.accounting import faults
+from tests.laws.faults import endless, standstill
 from tests.laws.features import warehouse
-from tests.laws.found import endless, standstill
 from tests.recount import differences
 from tests.world.floor import PARK, crossing, line
 

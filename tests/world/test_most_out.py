@@ -55,7 +55,7 @@ def test_a_floor_with_too_many_robots_does_more_with_fewer_of_them_under_way():
 
 
 @pytest.mark.parametrize("policy", ["nearest", "hungarian", "auction", "regret", "cost-aware"])
-def test_whatever_the_allocation_policy(policy):
+def test_the_cap_holds_under_every_allocation_policy(policy):
     changes = {"tasks.goods": {"random": 40}, "traffic.most_out": 3, "policies.allocation": policy}
     run = dw.simulate(dw.load(crowded(8, run={}), changes))
     assert run.kpis["tasks"] == 40
@@ -123,6 +123,6 @@ def test_a_search_is_for_a_target(tmp_path):
 
 
 @pytest.mark.parametrize("most", [0, -1, 2.5, 20_000])
-def test_no_such_cap(most):
+def test_a_cap_that_is_no_positive_number_is_refused(most):
     with pytest.raises(dw.ModelError, match=r"traffic\.most_out"):
         dw.load(crowded(10), {"traffic.most_out": most})

@@ -268,7 +268,7 @@ def test_a_battery_lasts_for_the_starts_and_stops():
 
 def test_what_a_stop_costs_is_said_beforehand():
     model = dw.load(ring.RING, {"fleet.robot.acceleration": 0.5, "fleet.robot.deceleration": 0.25})
-    assert "a stop on the way costs up to 3 s of braking and gathering speed" in check(model).facts
+    assert "a stop on the way costs up to 3 s of braking and acceleration" in check(model).facts
     assert not any("a stop on the way" in fact for fact in check(dw.load(ring.RING)).facts)
 
 

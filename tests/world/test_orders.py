@@ -33,7 +33,7 @@ def model(path, changes=(), **more):
     return dw.load(RING, {"tasks.flows": {"day": flow}, **dict(changes)})
 
 
-def test_every_column(tmp_path):
+def test_every_column_of_a_file_is_read(tmp_path):
     path = written(
         tmp_path / "orders.csv",
         "release,from,to,due,priority,quantity,order\n"
@@ -59,7 +59,7 @@ def test_every_column(tmp_path):
         ("2026-03-03T05:00:00", "2026-03-02T06:00", 1, 23 * 3600),
     ],
 )
-def test_times(tmp_path, release, start, seconds, found):
+def test_times_are_read_in_seconds_from_the_start(tmp_path, release, start, seconds, found):
     path = written(tmp_path / "orders.csv", f"release\n{release}\n")
     (line,) = lines(path, Reading(HOW.names, 2, start, seconds))
     assert line.release == pytest.approx(found)
@@ -113,7 +113,7 @@ def test_what_is_wrong_is_said_by_row_and_column_at_most_20_of_them(tmp_path):
         ("release\n", "no rows, expected at least one order"),
     ],
 )
-def test_a_file_without_orders(tmp_path, text, said):
+def test_a_file_without_orders_is_refused(tmp_path, text, said):
     with pytest.raises(ModelError, match=said):
         model(written(tmp_path / "orders.csv", text))
 

@@ -123,7 +123,7 @@ def test_check_says_what_nearer_fast_movers_save():
     }
     there_and_back = dw.check(ring(row))
     assert [line for line in there_and_back.facts if "fast movers" in line] == [
-        "fast movers nearest to the stations save 12.07 of 66.03 s a task, by estimate: tasks.popularity.by: distance"
+        "fast movers nearest to the stations would save 12.07 of 66.03 s a task (tasks.popularity.by: distance)"
     ]
 
 

@@ -7,7 +7,9 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.zones import ZoneDirection
 from tests.auditor import audit
+from tests.laws.features import warehouse
 
 LOOP = {
     "layout": {
@@ -161,3 +163,15 @@ def test_zones_that_share_a_node_are_one_and_check_says_so():
     }
     findings = check(dw.load(LOOP, {"traffic.zones": zones})).findings
     assert [item.code for item in findings if item.level == "warning" and "zone" in item.place] == ["ZONES_JOINED"]
+
+
+def test_nobody_asks_again_and_again_when_a_robot_that_is_held_up_on_a_node_will_leave_a_zone(monkeypatch):
+    """Robot 13, due to break down, stands on the node at the end of the zone at 468.8, and is delayed by 0.5."""
+    times = []
+    is_in = ZoneDirection.is_in
+    monkeypatch.setattr(ZoneDirection, "is_in", lambda self, robot, now: times.append(now) or is_in(self, robot, now))
+    mapping = warehouse(19, "zones breakdowns", "bridges")
+    run = dw.simulate(dw.load({**mapping, "run": {"length": 480}}), 19)
+    [entered] = [row for row in run.record.rows if row[:3:2] == (pytest.approx(469.3459), 13) and row[1] == "enter"]
+    assert entered[5] == ("c0.0", "c2.1")
+    assert 0 < sum(468 < time < 470 for time in times) < 10

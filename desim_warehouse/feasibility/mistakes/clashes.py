@@ -1,6 +1,6 @@
-"""Keys that cannot both hold: breaks and due times, closures and the run, stretches of a calendar, fleet and floor.
+"""Keys that contradict each other: breaks and due times, closures and the run, calendars, fleet and floor.
 
-For findings of `desim check`.
+For `desim check`.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ from desim_warehouse.values.calendars import DAY, Shifts, Stretch, Stretches, cl
 from desim_warehouse.values.fields import parts_in
 
 LONGEST_BREAK = 6 * 3600.0
-"""Seconds; a longer one is rather turned round."""
+"""Seconds; a longer break was probably meant the other way round."""
 MINUTE = 60.0
 MOST_NAMED = 5
-"""Nodes of stations that a message names."""
+"""Most nodes of stations that a message names."""
 
 BESIDE = 0.1
-"""Metres on either side of a robot in an aisle, at least: where people walk, rules ask for half a metre."""
+"""Least free width on either side of a robot in an aisle, in metres; where people walk, rules require half a metre."""
 EPS = 1e-9
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Warnings on times that contradict each other."""
+    """Find times that contradict each other."""
     for name, calendar in model.calendars.items():
         if isinstance(calendar, Shifts):
             yield from _shifts(f"calendars.{name}", calendar)
@@ -61,7 +61,7 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def notes(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Notes on times that may be meant as they are."""
+    """Find times that may be meant as they are."""
     yield from after_last_departure(model)
     yield from _profiles(model)
     yield from _closed_goods(model, layout)
@@ -97,7 +97,7 @@ def _overlapping(place: str) -> Finding:
     return Finding("CALENDAR_SLIP", place, text, "stretches that follow one another, or two calendars")
 
 
-# What never comes
+# Events that never come
 
 
 def _never(model: Model) -> Iterator[Finding]:
@@ -135,7 +135,7 @@ def _other_times(model: Model, calendar: str) -> str:
 
 
 def _orders(model: Model) -> Iterator[Finding]:
-    """Find orders in a file that go the opposite way of their flow, and release times that look like days."""
+    """Find orders in a file that lead the opposite way of their flow, and release times that look like days."""
     how = None
     for name, flow in model.tasks.flows.items():
         if not isinstance(flow.when, OrdersArrivals) or flow.source is None:
@@ -158,7 +158,7 @@ def _orders(model: Model) -> Iterator[Finding]:
 
 
 def _within(model: Model) -> list[tuple[str, float, str | None]]:
-    """List the times until tasks are due: the key, the time, and the calendar by which these tasks come."""
+    """Return the times until tasks are due: key, time, and the calendar by which these tasks come."""
     goods = model.tasks.goods
     if isinstance(goods, PoissonGoods | SaturatedGoods):
         hours = goods.hours if isinstance(goods, PoissonGoods) else None
@@ -187,14 +187,14 @@ def _breaks(model: Model) -> Iterator[Finding]:
             yield Finding(
                 "BREAK_BEYOND_DUE",
                 place,
-                f"for up to {whole} no robot works or no station is open, and what comes in the first {first} of that "
-                f"cannot be done within {allowed}: {amount(100 * share)} % of the time, late with any fleet",
+                f"no robot works, or no station is open, for up to {whole}; tasks that arrive in the first {first} of "
+                f"this break cannot be done within {allowed}, with any fleet ({amount(100 * share)} % of the time)",
                 "hours for the tasks, later due times, or robots with breaks at other times (fleet.kinds)",
             )
 
 
 def _due(model: Model) -> Iterator[Finding]:
-    """Find due times that no task can miss, and waits that make it miss them."""
+    """Find due times that no task can miss, and waits that make tasks miss them."""
     run, unit, policies = model.run, model.units.time, model.policies
     counted = run.end - run.warm_up
     for place, within, _ in _within(model):
@@ -238,7 +238,7 @@ def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
 
 
 def after_last_departure(model: Model) -> Iterator[Finding]:
-    """Count for each flow the orders after the last departure of the run, which are therefore not counted as due."""
+    """Yield for each flow the number of orders after the run's last departure, which no share on time counts."""
     run, hour = model.run, model.units.hour
     for name, flow in model.tasks.flows.items():
         timetable = model.timetable(flow)
@@ -262,7 +262,7 @@ def after_last_departure(model: Model) -> Iterator[Finding]:
             yield Finding("LAST_DEPARTURE", f"tasks.flows.{name}.due_at", f"{text}: they count in no share on time")
 
 
-# What may be meant
+# Times that may be meant
 
 
 def _profiles(model: Model) -> Iterator[Finding]:
@@ -285,7 +285,7 @@ def _profiles(model: Model) -> Iterator[Finding]:
 
 
 def _riders(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find people who would ride in lifts when no robot could: never in the run, or only while the lift is closed."""
+    """Find people who ride in lifts when no robot could: never in the run, or only while the lift is closed."""
     end = model.run.end
     for name, lift in model.layout.lifts.items():
         if lift.people is None or lift.people.hours is None:
@@ -307,7 +307,7 @@ def _riders(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find storage places and stations that tasks go to and no robot can get to while something is closed."""
+    """Find storage places and stations of tasks that no robot can reach during a closure."""
     import networkx as nx
 
     if not model.traffic.closures:
@@ -345,7 +345,7 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _how_long(model: Model, calendar: str) -> str:
-    """Return the words for how long a calendar is open in a run."""
+    """Return in words how long a calendar is open in a run."""
     hours, end = model.hours(calendar), model.run.end
     if math.isinf(end):
         return "at times"
@@ -355,7 +355,7 @@ def _how_long(model: Model, calendar: str) -> str:
 
 
 def _lasts(time: float, units: Units) -> str:
-    """Write a time of a day in hours or minutes; in the unit of a model whose unit is not known in seconds."""
+    """Return a time of a day in words: in hours or minutes, or in the model's unit if its length is unknown."""
     if not units.has_seconds:
         return f"{amount(time)} {units.time}"
     hours = time / units.hour
@@ -363,7 +363,7 @@ def _lasts(time: float, units: Units) -> str:
 
 
 def _fetches(model: Model) -> bool:
-    """Whether any task is fetched from storage."""
+    """Return whether any task is fetched from storage."""
     routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
     return not routes or any(isinstance(route.source, StorageEnd) for route in routes)
 
@@ -372,7 +372,7 @@ def _fetches(model: Model) -> bool:
 
 
 def crowds(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find numbers that are too large to be used: of robots, chargers, or tasks in a batch; and aisles and paces."""
+    """Find numbers too large to be used (robots, chargers, tasks in a batch), and unusual aisles and speeds."""
     fleet, batching = model.fleet, model.policies.batching
     out = min(fleet.size, model.traffic.most_out or fleet.size)
     if out > estimate.lanes_hold > 0:
@@ -389,7 +389,7 @@ def crowds(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _windows(model: Model) -> Iterator[Finding]:
-    """Find batching windows in which mostly no second task comes, so that there is nothing to put together."""
+    """Find batching windows in which mostly no second task comes, so that there is nothing to combine."""
     batching, rate, unit = model.policies.batching, arrival_rate(model), model.units.time
     window = batching.params.get("window")
     if batching.name == "time-window" and isinstance(window, int | float) and rate and window * rate < 1:
@@ -412,7 +412,7 @@ def _aisles(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _chargers(model: Model) -> Iterator[Finding]:
-    """Find more chargers than robots, where their number is given."""
+    """Find more chargers than robots, if the number of chargers is given."""
     layout, robots = model.floor, model.fleet.size
     nodes = {name: sum(bay.zone == name for bay in layout.bays.values()) for name in model.layout.bays}
     bays = model.layout.bays.items()
@@ -423,7 +423,7 @@ def _chargers(model: Model) -> Iterator[Finding]:
 
 
 def _pace(model: Model) -> Iterator[Finding]:
-    """Find robots that stop at every node though they accelerate, or are faster with a load."""
+    """Find robots that stop at every node although they accelerate, or that drive faster with a load."""
     robots, node_time = model.fleet.distinct(), model.traffic.node_time
     if node_time and any(robot.acceleration for robot in robots):
         text = (

@@ -1,6 +1,6 @@
-"""Implausible combinations of values: of two times, of rates and capacities, of prices and resources.
+"""Implausible values and combinations: times, rates, capacities, prices and numbers of resources.
 
-For findings of `desim check`.
+For `desim check`.
 """
 
 from __future__ import annotations
@@ -29,30 +29,34 @@ from desim_warehouse.values.units import METRES, SECONDS
 
 HOUR = 3600.0
 MOST_CV = 3.0
-"""Times whose standard deviation is more than three times the mean are hardly ever seen."""
+"""Largest usual coefficient of variation of a time."""
 LONGEST_BATTERY, LONGEST_CHARGE = 100 * HOUR, 16 * HOUR
-"""A battery of robots lasts no longer at work, and takes no longer to charge."""
+"""Longest time that a battery lasts at work, and longest time to charge it, in seconds."""
 FAST_CHARGE, MOST_TO_ONE = 300.0, 20.0
-"""A battery that is full within these seconds lasts at most this many times as long."""
+"""A battery that is full within the first, in seconds, lasts at most the second times as long."""
 SHORT_LIFE, LEAST_TO_ONE = 1800.0, 8.0
-"""What lasts for fewer seconds of work than this are capacitors, which are full in an eighth of that time or less."""
+"""A battery that lasts for less than the first, in seconds, is a capacitor: it lasts at least the second times as long
+as it takes to charge.
+"""
 MOST_LOST = 20.0
-"""Seconds that robots lose at a node on average, at most: they slip at a few nodes, for seconds."""
+"""Largest mean time, in seconds, that robots lose at a node: they slip at a few nodes, for seconds."""
 ROBOT_A_YEAR, CHARGER_A_YEAR = 15_000.0, 8_000.0
-"""More than that a year is rather what they cost to buy."""
+"""Prices a year above which a purchase price is probably meant."""
 FULL_BATTERY = 10.0
-"""What a full battery costs at most in EUR or the like: 20 kWh or so."""
+"""Largest cost of a full battery, of 20 kWh or so, in EUR or a similar currency."""
 
 ALIKE = ("EUR", "USD", "GBP", "CHF", "CAD", "AUD", "€", "$", "£")
-"""Currencies of about the same worth, for which the usual prices hold; in others nothing is said of them."""
+"""Currencies of about equal value, for which the usual prices hold; prices in others are not judged."""
 LONG = 3600.0
-"""Seconds of a run in which something within the first minute is rather meant in minutes or hours."""
+"""Length of a run, in seconds, from which on events only within its first minute are probably meant in minutes or
+hours.
+"""
 AT_START, MOST_AT_START = 0.01, 300.0
-"""Shares of a run, and seconds, within which all that happens in it is rather meant in minutes or hours."""
+"""Share of a run, and seconds, within which all events of a key are probably meant in minutes or hours."""
 
 
 def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find unusual values. Models whose unit of length is not known are of no certain size, and have none."""
+    """Find unusual values; none if the model's unit of length is unknown, as its size is then uncertain."""
     if estimate.metre is None:
         return
     yield from _of_keys(model)
@@ -68,7 +72,7 @@ def warnings(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def notes(model: Model) -> Iterator[Finding]:
-    """Note unusual values that may be meant, but are often a slip."""
+    """Find unusual values that may be meant, but are often a slip."""
     prices = model.prices
     if prices is not None:
         robots = {"robot": prices.robot, **{f"kinds.{name}": price for name, price in prices.kinds.items()}}
@@ -91,7 +95,7 @@ def notes(model: Model) -> Iterator[Finding]:
 
 
 def _distribution(place: str, times: Distribution) -> Iterator[Finding]:
-    """Find times that vary beyond belief, and chances that do not add up."""
+    """Find times with an implausible variation, and weights that do not add up to 1."""
     if times.cv > MOST_CV:
         meant = f"; did you mean {times.cv / 100:g} ({times.cv:g} %)?" if times.cv <= 100 else ""  # noqa: PLR2004
         text = f"a coefficient of variation of {amount(times.cv)}: most times would be far below the mean"
@@ -104,7 +108,7 @@ def _distribution(place: str, times: Distribution) -> Iterator[Finding]:
 
 
 def _disturbances(model: Model) -> Iterator[Finding]:
-    """Find repairs that outlast what they mend, and delays that are most of a day."""
+    """Find repairs longer than the time between failures, and delays that take most of the time."""
     unit = model.units.time
     for place, part in parts_in(model, (BreakdownSpec, OutageSpec)):
         assert isinstance(part, BreakdownSpec | OutageSpec)
@@ -127,7 +131,7 @@ def _disturbances(model: Model) -> Iterator[Finding]:
 
 
 def _handling(model: Model) -> Iterator[Finding]:
-    """Find loading or unloading that takes no time, where no other key says how long it takes."""
+    """Find loading or unloading that takes no time, if no other key gives it a time."""
     tasks, stations = model.tasks, model.layout.stations.values()
     if not tasks.never_end:  # a list of tasks may be one of a benchmark of routes
         return
@@ -142,7 +146,7 @@ def _handling(model: Model) -> Iterator[Finding]:
 
 
 def _warm_up(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
-    """Find a warm-up in which no task gets done, in a run that is long enough for one in minutes or hours."""
+    """Find a warm-up in which no task gets done, if the number is plausible in minutes or hours."""
     run, units = model.run, model.units
     if not (model.tasks.never_end and run.length and 0 < run.warm_up < estimate.cycle.time):
         return
@@ -157,7 +161,7 @@ def _warm_up(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 
 def _kinds(model: Model) -> Iterator[Finding]:
-    """Find kinds of robots that make up nearly the whole fleet, so that few robots are left without a kind."""
+    """Find kinds that make up nearly the whole fleet, so that few robots are left without a kind."""
     fleet = model.fleet
     counted = sum(kind.count for kind in fleet.kinds.values())
     left = fleet.size - counted
@@ -170,7 +174,7 @@ def _kinds(model: Model) -> Iterator[Finding]:
 
 
 def _energy_price(model: Model) -> Iterator[Finding]:
-    """Find a price for a unit of energy by which a full battery costs more than any does."""
+    """Find a price of energy at which a full battery costs more than any does."""
     prices, battery = model.prices, model.battery
     if prices is None or battery is None or not comparable(prices.currency):
         return
@@ -233,7 +237,7 @@ def _states(battery: BatterySpec) -> Iterator[Finding]:
         yield Finding("BATTERY_RATES", f"{place}.standing", text, f"at most as much as empty, {draws.empty:g}")
 
 
-# One key by itself: what is usual stands beside its type (`Usual`)
+# Single keys: the usual range stands beside the type of a field (`Usual`)
 
 
 def _of_keys(model: Model) -> Iterator[Finding]:
@@ -255,7 +259,7 @@ def _of_keys(model: Model) -> Iterator[Finding]:
 
 @cache
 def _usual_keys(section: type[Part]) -> tuple[tuple[str, str, Usual, str], ...]:
-    """Return the fields of a section that say what is usual: name, key in files, range, kind of unit."""
+    """Return the fields of a section with a usual range: name, key in files, range, kind of unit."""
     return tuple(
         (name, field.alias or name, note, kind_of(whole_annotation(field)))
         for name, field in section.model_fields.items()
@@ -266,7 +270,7 @@ def _usual_keys(section: type[Part]) -> tuple[tuple[str, str, Usual, str], ...]:
 
 @cache
 def _with_usual() -> tuple[type[Part], ...]:
-    """Return the sections of a model with fields that say what is usual."""
+    """Return the sections of a model that have fields with a usual range."""
     sections: dict[type[Part], None] = {}
     left: list[type[Part]] = [Model]
     while left:
@@ -278,7 +282,7 @@ def _with_usual() -> tuple[type[Part], ...]:
 
 
 def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
-    """Whether a key of this model can be compared with its usual range."""
+    """Return whether a key of this model can be compared with its usual range."""
     if isinstance(part, Prices) and usual.price and not comparable(part.currency):
         return False
     if kind in {"time", "speed", "acceleration"} and not model.units.has_seconds:
@@ -287,18 +291,18 @@ def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
 
 
 def _begins(model: Model) -> float:
-    """Return the time from the start of the run, in s, before which not every scheduled thing can have happened yet."""
+    """Return the time from the start of the run, in s, before which scheduled events need not have happened."""
     end = model.run.end
     return min(AT_START * end * model.units.seconds, MOST_AT_START) if math.isfinite(end) else 0.0
 
 
 def comparable(currency: str | None) -> bool:
-    """Whether prices in a currency are about as high as in EUR; where it has no name they are taken to be."""
+    """Return whether prices in a currency are about as high as in EUR; a nameless currency is taken to be."""
     return currency is None or currency in ALIKE
 
 
 def _numbers(value: Any, usual: Usual) -> Iterator[tuple[str, float]]:
-    """Iterate over the numbers of a key with what stands after it; of instants the last, of distributions the mean."""
+    """Yield the numbers of a key, each with its suffix: the last of instants, the mean of a distribution."""
     if isinstance(value, int | float | Distribution):
         yield "", float(mean_of(value))
     elif isinstance(value, Mapping):
@@ -331,13 +335,13 @@ def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units, si
 
 
 def _si(kind: str, units: Units) -> float:
-    """Return the seconds or metres in a unit of a model."""
+    """Return the size of a model's unit in seconds or metres."""
     metre, second = units.metre or 1.0, units.seconds
     return {"time": second, "length": metre, "speed": metre / second, "acceleration": metre / second**2}.get(kind, 1.0)
 
 
 def _meant(value: float, low: float, high: float, kind: str) -> str:
-    """Return the number with each unit in which it would be usual, in words."""
+    """Return the number with each unit in which it would be usual, in words; empty if there is none."""
     if kind == "share":
         return f"{value:g} %" if low <= value / 100 <= high else f"{1 + value:g}, which is {value:.0%} more"
     least = low or high / (400 if kind == "time" else 40)  # in ms, but not in mm
@@ -354,7 +358,7 @@ def _plain(kind: str, units: Units) -> str:
 
 
 def with_unit(amount_of: float, kind: str) -> str:
-    """Write a quantity in seconds or metres with its unit; times in the largest that is whole or two at least."""
+    """Return a quantity in seconds or metres with its unit; times in the largest unit that is whole or at least two."""
     if kind != "time":
         unit = {"length": " m", "speed": " m/s", "acceleration": " m/s²", "rate": " an hour"}.get(kind, "")
         return f"{amount_of:,g}{unit}"

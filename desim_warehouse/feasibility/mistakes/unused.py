@@ -1,6 +1,6 @@
-"""Keys without effect: no part of the model reads them.
+"""Keys without effect, as no part of the model reads them.
 
-For findings of `desim check`, and for the live page.
+For `desim check`, and for the live page.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from desim_warehouse.values.fields import Part, parts_in
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Warnings on keys that were surely given for a purpose, and have no effect."""
+    """Find keys that were surely given for a purpose, and have no effect."""
     unnamed = _unnamed_calendars(model)
     if len(unnamed) == len(model.calendars):
         for name in unnamed:
@@ -47,7 +47,7 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _nothing_to_work_on(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find stations with a time for work at which no load is ever put down."""
+    """Find stations with a work time at which no load is ever put down."""
     flows = model.tasks.flows.values()
     if not flows or order_files(model):
         return
@@ -59,17 +59,18 @@ def _nothing_to_work_on(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _same_ends(model: Model) -> Iterator[Finding]:
-    """Find flows that lead from nodes to themselves."""
+    """Find flows that lead from nodes to the same nodes."""
     for name, flow in model.tasks.flows.items():
         for route in flow.routes:
             if isinstance(route.source, tuple) and not flow.via and set(route.source) == set(route.target):
-                text = f"from {spoken(route.source)} to the same: loads stay where they are, or go to and fro"
+                ends = spoken(route.source)
+                text = f"loads begin and end at {ends}: they stay where they are, or go back and forth"
                 yield Finding("SAME_ENDS", f"tasks.flows.{name}", text, "from: storage, or where loads really go (to)")
                 break
 
 
 def notes(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Notes on keys that may be there for a variant of the model, and have no effect in this one."""
+    """Find keys without effect here that may be meant for a variant of the model."""
     unnamed = _unnamed_calendars(model)
     if len(unnamed) < len(model.calendars):
         for name in unnamed:
@@ -78,7 +79,7 @@ def notes(model: Model, layout: Layout) -> Iterator[Finding]:
         yield Finding("NOT_USED", place, f"changes nothing here: {why}")
 
 
-# What nothing names
+# Names without a user
 
 
 def _unnamed_calendars(model: Model) -> list[str]:
@@ -89,7 +90,7 @@ def _unnamed_calendars(model: Model) -> list[str]:
 
 
 def _names_in(part: Part, section: str) -> list[Any]:
-    """Return the names that the keys of a part refer to in `section`; None for each key that is not set."""
+    """Return the names in `section` to which the keys of a part refer; None for each key that is not set."""
     fields = type(part).model_fields.items()
     keys = [name for name, field in fields if _is_name(whole_annotation(field), section)]
     return [getattr(part, key) for key in keys]
@@ -109,11 +110,11 @@ def _stations(model: Model, layout: Layout) -> Iterator[tuple[str, str]]:
             yield f"layout.stations.{name}", "no task begins, stops or ends there"
 
 
-# What no policy reads
+# Keys that no policy reads
 
 
 def _reads(model: Model, what: str) -> bool:
-    """Whether a policy looks at something of tasks; the user's own may look at anything."""
+    """Return whether a policy looks at an attribute of tasks; the user's own policies may look at any."""
     specs = model.policies.specs().items()
     classes = [catalogue.find(kind, spec.name) for kind, spec in specs if not spec.own]
     return bool(model.policies.own()) or any(what in getattr(policy, "reads", ()) for policy in classes)
@@ -145,7 +146,7 @@ def _by_order(model: Model) -> Iterator[Finding]:
 
 
 def _handed_over_whole(model: Model) -> Iterator[Finding]:
-    """Find orders that are to be handed over whole where no robot brings two of their lines at once."""
+    """Find orders that are to be handed over as a whole although no robot brings two of their lines at once."""
     if model.tasks.flows and model.fleet.largest_capacity > 1 and model.policies.batching.name != "single":
         return
     for name, flow in model.tasks.flows.items():
@@ -156,7 +157,7 @@ def _handed_over_whole(model: Model) -> Iterator[Finding]:
 
 
 def has_due(model: Model) -> bool:
-    """Whether any task has a due time."""
+    """Return whether any task has a due time."""
     goods = model.tasks.goods
     if isinstance(goods, tuple):
         return any(isinstance(good, Good) and good.due is not None for good in goods)
@@ -168,7 +169,7 @@ def has_due(model: Model) -> bool:
     )
 
 
-# What there is nothing for
+# Keys of something that the model lacks
 
 
 def _of_batteries(model: Model) -> Iterator[tuple[str, str]]:
@@ -194,7 +195,7 @@ def _of_batteries(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _thresholds(model: Model, battery: BatterySpec) -> Iterator[tuple[str, str]]:
-    """Find thresholds that no charging policy reads: of the battery for all, and of the batteries of kinds."""
+    """Find thresholds of batteries that no charging policy reads."""
     of_kinds = by_kind(model).items()
     named = [
         (

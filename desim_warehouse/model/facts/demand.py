@@ -84,13 +84,19 @@ def len_of_orders(model: Model, flow: FlowSpec) -> int:
     return summary(flow.when.orders, reading(model, model.floor)).tasks
 
 
-def end_of_schedule(model: Model) -> float:
-    """Return when the last task of schedules and files is released; an hour where all are at once."""
-    flows = model.tasks.flows.values()
-    times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
+def last_release(model: Model) -> float:
+    """Return when the last task of a list, of schedules and of files is released; 0 where all are at once."""
+    goods, flows = model.tasks.goods, model.tasks.flows.values()
+    times = [item.release for item in goods if isinstance(item, Good)] if isinstance(goods, tuple) else []
+    times += [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
     times += [
         summary(flow.when.orders, reading(model, model.floor)).last
         for flow in flows
         if isinstance(flow.when, OrdersArrivals)
     ]
-    return max(times, default=0.0) or model.units.hour
+    return max(times, default=0.0)
+
+
+def end_of_schedule(model: Model) -> float:
+    """Return when the last task of schedules and files is released; an hour where all are at once."""
+    return last_release(model) or model.units.hour

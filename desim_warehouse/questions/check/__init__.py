@@ -1,4 +1,4 @@
-"""Will it work? What would be refused or holds robots up, and the quick estimate, before anything is simulated."""
+"""The verb `check`: errors and warnings of a model, and its quick estimate, before anything is simulated."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class Check:
     Attributes:
         facts: facts about the model in words, as `desim check --details` prints them.
         findings: errors and warnings, accepted errors included, worst first.
-        calculation: the quick estimate; None where the layout has errors, hours never come, or a robot by itself does
-            none of the work.
+        calculation: the quick estimate; None if the layout has errors, hours never come, or a robot alone does none of
+            the work.
         accepted: codes of the errors that the model accepts.
         lines: the figures of the quick estimate, one per line, as `desim check --details` prints them.
-        sentences: the answer: the demand, and what robots, chargers and stations can do according to the estimate.
+        sentences: the answer: the demand, and what robots, chargers and stations can do by the estimate.
     """
 
     facts: list[str]
@@ -41,7 +41,7 @@ class Check:
 
     @property
     def errors(self) -> list[Finding]:
-        """The errors that `simulate` refuses."""
+        """The errors for which `simulate` refuses the model."""
         return [item for item in self.findings if item.level == "error" and item.code not in self.accepted]
 
     @property
@@ -74,7 +74,7 @@ class Check:
 
     @property
     def details(self) -> str:
-        """The facts and the numbers of the estimate in lines."""
+        """The facts about the model and the figures of the estimate, in lines."""
         estimate = ["quick estimate:", *(f"  {line}" for line in self.lines)] if self.lines else []
         return "\n".join([*self.facts, *estimate])
 
@@ -116,7 +116,7 @@ def check(model: Source) -> Check:
 
 
 def _page(check: Check) -> StillPage:
-    """Compose the page of the verdict, the findings, the quick estimate, and the layout in words."""
+    """Compose the page of a check: its verdict, the findings, the quick estimate, and facts about the model."""
     from desim_warehouse.answer.answer import Answer
     from desim_warehouse.answer.numbers import sentence
     from desim_warehouse.answer.page import page

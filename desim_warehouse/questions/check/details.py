@@ -1,4 +1,4 @@
-"""The details behind the answer of a check, a number in each line: floor, parts of a task, energy and limits."""
+"""The details behind the answer of a check, one figure per line: floor, parts of a task, energy and limits."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from desim_warehouse.run.quick import Choice, Nearer, left_out
 from desim_warehouse.values.distributions import Distribution
 
 FEWER = 0.99
-"""Part of the rides for a task, below which it is said how many fewer they are where robots choose."""
+"""Share of the rides for a task below which the smaller number of rides is printed, where robots choose."""
 
 
 def of_model(model: Model) -> list[str]:
-    """Describe a model in lines: the layout, the lanes, what is asked for, what estimates leave out, and rings."""
+    """Return the lines on a model: layout, lanes, demand, what estimates leave out, and the shortest rings."""
     layout, fleet, units = model.floor, model.fleet, model.units
     graph, length, time = layout.graph, units.length, units.time
     sizes = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
@@ -37,10 +37,10 @@ def of_model(model: Model) -> list[str]:
     ]
     if fleet.slowness:
         stop = fleet.slowness * fleet.fastest
-        lines.append(f"a stop on the way costs up to {stop:.3g} {time} of braking and gathering speed")
+        lines.append(f"a stop on the way costs up to {stop:.3g} {time} of braking and acceleration")
     if braking := fleet.longest_braking:
         way = f"{braking:.3g} {length}"
-        lines.append(f"those that keep their braking distance stay up to {way} farther behind while they drive")
+        lines.append(f"robots that keep their braking distance follow up to {way} farther behind")
     lines += [*orders_a_day(model), *orders_asked_for(model), *_times_that_vary(model), *left_out(model, layout)]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
@@ -49,28 +49,28 @@ def of_model(model: Model) -> list[str]:
 
 
 def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estimate: QuickEstimate) -> list[str]:
-    """Return the lines on time saved by other places of fast movers, and by a choice of tasks."""
+    """Return the lines on time saved by other places for fast movers, and by a choice among tasks."""
     time, lines = model.units.time, []
     if nearer is not None:
         saved = f"{amount(nearer.saved)} of {amount(nearer.now)} {time} a task"
-        keys = ", ".join(nearer.keys)
-        lines.append(f"fast movers nearest to the stations save {saved}, by estimate: {keys}: distance")
+        keys = ", ".join(f"{key}: distance" for key in nearer.keys)
+        lines.append(f"fast movers nearest to the stations would save {saved} ({keys})")
     if choice is not None:
-        drives = f"{amount(choice.empty)} {time} empty for each instead of {amount(estimate.cycle.empty)}"
+        drives = f"{amount(choice.empty)} {time} empty per task instead of {amount(estimate.cycle.empty)}"
         backlog, done = f"with {choice.waiting} tasks to choose from", estimate.can_do(model.units.hour)
         lines.append(f"{backlog}, {choice.policy} drives {drives}: {done} tasks an hour")
     return lines
 
 
 def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
-    """Describe the quick estimate in lines: the floor, a mean task, robots, stations, energy and the knee."""
+    """Return the lines on the quick estimate: floor, mean task, robots, stations, energy and the knee."""
     time, hour = units.time, units.hour
-    together = "" if estimate.measured is None else f", and on {estimate.looked_at:,} of all robots together"
+    together = "" if estimate.measured is None else f", and on {estimate.looked_at:,} of the whole fleet"
     robots, limit = estimate.knee
     return [
         _floor(estimate, units),
         _task(estimate, time),
-        f"measured on {estimate.sample:,} tasks of one robot of each kind, without other robots{together}",
+        f"measured on {estimate.sample:,} tasks of a single robot of each kind{together}",
         *([] if estimate.pile_on is None else [_pods(estimate.pile_on, units)]),
         _robots(estimate, time, hour),
         _stations(estimate, hour),
@@ -81,7 +81,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
 
 
 def _times_that_vary(model: Model) -> Iterator[str]:
-    """List the distributions of the model."""
+    """Yield a line for each random handling time of the model."""
     for name, time in (("loading", model.tasks.load_time), ("unloading", model.tasks.unload_time)):
         if isinstance(time, Distribution):
             yield f"{name} varies: {time.words(model.units.time)}"
@@ -97,27 +97,28 @@ def _floor(estimate: QuickEstimate, units: Units) -> str:
 
 def _task(estimate: QuickEstimate, time: str) -> str:
     cycle = estimate.cycle
-    parts = [(cycle.empty, "empty"), (cycle.load, "loading"), (cycle.loaded, "loaded"), (cycle.unload, "unloading")]
+    parts = [(cycle.empty, "driving empty"), (cycle.load, "loading")]
+    parts += [(cycle.loaded, "driving loaded"), (cycle.unload, "unloading")]
     if cycle.other:
         parts.append((cycle.other, "other"))
     added = " + ".join(f"{amount(part)} {name}" for part, name in parts)
-    return f"one task, measured: {amount(cycle.time)} {time} = {added}"
+    return f"mean task, measured: {amount(cycle.time)} {time} = {added}"
 
 
 def _pods(pile_on: PileOn, units: Units) -> str:
-    """Describe the lines that a visit of a pod serves, and the work that pickers can do."""
+    """Return the line on the lines that a visit of a pod serves, and on the work that pickers can do."""
     least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
     lines = least if least == most else f"{least} to {most}"
-    text = f"pods: {lines} lines a visit by {pile_on.policy}, measured"
+    text = f"pods: {lines} lines a visit with {pile_on.policy}, measured"
     if not pile_on.pick:
         return text
     an_hour = pile_on.servers * units.hour
-    text += f"; pickers: {amount(an_hour / pile_on.pick)} lines an hour at most"
+    text += f"; pickers: at most {amount(an_hour / pile_on.pick)} lines an hour"
     if not pile_on.change:
         return text
     slow, fast = (amount(an_hour / (pile_on.pick + pile_on.change / pile)) for pile in (pile_on.few, pile_on.many))
     rate = slow if slow == fast else f"{slow} to {fast}"
-    return f"{text}, {rate} where pods queue and are changed in {amount(pile_on.change)} {units.time}"
+    return f"{text}, or {rate} if pods queue and a change takes {amount(pile_on.change)} {units.time}"
 
 
 def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
@@ -130,11 +131,11 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
         robots += f", able to work {amount(100 * estimate.on_duty)} % of the time,"
     text = f"robots: {robots} can do {estimate.can_do(hour)} tasks an hour"
     if estimate.queues.places and estimate.throughput_of_queues < APART * estimate.most:
-        text += f", as they queue for {estimate.queues.longest}"
+        text += f", held back by queues for {estimate.queues.longest}"
     if estimate.charging:
-        text += f", charging {amount(estimate.charging)} {time} for each"
+        text += f", and charge {amount(estimate.charging)} {time} per task"
     if estimate.rate is not None and estimate.robots_needed is not None:
-        text += f"; {_need(estimate, estimate.rate * hour, estimate.robots_needed, 'asked for')}"
+        text += f"; {_need(estimate, estimate.rate * hour, estimate.robots_needed, 'demanded')}"
         if estimate.peak is not None:
             most = estimate.robots_for(estimate.peak, at_peak=True)
             text += f"; {_need(estimate, estimate.peak * hour, most, 'of the busiest hour')}"
@@ -143,48 +144,50 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
 
 def _need(estimate: QuickEstimate, asked: float, robots: float, what: str) -> str:
     if math.isfinite(robots):
-        return f"the {amount(asked)} {what} need {amount(robots)}"
-    return f"no number does the {amount(asked)} {what}, limited by {estimate.narrowest}"
+        return f"the {amount(asked)} {what} need {amount(robots)} robots"
+    return f"no number of robots does the {amount(asked)} {what}, limited by {estimate.narrowest}"
 
 
 def _stations(estimate: QuickEstimate, hour: float) -> str:
     most = estimate.station_capacity
     if math.isinf(most):
         return "stations: unloading takes no time"
-    text = f"stations: they can serve {amount(most * hour)} tasks an hour, shared as the tasks come"
+    text = f"stations: at most {amount(most * hour)} tasks an hour, split between them as the tasks come"
     worst = estimate.fullest
     if worst is None:
         return text
-    text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
+    text += (
+        f"; at the demanded rate, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
+    )
     return f"{text} in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else text
 
 
 def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
-    """Yield a line on what each lift can do, and on the demand for it; one for lifts that are alike."""
+    """Yield a line on what each lift can do, and on the demand for it; lifts that are alike share a line."""
     lines: dict[str, list[str]] = {}
     for lift in estimate.lifts:
-        line = f"can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
+        line = f"can do {amount(lift.capacity * hour)} rides an hour, at {amount(lift.share)} per task"
         if estimate.rate is not None:
-            line += f"; {amount(estimate.rate * lift.share * hour)} are needed"
+            line += f"; the demand needs {amount(estimate.rate * lift.share * hour)}"
             if lift.least < FEWER * lift.share * lift.time:
                 rides = amount(estimate.rate * lift.least / lift.time * hour)
-                line += f", {rides} where robots choose among many tasks"
+                line += f", or {rides} if robots choose among many tasks"
         lines.setdefault(line, []).append(lift.name)
     for line, names in lines.items():
         yield f"{called(names)}: {'it' if len(names) == 1 else 'each'} {line}"
 
 
 def _energy(power: Power, time: str) -> list[str]:
-    """Describe the energy balance, by kind where kinds differ."""
+    """Return the lines on the energy balance, by kind if kinds differ."""
     if power.kinds:
         lines = [f"{said(kind)}: {line}" for kind, alone in power.kinds.items() for line in _energy(alone, time)]
         if power.needed is not None:
-            lines.append(f"chargers: {power.chargers} in all; need at least {power.needed}")
+            lines.append(f"chargers: {power.chargers} in all; at least {power.needed} needed")
         return lines
     lasts = "never runs out" if math.isinf(power.lasts) else f"lasts {amount(power.lasts)} {time} of work"
-    balance = f"chargers: {power.chargers:,}, which give {amount(power.gives)} per {time}"
+    balance = f"chargers: {power.chargers:,}, which supply {amount(power.gives)} per {time}"
     if power.draws is not None and power.needed is not None:
         just = power.needed > power.chargers and not power.short
         balance += f"; the fleet draws {amount(power.draws)}, at most {amount(power.most)}: "
-        balance += "they just give what is drawn" if just else f"need at least {power.needed}"
-    return [f"energy: a task draws {amount(100 * power.share)} % of a battery; a full one {lasts}", balance]
+        balance += "just enough" if just else f"at least {power.needed} needed"
+    return [f"energy: a task draws {amount(100 * power.share)} % of a battery; a full battery {lasts}", balance]

@@ -18,9 +18,9 @@ from desim_warehouse.model.facts.workers import Group, groups
 from desim_warehouse.run.quick import Choice, Nearer, left_out
 
 _FEW, _MANY = 10.0, 1000.0
-"""Rates below have a decimal, and from the second on whole tens."""
+"""Rates below the first have one decimal, and rates from the second on are rounded to tens."""
 _ALMOST = 1e-9
-"""Part of a rate by which it may be below a whole number and count as that."""
+"""Relative difference by which a rate may be below a whole number and count as this number."""
 
 
 def sentences(
@@ -30,9 +30,9 @@ def sentences(
     choice: Choice | None = None,
     wider: float | None = None,
 ) -> list[str]:
-    """Return the answer of a check in sentences; without an estimate only the warehouse and what is asked for.
+    """Return the answer of a check in sentences; without an estimate only the warehouse and the demand.
 
-    `wider`: the part of its tasks that the fleet would do more in wide aisles.
+    `wider`: the gain in tasks that the fleet would have in wide aisles, as a share.
     """
     asked = [sentence(line) for line in (*orders_a_day(model), *orders_asked_for(model))]
     if estimate is None:
@@ -53,14 +53,14 @@ def sentences(
 
 
 def _warehouse(model: Model) -> str:
-    """Return the warehouse in a line of counts: `W: 12 robots, 1 charger, 2 packers, 480 storage places`."""
+    """Return the warehouse as a line of counts: `W: 12 robots, 1 charger, 2 packers, 480 storage places`."""
     parts = [_counted(group, group.number) for group in groups(model)]
     parts += [number_of(len(model.floor.storage), "storage place")] if model.floor.storage else []
     return f"{capital(model.name)}: {', '.join(parts)}."
 
 
 def _counted(group: Group, number: int) -> str:
-    """Return the number of a group in words: `1 packer`, `2 places of dock`, and of a lift its name alone."""
+    """Return a group with its number in words: `1 packer`, `2 places of dock`; of a lift only its name."""
     if group.is_lift:
         return group.name
     name, separator, zone = group.name.partition(" of ")
@@ -77,7 +77,7 @@ def _staff(model: Model, station: StationLoad) -> str:
 
 
 def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Yield the sentences that compare what the robots can do with demand, and say how many robots are enough."""
+    """Yield the sentences on what the robots can do, against demand, and on how many robots are enough."""
     hour = model.units.hour
     least, most = (_floor(rate * hour) for rate in estimate.range)
     if math.isfinite(estimate.range[1]):
@@ -94,7 +94,7 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Yield the sentence that says how many of the robots can be at work, and for how long."""
+    """Yield the sentences on how many robots can be at work, and for how much of the time."""
     if estimate.at_work < estimate.robots:
         yield f"Only {estimate.at_work} of them can work at a time: the stations have no slots for more."
     if estimate.most_out is not None and estimate.most_out < estimate.robots:
@@ -109,7 +109,7 @@ def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
-    """Return the sentence that says how many robots are enough, on average and in the busiest hour."""
+    """Return the sentence on how many robots are enough, on average and in the busiest hour."""
     peak = mean if estimate.peak is None else estimate.robots_for(estimate.peak, at_peak=True)
     if math.isinf(max(mean, peak)):
         rate = estimate.rate if math.isinf(mean) else estimate.peak
@@ -126,7 +126,7 @@ def _are(counts: str, number: int, enough: bool) -> str:
 
 
 def _chargers(power: Power | None, model: Model) -> Iterator[str]:
-    """Yield the sentence that says how many chargers are enough, and how long a battery lasts."""
+    """Yield the sentences on how many chargers are enough, and on how long a battery lasts."""
     if power is None:
         return
     lasts = numbers.duration(power.lasts, model.units.time) if math.isfinite(power.lasts) else ""
@@ -146,7 +146,7 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
 
 
 def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Yield the sentence that says what the stations can serve, and how busy the fullest of them is."""
+    """Yield the sentence on what the stations can serve, and on the utilisation of the fullest."""
     most = estimate.station_capacity
     if math.isinf(most):
         return
@@ -160,7 +160,7 @@ def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     """Yield the sentence on the lines that pickers can pick in an hour.
 
-    The least is where each robot is far from the one before, the most where pickers need not walk.
+    The least holds if each robot is far from the one before, the most if pickers need not walk.
     """
     pickers = estimate.pickers
     if pickers is None or math.isinf(pickers.most):
@@ -184,21 +184,21 @@ def _limits(name: str) -> str:
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
-    """Yield the sentence on the busiest group by the estimate; nothing where the estimate foresees no rate."""
+    """Yield the sentence on the busiest group by the estimate; none if the estimate foresees no rate."""
     line = busiest.are(loads(model, estimate), "of the time" if estimate.on_duty == 1 else "of their hours")
     if line:
         yield sentence(line)
 
 
 def _aisles(wider: float | None) -> Iterator[str]:
-    """Yield the sentence on what it costs that robots load in their lanes."""
+    """Yield the sentence on the cost of robots that load in their lanes."""
     if wider is not None:
         more = f"about {numbers.number(100 * wider, 0)} % more"
         yield f"Robots hold up others while they load: beside their lanes they would do {more} (layout.aisles: wide)."
 
 
 def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:
-    """Yield the sentences on time saved by a choice of tasks, and by fast movers nearer to the stations."""
+    """Yield the sentences on time saved by a choice among tasks, and by fast movers nearer to the stations."""
     unit = model.units.time
     if choice is not None:
         before, after = (numbers.duration(time, unit) for time in (estimate.cycle.empty, choice.empty))
@@ -216,6 +216,6 @@ def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choic
 
 
 def _floor(rate: float) -> str:
-    """Write a rate as it is surely reached: whole, below ten with a decimal, from 1,000 on in tens."""
+    """Return a rate rounded down: to whole numbers, below 10 to one decimal, from 1,000 on to tens."""
     digits = 1 if rate < _FEW else 0 if rate < _MANY else -1
     return numbers.number(math.floor(rate * (1 + _ALMOST) * 10**digits) / 10**digits, max(digits, 0))

@@ -1,4 +1,4 @@
-"""How did this run go? `simulate` a model, and the run shows itself: as tables, in words, on a page."""
+"""The verb `simulate`, and its result `Run`, which shows itself as tables, in words, and on a page."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Run(RunData):
 
 
 def as_run(data: RunData) -> Run:
-    """Return the run as users hold it, which shares all that is known of it."""
+    """Return run data as the `Run` that users hold; both share their attributes."""
     run = Run.__new__(Run)
     vars(run).update(vars(data))
     return run
@@ -55,14 +55,14 @@ def as_run(data: RunData) -> Run:
 def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None) -> Run:
     """Simulate a model, or its file, once; equal models and seeds give equal logs.
 
-    `stop` ends it from another thread. The clock stops at `until`, in the model's time unit, if the run lasts so long.
+    `stop` ends the run from another thread. `until` limits the clock, in the model's time unit.
 
     Returns:
         The run; indicators in the units of the model.
 
     Raises:
         LayoutError: a layout on which work could stop for good.
-        CheckError: what else `check` calls an error and the model does not accept.
+        CheckError: another error of `check` that the model does not accept.
         PolicyError: a policy that cannot be loaded, or whose answer cannot be carried out.
         SimulationError: a run that cannot go on.
     """
@@ -70,12 +70,12 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
 
 
 def load_run(folder: str | Path) -> Run:
-    """Load a run from its folder; if another version simulated it, its indicators are those saved.
+    """Load a run from its folder; if another version simulated the run, its indicators are those saved.
 
     Returns:
         The run, as it was saved.
 
     Raises:
-        ReportError: none there, or it is damaged.
+        ReportError: no run in the folder, or a damaged one.
     """
     return Run.load(folder)

@@ -1,4 +1,4 @@
-"""Drawings of a run inside its page: where the time goes, the course by the clock, and the floor by waiting."""
+"""Drawings on the page of a run: its use of time, its course by the clock, and the floor with waiting times."""
 
 from __future__ import annotations
 
@@ -29,39 +29,41 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 _MARGIN = 0.03
-"""Room around the floor, as a part of its width."""
+"""Margin around the floor, as a share of its width."""
 _ROWS = 4
-"""Rows that have a bar of their own."""
+"""Number of rows of the floor that have their own bar."""
 _ARROWS = 200
-"""Of more lanes none has an arrow."""
+"""Number of lanes beyond which none has an arrow."""
 _LANES = 3000
-"""Of more lanes the drawing is a picture."""
+"""Number of lanes beyond which the drawing is a picture."""
 _SIZES = (("", 1.3), ("small", 0.75))
-"""Sizes of names as on a phone, and on a wide screen alone; parts of the room around the floor, as in report.css."""
+"""Sizes of names on every screen, and on wide screens only, as shares of the margin around the floor (see report.css).
+"""
 _DOT = 0.4
-"""Radius of a node, as a part of the room around the floor."""
+"""Radius of a node, as a share of the margin around the floor."""
 _SAME = 1e-6
-"""Steps between places that differ by less are the same."""
+"""Difference below which steps between places are equal."""
 _LEAST = 0.005
-"""Part of a task's time from which on it has a bar of its own."""
+"""Share of a task's time from which on a part has its own bar."""
 
 
 def drawings(run: RunData, named: str = "", below: Markup | None = None) -> list[Rows | Markup]:
-    """Draw the figures of a run that every page has: its course by the clock, and the floor, as far as the log tells.
+    """Draw the figures that every page of a run has: its course by the clock, and the floor, as far as the log tells.
 
-    `named`: what the run is among others, as `the median of 33 days`; `below` its course: that of another.
+    `named`: a name for the run among others, such as `the median of 33 days`. `below`: the course of another run, drawn
+    below its own.
     """
     parts = (course(run, named), below, floor(run))
     return [drawing for drawing in parts if drawing is not None]
 
 
 def course(run: RunData, named: str = "", *, in_short: bool = False) -> Markup | None:
-    """Draw how the run went by the clock; None where no time was counted.
+    """Draw the course of a run by the clock; None if the evaluation period is empty.
 
     Args:
         run: the run.
-        named: what it is among others.
-        in_short: draw two lanes alone, and name the worst hour also where no stretch stands out.
+        named: a name for the run among others.
+        in_short: draw only two lanes, and name the worst hour even if no stretch stands out.
     """
     if not run.history.counted:
         return None
@@ -69,12 +71,12 @@ def course(run: RunData, named: str = "", *, in_short: bool = False) -> Markup |
 
 
 def robots(run: RunData) -> Markup | None:
-    """Draw for which parts of its time each robot did what; None where no time was counted."""
+    """Draw the shares of each robot's time by activity; None if the evaluation period is empty."""
     return by_robot(shares_of_robots(run.history)) if run.history.counted else None
 
 
 def floor(run: RunData) -> Markup | None:
-    """Draw the map of waits of a run with goods, stations and bays; None where nobody waited."""
+    """Draw the map of waits of a run with goods, stations and bays; None if no robot waited."""
     if not run.kpis["S"]:
         return None
     if len(run.layout.lanes) > _LANES:
@@ -113,7 +115,7 @@ def floor(run: RunData) -> Markup | None:
 
 
 def rows_of_floor(run: RunData) -> Rows | None:
-    """Draw in which rows of the floor robots wait; None where none has 1 % of their time, or there are no rows."""
+    """Draw the rows of the floor in which robots wait; None if no row has 1 % of their time, or there are no rows."""
     by_row = waits_by_row(run.history) if run.record.level == "all" else {}
     if next(iter(by_row.values()), 0.0) < WAITED_STEPS[0]:
         return None
@@ -127,7 +129,7 @@ def rows_of_floor(run: RunData) -> Rows | None:
 
 
 def _columns(centres: list[tuple[float, float]], side: float) -> list[tuple[str, str]]:
-    """Return the paths of squares with the dashes of each: places that stand above one another are one dashed line."""
+    """Return paths of squares, each with its dashes: squares above one another at equal steps are one dashed line."""
     across = defaultdict(list)
     for x, y in centres:
         across[_short(x)].append(y)
@@ -140,7 +142,7 @@ def _columns(centres: list[tuple[float, float]], side: float) -> list[tuple[str,
 
 
 def _even(values: list[float]) -> Iterator[tuple[float, int, float]]:
-    """Yield the first, the number and the step of each stretch of values with one step between them."""
+    """Yield the first value, the length and the step of each stretch of values with equal steps."""
     start = 0
     while start < len(values):
         end, step = start + 1, values[start + 1] - values[start] if start + 1 < len(values) else 0.0
@@ -151,7 +153,7 @@ def _even(values: list[float]) -> Iterator[tuple[float, int, float]]:
 
 
 def _short(value: float) -> str:
-    """Write a coordinate with three decimals at most, without zeros that say nothing."""
+    """Return a coordinate with at most three decimals, without superfluous zeros."""
     text = f"{value:.3f}".rstrip("0").rstrip(".")
     if text in {"-0", ""}:
         return "0"
@@ -159,7 +161,7 @@ def _short(value: float) -> str:
 
 
 def _arrows(run: RunData, step: float) -> str:
-    """Return the path of arrowheads in the middle of one-way lanes, where there is room for them."""
+    """Return the path of arrowheads in the middle of one-way lanes; empty if there are too many lanes."""
     edges, size = run.layout.graph.edges, 0.06 * step
     if len(run.layout.lanes) > _ARROWS:
         return ""
@@ -178,15 +180,15 @@ def _arrows(run: RunData, step: float) -> str:
 
 
 def _step(run: RunData, waited: float) -> int:
-    """Return the step of the scale for a time waited: 0 where it is too short for a colour."""
+    """Return the step of the colour scale for a waiting time; 0 if it is too short for a colour."""
     return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
 def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tuple[str, str, Spot]]:
-    """Return classes, name and spot of each zone that has room for its name: beyond its slots, or beside them.
+    """Return classes, name and spot of each zone that has room for its name, beyond its slots or beside them.
 
-    A name that has no room in the size of a phone is shown on wide screens alone. `room`: the length that sizes of
-    names and nodes are parts of.
+    A name that fits only in its smaller size is shown on wide screens only. `room`: the margin around the floor, to
+    which sizes of names and nodes are relative.
     """
     step = step_of(layout)
     point_of = {node: (data["x"], data["y"]) for node, data in layout.graph.nodes(data=True)}
@@ -211,7 +213,7 @@ def names_of_zones(layout: Layout, places: list[Zone], room: float) -> list[tupl
 
 
 def account(run: RunData) -> Rows | None:
-    """Draw where the time of a task goes, or of a robot without tasks; None if the log does not have it."""
+    """Draw where the time of a task goes, or of a robot if there are no tasks; None without a full log."""
     if run.record.level != "all":
         return None
     by: By = "task" if counted_tasks(run.history) else "robot"

@@ -1,4 +1,4 @@
-"""Whether a run shows that the warehouse keeps up: proved by what is asked of each resource, or not said."""
+"""Evidence on whether a warehouse keeps up with demand, from a run and the check of its model."""
 
 from __future__ import annotations
 
@@ -14,21 +14,22 @@ from desim_warehouse.run import RunData
 from desim_warehouse.run.examined import examined
 
 MOST_ASKED = 0.95
-"""Share of what a resource can give from which on a queue may grow without a run of some hours showing it."""
+"""Utilisation from which on a queue may grow without showing in a run of some hours."""
 OVERLOADS = ("DEMAND_ABOVE_STATIONS", "DEMAND_ABOVE_FLEET", "CHARGERS_SHORT")
-"""Findings of the check by which work, or what batteries lack, grows without bound, the surest first."""
+"""Findings of the check that imply unbounded growth of work, or of the energy that batteries lack, the surest first."""
 FOR_A_TIME = "PEAK_ABOVE_FLEET"
-"""The finding by which work piles up in the busiest hour."""
+"""The finding that work piles up in the busiest hour."""
 
 
 @dataclass(frozen=True)
 class Lasting:
-    """The evidence on whether a run keeps up with the tasks that arrive (a stable queue), from it and its check.
+    """The evidence on whether a run keeps up with the tasks that arrive (a stable queue), from the run and its check.
 
-    `overload`: the code of the check's finding. `scarce`: the resource asked for more than `MOST_ASKED`, and
-    the share of what it can give; "" and 0 where there is none. `grown`: tasks that more are open, and in no robot's
-    hands, at the end than when counting began, where these are more than `allowed`, the square root of those that came;
-    else 0. `piles_up_at_peak`: in the busiest hour, by the check. `unknown`: why the model could not be checked.
+    `overload`: the code of the check's finding. `scarce`, `asked`: the resource with a utilisation above `MOST_ASKED`,
+    and this utilisation; "" and 0 if there is none. `grown`: increase, since counting began, of the number of open
+    tasks that no robot has; 0 unless it exceeds `allowed`, the square root of the number of tasks that came.
+    `piles_up_at_peak`: whether work piles up in the busiest hour, by the check. `unknown`: the reason why the model
+    could not be checked.
     """
 
     overload: str = ""
@@ -41,12 +42,12 @@ class Lasting:
 
     @property
     def keeps_up(self) -> bool:
-        """Whether the run, with the check of its model, proves that it keeps up."""
+        """Whether the run, with the check of its model, proves that the warehouse keeps up."""
         return not (self.overload or self.scarce or self.grown or self.unknown)
 
 
 def lasting(run: RunData) -> Lasting | None:
-    """Judge whether a run keeps up with the tasks that arrive; None where none arrive by themselves."""
+    """Judge whether a run keeps up with the tasks that arrive; None if none arrive by themselves."""
     if "backlog_growth_per_hour" not in run.kpis:
         return None
     try:
@@ -69,10 +70,10 @@ def lasting(run: RunData) -> Lasting | None:
 
 
 def _asked(run: RunData, estimate: QuickEstimate | None) -> dict[str, float]:
-    """Return for each group the share of its capacity that its peak asks for, measured or foreseen.
+    """Return for each group the share of its capacity that its peak demands: the larger of measured and foreseen.
 
-    The larger of the two: a run alone measures less where fewer tasks come than on average, or batteries still hold
-    what they began with. What robots wait for keeps them from work, too.
+    A run alone measures less if fewer tasks come than on average, or while batteries still hold their initial energy.
+    What robots wait for keeps them from work, too.
     """
     asked = {
         load.group.name: min(load.worst + load.held, 1.0)

@@ -1,4 +1,4 @@
-"""How did this run go? Its answer in sentences and tables, and its page with drawings and figures."""
+"""The answer of a run in sentences and tables, and its page with drawings and figures."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ROOTS = 10
-"""Roots of waiting in a table."""
+"""Most causes of waiting in a table."""
 _LEAST_LOST = 0.001
-"""The part of the fleet's time from which a root is in it."""
+"""Share of the fleet's time from which on a cause is in the table."""
 _PLACES = 24
-"""Stations and chargers in a table, and in a figure."""
+"""Most stations and chargers in a table."""
 _UNLOGGED = "This needs a run with log: all."
 
 
 def read(source: str | Path | RunData) -> RunData:
-    """Return a run, or load it from its folder, with everything logged: simulated again if it was not."""
+    """Return a run, or load it from its folder, with a full log: a run without one is simulated again if possible."""
     run = source if isinstance(source, RunData) else RunData.load(source)
     if run.record.level == "all":
         return run
@@ -49,7 +49,7 @@ def read(source: str | Path | RunData) -> RunData:
 
 
 def in_full(model: Model, seed: int) -> RunData | None:
-    """Simulate a run with everything logged; None where it fails, or would run code: reports must be safe to open."""
+    """Simulate a run with a full log; None if it fails, or would execute the user's code: reports are safe to open."""
     if model.policies.own():
         return None
     try:
@@ -59,7 +59,10 @@ def in_full(model: Model, seed: int) -> RunData | None:
 
 
 def page(run: RunData, folder: Path | None = None, replay: str = "") -> str:
-    """Compose the page of a run with all its figures; `folder`: where it is kept; `replay`: as `answer.page` has it."""
+    """Compose the page of a run with all its figures.
+
+    `folder`: the folder that keeps the run. `replay`: as in `answer.page`.
+    """
     figures: dict[str, Sequence[Rows | Markup | Axes]] = {
         "": [*_some(account(run)), *drawings(run)],
         "What robots waited for": _some(rows_of_floor(run)),
@@ -74,9 +77,9 @@ def page_with(answer: Answer, run: RunData, worst: RunData | None = None, replay
 
     Args:
         answer: the answer.
-        run: its day, of which all drawings and tables are.
-        worst: the worst day of the design, of which the course is drawn.
-        replay: as `answer.page` has it.
+        run: the day that all drawings and tables show.
+        worst: the worst day of the design, of which only the course is drawn.
+        replay: as in `answer.page`.
     """
     warehouse = Folded(title="The warehouse", rows=tuple(facts(run.model)))
     where = Folded(title="Where the time goes")
@@ -89,13 +92,13 @@ def page_with(answer: Answer, run: RunData, worst: RunData | None = None, replay
 
 
 def worst_course(run: RunData, answer: Answer) -> Markup | None:
-    """Draw the course of the worst day of the design that an answer is about."""
+    """Draw the course of the worst day of an answer's design; None if the answer has none."""
     about = answer.about
     return None if about is None or about.worst is None else course(run, about.worst.words, in_short=True)
 
 
 def in_short(run: RunData) -> StillPage:
-    """Compose the page of a run that Jupyter shows: its answer and drawings, and of its tables the indicators."""
+    """Compose the page of a run for Jupyter: its answer and drawings, and only the table of indicators."""
     short = answer(run).model_copy(update={"tables": (indicators(run),)})
     return StillPage(run.model.name, page_of(short, {"": [*_some(account(run)), *drawings(run)]}))
 
@@ -105,7 +108,7 @@ def _some(drawing: Rows | Markup | None) -> list[Rows | Markup]:
 
 
 def answer(run: RunData, folder: Path | None = None) -> Answer:
-    """Make the answer of a run: what it achieved; `folder`: where it is kept."""
+    """Return the answer of a run; `folder`: the folder that keeps the run."""
     model = run.model
     again = (
         {}
@@ -141,7 +144,7 @@ def answer(run: RunData, folder: Path | None = None) -> Answer:
 
 
 def question(run: RunData) -> str:
-    """Return the question that a run answers: what a design achieves in the evaluation period."""
+    """Return the question that a run answers: what its design achieves in the evaluation period."""
     model = run.model
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:
@@ -150,13 +153,13 @@ def question(run: RunData) -> str:
 
 
 def indicators(run: RunData) -> Folded:
-    """List all indicators with their units."""
+    """Return the table of all indicators with their units."""
     rows = [(words.indicator_name(key), words.value(key, value, run.model), key) for key, value in run.kpis.items()]
     return Folded(title="All indicators", head=("indicator", "value", "name"), rows=tuple(rows))
 
 
 def resources(run: RunData) -> Folded:
-    """List how busy the servers of each station and the chargers of each bay are, and how many robots queue there."""
+    """Return the table of the utilisation and the mean queue at each station and each bay's chargers."""
     table = Folded(title="Stations and chargers", numbers=True)
     if run.record.level != "all":
         return table.model_copy(update={"note": _UNLOGGED})
@@ -179,7 +182,7 @@ def resources(run: RunData) -> Folded:
 
 
 def lost_time(run: RunData) -> Folded:
-    """List the roots that robots waited for, and the time that was lost to each."""
+    """Return the table of root causes that robots waited for, with the time lost to each."""
     table = Folded(title="What robots waited for", numbers=True)
     if run.record.level != "all":
         return table.model_copy(update={"note": _UNLOGGED})
@@ -199,7 +202,7 @@ def lost_time(run: RunData) -> Folded:
 
 
 def kinds_of_robots(run: RunData) -> Folded:
-    """List the work of the robots of each kind, and the lowest level of their batteries, if there are kinds."""
+    """Return the table of the work and the lowest battery level of each kind of robots; empty without kinds."""
     history, counted = run.history, run.history.counted
     kinds = run.model.fleet.kinds_of_robots()
     rows = []
@@ -222,7 +225,7 @@ def kinds_of_robots(run: RunData) -> Folded:
 
 
 def warm_up_figures(run: RunData) -> list[Axes]:
-    """Draw where the warm-up ends, for a lifelong run that has one and is long enough to tell."""
+    """Draw the end of the warm-up, for a lifelong run that has one and is long enough."""
     if not run.model.tasks.never_end or not run.record.begin:
         return []
     try:
@@ -232,7 +235,7 @@ def warm_up_figures(run: RunData) -> list[Axes]:
 
 
 def _warm_up(run: RunData) -> Folded:
-    """Return the section of the page that says from when on indicators count, below the figure of the warm-up."""
+    """Return the section of the page on the start of the evaluation period, below the figure of the warm-up."""
     begin = run.record.begin
     counted = f"Counted from {numbers.duration(begin, run.model.units.time)} on." if begin else ""
     return Folded(title="Warm-up", note=counted)

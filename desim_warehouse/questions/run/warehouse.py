@@ -1,4 +1,4 @@
-"""The key figures of a model in words: floor, fleet, work, batteries, policies, hours."""
+"""Key facts about a model in words: floor, fleet, work, batteries, policies and hours."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from desim_warehouse.values.units import SECONDS
 
 
 def facts(model: Model) -> list[tuple[str, str]]:
-    """List floor, fleet, work, batteries, policies, hours and what goes wrong, each with its name."""
+    """Return floor, fleet, work, batteries, policies, hours and disturbances, each with its name."""
     floor = model.floor
     units, fleet = model.units, model.fleet
     most = fleet.largest_capacity
@@ -55,7 +55,7 @@ def facts(model: Model) -> list[tuple[str, str]]:
 
 
 def work(model: Model) -> str:
-    """Describe the demand in words."""
+    """Return the demand in words."""
     goods = model.tasks.goods
     if model.tasks.flows:
         return "; ".join(f"{name}: {in_words(flow, model.tasks.demand)}" for name, flow in model.tasks.flows.items())
@@ -74,7 +74,7 @@ def work(model: Model) -> str:
 
 
 def _hours(model: Model) -> Iterator[tuple[str, str]]:
-    """Describe the calendars of stations and robots, and their hours."""
+    """Yield the hours of stations, robots, flows and tasks that have a calendar."""
     fleet, tasks = model.fleet, model.tasks
     named = {f"station {name}": station.hours for name, station in model.layout.stations.items()}
     pauses = {f"station {name}" for name, station in model.layout.stations.items() if station.at_close == "pause"}
@@ -88,7 +88,7 @@ def _hours(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _motion(robot: RobotSpec) -> str:
-    """Describe speed with a load, acceleration, deceleration and the distance kept, where the model has them."""
+    """Return speed with a load, acceleration, deceleration and braking distance in words, if the model has them."""
     parts = [
         f"{numbers.number(value)} {what}"
         for value, what in (
@@ -111,7 +111,7 @@ def _floor(floor: Layout) -> str:
 
 
 def _batteries(model: Model) -> str:
-    """Describe the battery of all robots, or of each kind where they differ."""
+    """Return the battery of all robots, or of each kind if they differ, in words."""
     if charge_alike(model):
         return _battery(model)
     return "; ".join(f"{said(kind)}: {_battery(alone)}" for kind, alone in by_kind(model).items())
@@ -131,12 +131,12 @@ def _battery(model: Model) -> str:
 
 
 def _policies(model: Model) -> str:
-    """Describe the policies by kind, with their parameters."""
+    """Return the policies by kind, with their parameters, in words."""
     policies = model.policies
     parts = []
     for kind in type(policies).model_fields:
         spec = getattr(policies, kind)
-        if isinstance(spec, PolicySpec) and spec.name != "single":  # which is no batching at all
+        if isinstance(spec, PolicySpec) and spec.name != "single":  # `single` means no batching
             parameters = "".join(f", {key} {words.level(value)}" for key, value in spec.params.items())
             parts.append(f"{words.in_words(f'policies.{kind}')}: {words.policy(kind, spec.name)}{parameters}")
     return "; ".join(parts)

@@ -1,4 +1,4 @@
-"""A run in a few sentences: what was delivered, whether it lasts, what was busiest, what it costs."""
+"""A run in a few sentences: its deliveries, whether it keeps up, its busiest group, and its cost."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from desim_warehouse.values.units import SECONDS
 
 
 def text(run: RunData, indicators: Sequence[str] = (), width: int = WIDTH) -> str:
-    """Put a run into text: its sentences, and a table of indicators, by default the usual ones for such runs."""
+    """Return a run as text: its sentences, and a table of indicators, by default the usual ones for such runs."""
     usual = judged_by(run.kpis, never_ends=run.model.tasks.never_end)
     shown = chosen(indicators, run.kpis) if indicators else usual
     title = f"{run.model.name}: {number_of(run.model.fleet.size, 'robot')}, seed {run.seed}"
@@ -34,7 +34,7 @@ def text(run: RunData, indicators: Sequence[str] = (), width: int = WIDTH) -> st
 
 
 def sentences(run: RunData) -> list[str]:
-    """Put a run into a few sentences."""
+    """Return a run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
     lasts = wrong or [*_keeps_up(run), *_departures(run)]
     return [
@@ -51,7 +51,7 @@ def sentences(run: RunData) -> list[str]:
 
 
 def numbers_of(run: RunData) -> list[BigNumber]:
-    """Return the three numbers of a run that come first."""
+    """Return the three main numbers of a run."""
     kpis, model = run.kpis, run.model
     pairs = [(numbers.measured(kpis["throughput_per_hour"]), f"{words.loads(model)} an hour")]
     if piles_up(run.verdicts):
@@ -70,7 +70,7 @@ def numbers_of(run: RunData) -> list[BigNumber]:
 
 
 def waited(run: RunData) -> list[str]:
-    """Return the sentence on the reason for which robots waited most; none where the log does not tell."""
+    """Return the sentence on the main cause of waiting; none without a full log."""
     if run.record.level != "all" or not run.history.counted:
         return []
     whole, lost = run.history.counted * run.model.fleet.size, lost_to(run.history)
@@ -82,7 +82,7 @@ def waited(run: RunData) -> list[str]:
 
 
 def counted_time(run: RunData) -> str:
-    """Write the evaluation period, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
+    """Return the evaluation period, with the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
     unit = run.model.units.time
     phrase = numbers.duration(run.history.counted, unit)
     if unit not in SECONDS:
@@ -103,12 +103,12 @@ def _delivered(run: RunData) -> str:
 
 
 def _asked(run: RunData) -> list[str]:
-    """Return the sentence on how many orders come in a day, where they come at a rate."""
+    """Return the sentence on the number of orders a day, if orders arrive at a rate."""
     return [sentence(line) for line in orders_a_day(run.model)]
 
 
 def _left_open(run: RunData) -> list[str]:
-    """Return the sentence on open tasks that the cycle times leave out, where the backlog grows."""
+    """Return the sentence on open tasks that cycle times leave out; none unless the backlog grows."""
     left = int(run.kpis["backlog"])
     if not left or not piles_up(run.verdicts):
         return []
@@ -117,7 +117,7 @@ def _left_open(run: RunData) -> list[str]:
 
 
 def _keeps_up(run: RunData) -> list[str]:
-    """Return the sentence that work piles up, where the run proves it, or why the run does not show it."""
+    """Return the sentence on whether the warehouse keeps up, or why the run does not show it."""
     judged = lasting(run)
     if judged is None:
         return []
@@ -132,7 +132,7 @@ def _keeps_up(run: RunData) -> list[str]:
 
 
 def _against(judged: Lasting) -> str:
-    """Return the evidence that a run may not keep up, as the end of its sentence on the backlog."""
+    """Return the evidence that a run may not keep up, for the end of the sentence on its backlog."""
     if judged.unknown:
         return f", and its model cannot be checked: {judged.unknown}"
     demand = f"{numbers.PERCENT.value(judged.asked)} of the capacity of {judged.scarce}" if judged.scarce else ""
@@ -144,9 +144,9 @@ def _against(judged: Lasting) -> str:
 
 
 def _departures(run: RunData) -> list[str]:
-    """Return the sentence on how long before its departure the latest order came that was in time.
+    """Return the sentence on how long before its departure the latest order in time came.
 
-    Only where orders have departures, of lorries or the like.
+    There is none unless orders have departures, of lorries or the like.
     """
     lead = run.kpis.get("departure_lead", math.nan)
     if not math.isfinite(lead):
@@ -158,7 +158,7 @@ def _departures(run: RunData) -> list[str]:
 
 
 def _halts(run: RunData) -> list[str]:
-    """Return a sentence for each cause of halts in delivery while tasks were open: on its longest halt."""
+    """Return a sentence for each cause of halts in delivery while tasks were open, on its longest halt."""
     by_cause: dict[str, list[Halt]] = {}
     for halt in halts(run.history):
         by_cause.setdefault(halt.cause, []).append(halt)
@@ -171,7 +171,7 @@ def _longest(of_cause: list[Halt], run: RunData) -> str:
 
 
 def _gone_home(run: RunData) -> list[str]:
-    """Return the sentence on when pickers went home, if robots waited to the end and no standstill tells it."""
+    """Return the sentence on pickers who went home while robots waited; none if a sentence on halts tells it."""
     history, spec = run.history, run.model.pickers
     if spec is None:
         return []
@@ -188,12 +188,12 @@ def _gone_home(run: RunData) -> list[str]:
 
 
 def _busiest(run: RunData) -> str:
-    """Return the sentences on the busiest group, and on how long robots waited in traffic."""
+    """Return the sentences on the busiest group, and on the time that robots waited in traffic."""
     return busiest.of_run(run.history, run.kpis) if run.history.counted else "No time was counted."
 
 
 def _pods(run: RunData) -> list[str]:
-    """Return the sentence, with pods, on how many lines a visit served, and how long pickers had none."""
+    """Return the sentence on the lines that a visit of a pod served, and on the idle time of pickers."""
     pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
     if not math.isfinite(pile) or not math.isfinite(idle):
         return []
@@ -202,7 +202,7 @@ def _pods(run: RunData) -> list[str]:
 
 
 def _breakdowns(run: RunData) -> list[str]:
-    """Return the sentences on how often robots broke down, what it cost, and what is too rare for one run to tell."""
+    """Return the sentences on how often robots broke down, its cost, and what is too rare for one run to show."""
     rare = [sentence(line) for line in unknown(run.model, 1, run.history.end)]
     if "breakdowns" not in run.kpis:
         return rare

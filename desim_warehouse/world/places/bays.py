@@ -74,6 +74,9 @@ class Guest(Protocol):
         The lead is a share of the robot's capacity.
         """
 
+    def comes_in(self, node: str) -> float:
+        """Return the time in which the robot drives from the bay that it rests in to the bay at a node."""
+
 
 class Bays:
     """All bays, and the slots that robots occupy or reserve.

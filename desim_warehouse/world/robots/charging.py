@@ -6,7 +6,8 @@ drive to a bay and rest there for a while, and
 
 - it is free for work, and has 20 % of its capacity more than the seeker, or
 - the seeker's need is urgent: it has lost a quarter of the energy that it had beyond the way to a charger when it began
-  to seek one. Then the first must have more by half of that energy, and by 5 % of its capacity at least.
+  to seek one. Then the first must have more by half of that energy, and by 5 % of its capacity at least, and it must
+  have been charged for as long as the seeker takes to drive up.
 
 Why robots do not run flat. Let n robots rest that draw d each, at c chargers that give r, with (n - c) d <= c r. If all
 seek at once, a charger passes on when a robot has gained X on the next, after X / (r + d). The last waits for n / c - 1
@@ -19,6 +20,10 @@ there and back, which no proof covers (`tests/laws/test_nights.py` tests it). Sw
 A bay with a charger for each slot keeps its robots at rest full, so they draw nothing, as in the paper's zones.
 Elsewhere a robot that rests or queues draws as a standing one does, and is charged again at the level at which a robot
 that leaves its work would go to charge.
+
+So at least half of the time goes into charging. Otherwise, with batteries that are full within a minute, chargers stood
+idle for most of the time while robots drove up, and levels fell together, as lower ones make turns shorter still: no
+robot had enough for a task any more, though a full charge would have taken less time than the drive.
 
 Each turn takes up 5 % of a battery or more, so nothing oscillates. Robots that wait in a bay with more slots than
 chargers take part: otherwise three queued and ran flat until the fourth was full.
@@ -65,6 +70,7 @@ class ChargingStop:
         self.reach = reach
         self.bays = bays
         self.must_charge = self.is_charging = self.has_charged = False
+        self._begun = 0.0
 
     def require(self) -> None:
         """Require the robot to charge before it takes a task."""
@@ -167,7 +173,7 @@ class ChargingStop:
         Returns, beside the event, True if the charger fails (`lost`) before the end.
         """
         env, robot, battery = self.env, self.robot, self.robot.battery
-        level = battery.level(env.now)
+        level, self._begun = battery.level(env.now), env.now
         battery.plug(env.now)
         if offer is None:
             done = Timeout(env, battery.charge_time(level, least))
@@ -259,7 +265,10 @@ class ChargingStop:
         def gains(part: float) -> float:
             return max(stays, battery.charge_time(level, battery.capacity * (seeker.charge_left() + part)))
 
-        needed = max(urgent - now, gains(ahead))
+        bay = robot.bay
+        assert bay is not None
+        comes_in = 0.0 if seeker in bay.waiting else seeker.comes_in(bay.node)
+        needed = max(urgent - now, gains(ahead), self._begun + comes_in - now)
         return min(needed, gains(TURN)) if free else needed
 
 

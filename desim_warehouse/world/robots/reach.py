@@ -272,7 +272,7 @@ class Reach:
             return 0.0
         station = self.stations.choose(robot, task)
         return max(
-            self.consumption.empty * self._from_bay(robot, bay)
+            self.consumption.empty * self.out_to(robot, bay)
             + self.enough(replace(robot, node=bay), task, station, levels)
             for bay in (robot.node, *self.parking)
         )
@@ -288,7 +288,7 @@ class Reach:
         key = robot.node, levels
         if key not in self._rests_elsewhere:
             needed = (
-                self.consumption.empty * self._from_bay(robot, bay) + self.rests_until(replace(robot, node=bay), levels)
+                self.consumption.empty * self.out_to(robot, bay) + self.rests_until(replace(robot, node=bay), levels)
                 for bay in self.parking
             )
             self._rests_elsewhere[key] = min(levels.full, max(needed, default=0.0))
@@ -481,10 +481,10 @@ class Reach:
         """Return the time from resting in a parking slot to the charger that is farthest from it."""
         key = bay, robot.speed
         if key not in self._out_of:
-            self._out_of[key] = max(self._from_bay(robot, charger, bay) for charger in self.chargers)
+            self._out_of[key] = max(self.out_to(robot, charger, bay) for charger in self.chargers)
         return self._out_of[key]
 
-    def _from_bay(self, robot: RobotView, node: str, bay: str | None = None) -> float:
+    def out_to(self, robot: RobotView, node: str, bay: str | None = None) -> float:
         """Return the time from resting in a bay (its own or `bay`) to a node."""
         travel = self.travel(robot.speed)
         return self.exit_time + travel.ways.time(robot.node if bay is None else bay, node) + travel.stop_time

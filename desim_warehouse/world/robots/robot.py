@@ -437,6 +437,10 @@ class Robot:
         level, ahead = self.reach.in_need(view, self.reach.levels(view))
         return self.battery.lasts_until(self.env.now, level), ahead / self.battery.capacity
 
+    def comes_in(self, node: str) -> float:
+        """Return the time in which the robot drives from the bay that it rests in to the bay at a node, freely."""
+        return self.reach.out_to(self.view(), node)
+
     @property
     def at_charger(self) -> bool:
         """Whether the robot stands in a bay with chargers for its kind."""

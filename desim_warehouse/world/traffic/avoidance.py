@@ -31,6 +31,7 @@ plan of `home_plan` without refuges, and it need not be stored.
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -206,6 +207,10 @@ class Avoidance:
             self.test.left(robot)
             self._moved(robot)
 
+    def leaves(self, robot: Body) -> None:
+        """Note that a robot leaves a lane of a zone, for whose way out others may wait."""
+        self._look_again(*self._asks_again.pop(robot, ()))
+
     def stands_aside(self, robot: Body, route: Sequence[Lane]) -> None:
         """Note that a robot stands beside its lane, as if in a slot. Its first step leads back onto the lane."""
         self.left(robot)
@@ -247,8 +252,8 @@ class Avoidance:
     def _enter_zones(self, robot: Body, stand: Stand, passed: Iterable[Step]) -> bool:
         """Whether no robot drives the zones of a step in the other direction. If so, it is now in the last zone.
 
-        A robot that has a stand beyond a zone may still be on its way out. The claim is then examined again once it is
-        out.
+        A robot that has a stand beyond a zone may still be on its way out. The claim is then examined again when it
+        leaves its lane (`leaves`), and once it is out.
         """
         direction = self.declared.routes[robot].direction
         now = self.env.now
@@ -265,7 +270,7 @@ class Avoidance:
                         del against.robots[other]
                     elif other is not robot:
                         self._refuse(robot, stand, (other,))
-                        if leaves_at is not None:
+                        if leaves_at is not None and math.isfinite(leaves_at):
                             again = end_of_instant(self.env, AFTER_DECISIONS, leaves_at - now)
                             again.callbacks.append(lambda _: self._look_again(robot))
                         return False

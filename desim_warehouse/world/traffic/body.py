@@ -251,6 +251,8 @@ class Body:
         if lane.rules.exits_matter and out > lane.out_at:  # the last to pass counts
             lane.out_at = out
             lane.out_pace = self.pace
+        if lane.zone_direction is not None and lane.rules.guard is not None:
+            lane.rules.guard.leaves(self)
         if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
             front.behind = behind
         if behind is None:

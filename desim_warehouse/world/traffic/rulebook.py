@@ -51,6 +51,9 @@ class StepGuard(Protocol):
     def left(self, robot: Body) -> None:
         """Note that a robot is off the lanes, in a slot."""
 
+    def leaves(self, robot: Body) -> None:
+        """Note that a robot leaves a lane of a zone used in one direction at a time."""
+
 
 class Driver(Protocol):
     """The driver of a body: it decides where the robot goes, and is notified of what happens to the body."""

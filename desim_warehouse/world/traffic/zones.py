@@ -11,6 +11,7 @@ every passage of a lane is a step of its own.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -40,13 +41,15 @@ class ZoneDirection:
         self.robots: dict[Body, None] = {}
 
     def is_in(self, robot: Body, now: float) -> float | None:
-        """Return when to check again whether a robot with a stand beyond the zone has left it; None if it has."""
+        """Return when a robot with a stand beyond the zone will have left it; None if it has.
+
+        It is inf while the robot has not left its lane yet: how long it stands on the node is not known beforehand.
+        """
         lane = robot.lane
         if lane is None:
             return None
-        if lane.zone_direction is self:  # about to cross, on the way to the node, or turning on it
-            rules = lane.rules
-            return float(max(robot.until + lane.node_time + 2 * rules.turn_time, now + EPS))
+        if lane.zone_direction is self:  # about to cross, on the way to the node, or turning or held up on it
+            return math.inf
         return robot.entered_at if robot.entered_at > now + EPS else None
 
 

@@ -145,7 +145,7 @@ def test_a_dearer_fleet_that_meets_the_target_neither_replaces_the_answer_nor_is
     assert found.verdicts[GRID.index((6, 4))].verdict == "meets"
 
 
-def test_verdicts_on_given_designs():
+def test_designs_that_are_named_get_their_verdicts():
     judge = follow(
         verdict_steps([3, 7], Judge(ENOUGH)), lambda number, r: (0.95 if number == 7 else 0.5) + 0.001 * (r % 2)
     )

@@ -75,7 +75,7 @@ def test_two_designs_by_bonferroni_worked_by_hand():
     assert "97.5 %" in result.statement
 
 
-def test_holm_worked_by_hand():
+def test_holms_p_values_are_as_worked_by_hand():
     # sorted .005 .01 .03 .04 times 4 3 2 1 = .02 .03 .06 .04; the last may not be below the one before: .06
     assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
 

@@ -110,7 +110,7 @@ def test_a_mean_of_zero_has_no_relative_precision():
     assert estimate([-1.0, 1.0]).relative_half_width == math.inf
 
 
-def test_three_values_by_student():
+def test_three_values_have_students_half_width():
     assert estimate([8, 10, 12]).half_width == pytest.approx(4.97, abs=0.005)
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a run of any model, a line each: it fails, its log cannot be, counts are wrong, time is lost."""
+"""Faults of a run of any model, a line each: errors, an impossible log, wrong counts, lost time."""
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
@@ -10,7 +10,7 @@ from tests.recount import differences
 
 
 def faults_of(mapping, seed):
-    """Nothing impossible happens, work ends, indicators are those of the log, accounts add up, Little's law holds."""
+    """Return the faults of a run: impossible events, endless work, wrong indicators or accounts, a violated law."""
     try:
         run = dw.simulate(dw.load(mapping), seed)
     except WarehouseError as error:
@@ -22,7 +22,7 @@ def faults_of(mapping, seed):
 
 
 def standstill(run):
-    """In work without an end no run can stall in so many words: there, nothing has happened for long."""
+    """Return a fault if nothing happens for long in endless work, in which a run raises no error when it stalls."""
     model = run.model
     exogenous = {"released", "edge_closed", "edge_opened", "person_in", "person_out", "person_rides", "lift_fails"}
     last = max((row[0] for row in run.record.rows if row[1] not in exogenous), default=0.0)
@@ -42,14 +42,14 @@ def standstill(run):
 
 
 def endless(run):
-    """Work that has an end is done, long before a run is given up."""
+    """Return a fault if work that ends is not done by the time at which the run is given up."""
     if run.model.name != CUT and (run.kpis["backlog"] or run.model.run.length == run.T):
         return [f"{run.kpis['backlog']} tasks are not done by {run.T:g}"]
     return []
 
 
 def crowded(run):
-    """With `saturated: n` a task is released only while fewer than n are open; those given back come on top."""
+    """Return a fault if `saturated: n` releases a task while n are open; returned tasks may exceed n."""
     most = getattr(run.model.tasks.goods, "saturated", None)
     if most is None:
         return []
