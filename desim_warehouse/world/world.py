@@ -18,7 +18,14 @@ from desim_warehouse.layout.aisles import wide_edges
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel, handling_of
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
+from desim_warehouse.model.facts.charging import (
+    by_kind,
+    charge_alike,
+    settling_levels,
+    spare_batteries,
+    start_levels,
+    swapped_at,
+)
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.model.sections.policy import PolicySpec
@@ -296,7 +303,9 @@ class World:
             self.pickers,
         )
         fleet = model.fleet
-        start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
+        if start is None:
+            levels = settling_levels if self.settles else start_levels
+            start = tuple(map(Standing, levels(model, self.streams)))
         on_lanes = [number for number, item in enumerate(fleet.starts(self.layout.bays)) if item.on_lanes]
         nodes = nodes_at_start(start, homes, self.bays.by_node, on_lanes)
         slow = fleet.slowness > 0  # otherwise robots accelerate and brake in no time

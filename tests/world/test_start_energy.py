@@ -1,14 +1,17 @@
 """Batteries that do not start full."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse import ModelError
-from desim_warehouse.model.facts.charging import start_levels
+from desim_warehouse.model.facts.charging import settling_levels, start_levels
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world import World
 from desim_warehouse.world.robots.settled import LOOKS, SettledError, SettlingRun
+from desim_warehouse.world.traffic.events import Clock
 from tests.auditor import audit
 from tests.world.ring import RING
 
@@ -80,6 +83,7 @@ def test_a_start_below_the_threshold_without_chargers_is_refused_with_the_cure()
         dw.simulate(tutorial(bays))
 
 
+BATTERY = {"capacity": 100, "threshold": 30, "consumption": 0.01, "charge_rate": 1}
 SETTLED = {"fleet.start_energy": "settled", "policies.charging": "four-thresholds", "run": {"length": 3600}}
 
 
@@ -107,9 +111,12 @@ def test_runs_that_begin_settled_draw_one_look_at_the_fleet_for_all_robots():
     assert [problem for run in runs for problem in audit(run)] == []
 
 
-def test_a_fleet_that_takes_long_to_settle_is_given_twelve_hours_and_looked_at_in_twelve_more():
-    """At 0.01 a second its one robot draws 864 at most in 24 hours, of the 1,300 between 30 and 95 % of 2,000."""
-    battery = {"capacity": 2000, "threshold": 600, "consumption": 0.01, "charge_rate": 1}
+def test_a_fleet_that_takes_long_to_settle_is_given_a_day_and_observed_in_its_second_half():
+    """At 0.01 a second its one robot draws 864 at most in 24 hours, of 5 times the 1,300 between 30 and 95 % of 2,000.
+
+    Intervals double after 0.8, 1.6, 3.2, 6.4 and 12.8 hours, from 15 seconds to 8 minutes: 90 fit into 12 hours.
+    """
+    battery = {**BATTERY, "capacity": 2000, "threshold": 600}
     slow = dw.load(RING, {**SETTLED, "fleet.size": 1, "tasks.goods": {"poisson": 4}, "battery": battery})
     settling = SettlingRun(slow)
     world = World(settling.model, 1, settles=True)
@@ -117,7 +124,51 @@ def test_a_fleet_that_takes_long_to_settle_is_given_twelve_hours_and_looked_at_i
     with pytest.raises(SettledError):
         world.run()
     assert world.env.now == pytest.approx(24 * 3600)
-    assert len(settling.fleets) == LOOKS
+    assert len(settling.fleets) == 90
+
+
+def falling(until):
+    """A battery of 100 that falls from 100 by 2 an hour until some hour and then stays, while 50 an hour are drawn."""
+    battery = SimpleNamespace(capacity=100, drawn=lambda now: 50 * now / 3600)
+    battery.level = lambda now: 100 - 2 * min(now / 3600, until)
+    return battery
+
+
+@pytest.mark.parametrize(("until", "hours"), [(10, 23.1), (0, 6.5)])
+def test_a_fleet_has_settled_when_its_mean_level_differs_little_between_the_halves_of_the_run(until, hours):
+    """Falling by 20 in 10 hours and then steady: after t hours, 20 or more, the first half is 200 / t above the second.
+
+    That is 0.75 % an hour for t / 2 hours where t t = 400 / 0.75, at 23.1 hours. A steady level is settled once 5 times
+    65 are drawn, in 6.5 hours.
+    """
+    settling = SettlingRun(
+        dw.load(RING, {**SETTLED, "fleet.size": 1, "tasks.goods": {"poisson": 4}, "battery": BATTERY})
+    )
+    env = Clock()
+    robot = SimpleNamespace(kind="", env=env, battery=falling(until), bay=None, charging=None)
+    settling.watch(env, [robot])
+    with pytest.raises(SettledError):
+        env.run()
+    assert env.now / 3600 == pytest.approx(hours, abs=0.15)
+    assert {robot.energy for [robot] in settling.fleets} == {100 - 2 * until}
+    assert LOOKS <= len(settling.fleets) <= 2 * LOOKS
+
+
+@pytest.mark.parametrize(
+    ("policy", "low", "high"),
+    [
+        ("four-thresholds", 30, 60),  # good
+        ({"name": "four-thresholds", "sufficient": 0.8}, 30, 80),
+        ("opportunity", 20, 100),
+        ("threshold", 30, 100),
+        ({"name": "swap", "time": 60}, 20, 100),
+    ],
+)
+def test_a_settling_run_begins_at_levels_of_robots_at_work(policy, low, high):
+    """Charged at rest from the upper level down, or then interrupted by work; a policy without either charges fully."""
+    levels = settling_levels(tutorial({**SETTLED, "policies.charging": policy, "fleet.size": 300}), Streams(1))
+    assert low <= min(levels) < low + 2
+    assert high - 2 < max(levels) <= high
 
 
 def test_work_that_ends_has_no_long_run_to_begin_in():

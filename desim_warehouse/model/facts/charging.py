@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from functools import lru_cache
 
 from desim_warehouse.layout import Layout
@@ -131,6 +132,18 @@ def cycle_levels(model: Model) -> tuple[float, float]:
     return (battery.threshold, battery.capacity) if thresholds is None else (thresholds.critical, thresholds.full)
 
 
+def working_levels(model: Model) -> tuple[float, float]:
+    """Return the levels between which batteries of a fleet that is seldom at rest move, near those of its long run.
+
+    They begin where charging begins, and end where a robot at rest is charged or where work may interrupt charging,
+    whichever is higher.
+    """
+    (low, high), thresholds = cycle_levels(model), levels(model)
+    if thresholds is not None:
+        high = min(high, max(thresholds.good, thresholds.sufficient))
+    return low, high
+
+
 def refills_overnight(model: Model, lack: float = 1.0) -> bool:
     """Whether a run is a day that begins with full batteries, which its chargers fill again before the next.
 
@@ -154,12 +167,22 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
 
     Drawn from a stream for each robot: another fleet size or policy leaves the levels of the others as they are.
     """
+    return _drawn(model, streams, start_energy)
+
+
+def settling_levels(model: Model, streams: Streams) -> list[float]:
+    """Draw the energy in the battery of each robot at the start of a settling run: that of robots at work."""
+    return _drawn(model, streams, lambda alone: _as_shares(alone, working_levels(alone)))
+
+
+def _drawn(model: Model, streams: Streams, between: Callable[[Model], tuple[float, float]]) -> list[float]:
+    """Draw the energy of each robot between two shares of the capacity, which depend on its kind."""
     if model.battery is None:
         return [math.inf] * model.fleet.size
     ranges = {}
     for kind, alone in by_kind(model).items():
         assert alone.battery is not None
-        ranges[kind] = alone.battery.capacity, *start_energy(alone)
+        ranges[kind] = alone.battery.capacity, *between(alone)
     return [
         capacity * (low if low == high else float(streams.stream("start-energy", robot).uniform(low, high)))
         for robot, (capacity, low, high) in enumerate(ranges[kind] for kind in model.fleet.kinds_of_robots())
@@ -173,8 +196,13 @@ def start_energy(model: Model) -> tuple[float, float]:
         return start.uniform
     if not isinstance(start, str):
         return start, start
+    return _as_shares(model, cycle_levels(model))
+
+
+def _as_shares(model: Model, energies: tuple[float, float]) -> tuple[float, float]:
+    """Return two levels as shares of the capacity."""
     assert model.battery is not None
-    low, high = cycle_levels(model)
+    low, high = energies
     return low / model.battery.capacity, high / model.battery.capacity
 
 
