@@ -3,6 +3,7 @@
 import random
 
 from tests.laws.random_models import lasting
+from tests.laws.wider import with_room_to_start
 
 RATES = (0.05, 0.3, 1.0, 4.0, 1e3)
 LARGER = 8
@@ -23,7 +24,8 @@ def moving(mapping, seed):
         robot["acceleration"] = draw.choice(rates)
     if draw.random() < 0.3 and ("acceleration" in robot or "deceleration" in robot):
         robot["keeps"] = "braking"
-    return {**mapping, "battery": lasting(battery, LARGER), "fleet": {**fleet, "robot": robot, "kinds": kinds}}
+    moved = {**mapping, "battery": lasting(battery, LARGER), "fleet": {**fleet, "robot": robot, "kinds": kinds}}
+    return with_room_to_start(moved)  # robots that keep their braking distance need more room
 
 
 def drawn(draw, rates, speed):

@@ -64,12 +64,19 @@ def with_starts(draw, mapping):
                 stands.append({"edge": [a, b], "offset": offset})
     draw.shuffle(stands)
     stands = stands[: draw.choice((0, 1, 3, fleet["size"]))][: fleet["size"]]
+    return with_room_to_start({**mapping, "fleet": {**fleet, "start_on_lanes": stands}})
+
+
+def with_room_to_start(mapping):
+    """Return the model with as many of its robots on the lanes as can make way for each other."""
+    fleet = {**mapping["fleet"]}
+    stands = [*fleet.pop("start_on_lanes", ())]
     while stands:
         made = {**mapping, "fleet": {**fleet, "start_on_lanes": stands}}
         if not refused(made, "START_STUCK", "START_ON_LANES"):
             return made
         stands.pop()
-    return mapping
+    return {**mapping, "fleet": fleet}
 
 
 def at_node(draw, nodes):
