@@ -186,6 +186,9 @@ _ALSO_CALLED = {
 }
 """What people call things that have another name here; the first one that there is where it is said is meant."""
 
+LONGEST = 500
+"""The number of characters of a path that a message spells out."""
+
 
 def shown(value: object) -> str:
     """Show a value that code of the user's own has made, for a message; such a value may refuse to be shown."""
@@ -193,6 +196,12 @@ def shown(value: object) -> str:
         return repr(value)
     except Exception:  # noqa: BLE001 - whatever their __repr__ raises
         return f"a {type(value).__name__}"
+
+
+def path_of(path: object) -> str:
+    """Write a path in a message; the middle of one that is longer than people type is left out."""
+    text = str(path)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 10 :]}"
 
 
 def reason(error: Exception) -> str:

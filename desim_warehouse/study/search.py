@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.errors import StudyError, path_of, reason
 from desim_warehouse.folders import ANSWER, JOURNAL, LOCK, RESULTS, STUDY, refuse_theirs
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.statistics.checks import check_confidence
@@ -74,7 +74,7 @@ class Search:
         try:
             refuse_theirs(folder, (JOURNAL, RESULTS, STUDY, ANSWER, LOCK))
         except OSError as error:
-            raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
+            raise StudyError(f"{path_of(folder)}: cannot be used as a study folder ({reason(error)})") from error
 
     def looks(self, first: int, cap: int) -> tuple[int, int]:
         """Return the replications at the first look (interim analysis) at a design, and the most of them.

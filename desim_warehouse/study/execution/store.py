@@ -31,7 +31,7 @@ from typing import Annotated, NoReturn, Self
 from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.errors import StudyError, path_of, reason
 from desim_warehouse.folders import JOURNAL, LOCK, RUN, make_folder
 from desim_warehouse.study.execution.cache import Cache, intact, sealed
 from desim_warehouse.study.execution.locks import lock
@@ -196,7 +196,7 @@ class Store:
                 self.file = os.open(folder / JOURNAL, flags, 0o644)
         except OSError as error:
             self.close()
-            raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
+            raise StudyError(f"{path_of(folder)}: cannot be used as a study folder ({reason(error)})") from error
 
     def _read(self, path: Path, *, mend: bool) -> None:
         """Take over the journal. `mend` cuts off a last line that was never finished."""
