@@ -220,14 +220,14 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
 
 
 def test_a_fleet_that_runs_flat_is_told_with_the_cause():
-    """Robots that break down on the way wait for a repair for longer than their batteries last."""
+    """Robots that break down on the way stand for longer than their batteries last."""
     model, target = plans.model(plans.HARD)
     found = plan_fleet(
         model, f"on_time >= {target}", strategies={}, robots=[15], chargers=[9], search=dw.Search(cache=False)
     )
     said = found.answer.answer[0]
     assert "no fleet is enough. 15 robots and 9 chargers: a robot runs flat. Robot " in said
-    assert "it waited longer than its battery lasts, in traffic, for a repair or for a charger" in said
+    assert "of 100 and came to no charger in time; a higher fleet.start_energy, more chargers" in said
     assert "Nothing is scarce" not in said
 
 

@@ -133,10 +133,10 @@ def cycle_levels(model: Model) -> tuple[float, float]:
 
 
 def working_levels(model: Model) -> tuple[float, float]:
-    """Return the levels between which batteries of a fleet that is seldom at rest move, near those of its long run.
+    """Return the lowest and the highest usual battery level of a fleet that is seldom at rest, in energy.
 
-    They begin where charging begins, and end where a robot at rest is charged or where work may interrupt charging,
-    whichever is higher.
+    The lowest is where charging begins; the highest is where a robot at rest is charged or where work may interrupt
+    charging, whichever is higher.
     """
     (low, high), thresholds = cycle_levels(model), levels(model)
     if thresholds is not None:
@@ -171,7 +171,7 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
 
 
 def settling_levels(model: Model, streams: Streams) -> list[float]:
-    """Draw the energy in the battery of each robot at the start of a settling run: that of robots at work."""
+    """Draw the energy in the battery of each robot at the start of a settling run, between levels of robots at work."""
     return _drawn(model, streams, lambda alone: _as_shares(alone, working_levels(alone)))
 
 
