@@ -85,7 +85,7 @@ def floor(tmp_path):
 def test_size_says_what_a_cap_gives_where_more_robots_do_not_help(floor, target):
     size = ["size", floor, "--range", "40,60", *target, "--first", "3", "--cap", "6", "--quiet", "--no-cache"]
     said = CliRunner().invoke(desim, size, catch_exceptions=False).stdout
-    assert "With at most 30 of 60 robots under way " in said
+    assert "With at most 30 of 60 robots under way, throughput is " in said
     assert "desim size --key traffic.most_out finds the best cap" in said
 
 
