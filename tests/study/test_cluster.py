@@ -88,10 +88,12 @@ def test_failing_and_endless_runs_are_rows_on_a_cluster_too(cluster, parking):
     timeout = ample(usual.table)
     cases = {"good": "home", "bad": parking("raise"), "endless": parking("loop")}
     made = dw.Study(MULTIBOTS, {"policies.parking": {"named": cases}}, changes=CHANGES, timeout=timeout)
-    errors = made.run(cluster=address).table.set_index("policies.parking")["error"]
+    with pytest.warns(RuntimeWarning, match="2 of 3 runs failed"):
+        made.run(cluster=address)
+    errors = made.table.set_index("policies.parking")["error"]
     assert pd.isna(errors["good"])
     assert "no bay for me" in errors["bad"]
-    assert errors["endless"] == f"time-out: not finished after {timeout:g} s"
+    assert errors["endless"].startswith(f"time-out: not finished after {timeout:g} s in ")
 
 
 def test_a_cluster_that_does_not_answer_is_told(monkeypatch):
