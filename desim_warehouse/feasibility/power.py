@@ -214,14 +214,17 @@ def gives_at_rest(model: Model, layout: Layout) -> float:
     return sum(chargers_at(model, layout).values()) * charging_rate(model)
 
 
+def drawn_at_rest(model: Model, layout: Layout) -> str:
+    """Return in words what a fleet without work draws."""
+    robots, drawn = number_of(off_chargers(model, layout), "robot"), amount(draw_at_rest(model, layout))
+    return f"at rest, {robots} without a charger draw {drawn} per {model.units.time}"
+
+
 def resting(model: Model, layout: Layout) -> str:
     """Return in words what a fleet without work draws, and what it gets from its chargers."""
-    robots, chargers = off_chargers(model, layout), sum(chargers_at(model, layout).values())
-    drawn, charged = amount(draw_at_rest(model, layout)), amount(gives_at_rest(model, layout))
-    return (
-        f"at rest, {number_of(robots, 'robot')} without a charger draw {drawn} per {model.units.time}, and "
-        f"{number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {charged}"
-    )
+    chargers, charged = sum(chargers_at(model, layout).values()), amount(gives_at_rest(model, layout))
+    supply = f"{number_of(chargers, 'charger')} {'supplies' if chargers == 1 else 'supply'} {charged}"
+    return f"{drawn_at_rest(model, layout)}, and {supply}"
 
 
 def at_rest(model: Model, layout: Layout) -> str:

@@ -21,6 +21,7 @@ from desim_warehouse.feasibility.needs import edge_times, least_costs
 from desim_warehouse.feasibility.power import (
     Power,
     draw_at_rest,
+    drawn_at_rest,
     gives_at_rest,
     needed_at_rest,
     off_chargers,
@@ -56,8 +57,7 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     else:
         charge, time = _charge(model), model.units.time
         text = (
-            f"at rest, {number_of(off_chargers(model, layout), 'robot')} without a charger draw "
-            f"{amount(draw_at_rest(model, layout))} per {time}, and {number_of(balance.chargers, 'charger')} "
+            f"{drawn_at_rest(model, layout)}, and {number_of(balance.chargers, 'charger')} "
             f"{'gives' if balance.chargers == 1 else 'give'} {amount(gives)} at most, as robots charge for "
             f"{amount(charge / charging_rate(model))} {time} and the next has to drive up"
         )
