@@ -128,8 +128,8 @@ def test_a_fleet_that_takes_long_to_settle_is_given_a_day_and_observed_in_its_se
 
 
 def falling(until):
-    """A battery of 100 that falls from 100 by 2 an hour until some hour and then stays, while 50 an hour are drawn."""
-    battery = SimpleNamespace(capacity=100, drawn=lambda now: 50 * now / 3600)
+    """A battery of 100 that falls from 100 by 2 an hour until some hour and then stays, while 100 an hour are drawn."""
+    battery = SimpleNamespace(capacity=100, drawn=lambda now: 100 * now / 3600)
     battery.level = lambda now: 100 - 2 * min(now / 3600, until)
     return battery
 
@@ -138,8 +138,8 @@ def falling(until):
 def test_a_fleet_has_settled_when_its_mean_level_differs_little_between_the_halves_of_the_run(until, hours):
     """Falling by 20 in 10 hours and then steady: after t hours, 20 or more, the first half is 200 / t above the second.
 
-    That is 0.75 % an hour for t / 2 hours where t t = 400 / 0.75, at 23.1 hours. A steady level is settled once 5 times
-    65 are drawn, in 6.5 hours.
+    That is 0.75 % an hour for t / 2 hours where t t = 400 / 0.75, at 23.1 hours. A steady level is settled once ten
+    times 65 are drawn, in 6.5 hours.
     """
     settling = SettlingRun(
         dw.load(RING, {**SETTLED, "fleet.size": 1, "tasks.goods": {"poisson": 4}, "battery": BATTERY})

@@ -8,8 +8,8 @@ busy draft, so no formula by policy holds: levels drawn between two thresholds r
 a ring of eight. The robots begin at levels of fleets at work (`settling_levels`), within about 3 points of the long run
 in drafts of 6 to 10 robots; drawn up to full, levels took half a discharge to fall from 10 points above it. They are
 observed from the start, at intervals that double as the run gets longer. The run ends once the batteries have been
-discharged five times in all, and half a time each, and the mean level differs between its halves by less than 0.75 % of
-the capacity an hour: most drafts end after half a discharge, slow fleets after four. What was observed in the second
+discharged ten times in all, and half a time each, and the mean level differs between its halves by less than 0.75 % of
+the capacity an hour: most drafts end after one discharge, slow fleets after four. What was observed in the second
 half are the settled states; where hours or rates differ, only the one at the end of a whole day. Each counted run draws
 one observation for the whole fleet, as robots that take turns are never all low. Work that ends has no long run, so its
 levels are drawn between where charging begins and ends.
@@ -45,7 +45,7 @@ MOST = 24
 """The most hours in which a fleet may settle and be observed."""
 A_LOOK = 1 / 240
 """Hours between two observations at first; the interval doubles as the run gets longer."""
-ROUNDS = 5
+ROUNDS = 10
 """Battery discharges in the run, summed over robots: many robots are observed for a shorter time."""
 LEAST_ROUNDS = 0.5
 """The least discharges of each battery, on average over the robots of a kind."""
