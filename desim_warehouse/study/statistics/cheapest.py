@@ -7,10 +7,11 @@ design that the scout names and the designs that rule out all cheaper ones. So r
 
 A design close to the target takes tens of runs, and with too few robots the design is close for each number of
 chargers. So when a look leans towards failure, the candidate is set aside for the largest design with its first count.
-If that design fails, all designs with this first count fail at once. If it meets the target, the search alternates
-between the cheapest open design and the one that halves them, since a design slightly larger than a candidate that
-failed usually meets the target. Judging the largest design after every undecided look would cost more, since a
-candidate that leans towards the target usually meets it.
+If that design fails, all designs with this first count fail at once. If it leans towards the target, one look each at
+designs chosen by bisection finds the cheapest that does so, the next candidate: a look takes five runs, a verdict that
+a design meets the target at least 33. Judging the largest design after every undecided look would cost more, since a
+candidate that leans towards the target usually meets it. On 700 random surfaces of 90 designs a search takes 119 runs
+on average; with a verdict on each design between it takes 130.
 
 A design is vetoed after three runs if even half of its backlog growth, or half of its battery decline, is too much.
 Where the backlog grows by exactly the allowance for chance (3 √n for n arrivals), and departures vary as arrivals do,
@@ -76,15 +77,16 @@ class Larger:
 class Cheapest:
     """The cheapest design shown to meet the target, and the verdicts that show it.
 
-    `design` is None if no design was shown to meet the target. `verdicts`: the verdict on each judged design, by
-    number, in the order of judging. `below`: judged designs that rule out all cheaper ones; `close`: the undecided
-    among these. `vetoed`: reasons why designs fail regardless of the target. `drained`: designs whose batteries run
-    down, here or in an earlier search. `open`: designs without a result because the budget of runs was exhausted;
-    `design` is then the cheapest shown so far to meet the target. `larger`: comparisons with larger designs: of the
-    answer with a design that has one more of a count; of a smaller fleet with the design that rules it out, where that
-    has more of the counts after the first; or, where the largest design fails, of the largest with the design of half
-    its first count. If any larger design does worse, no design was ruled out by another. `against`: the largest and the
-    smallest design contradict the assumed direction, so that cheaper designs were judged one by one.
+    `design` is None if no design was shown to meet the target. `verdicts`: the verdict on each design judged to its
+    end, by number, in the order of judging. `below`: judged designs that rule out all cheaper ones; `close`: the
+    undecided among these. `vetoed`: reasons why designs fail regardless of the target. `drained`: designs whose
+    batteries run down, here or in an earlier search. `open`: designs without a result because the budget of runs
+    was exhausted; `design` is then the cheapest shown so far to meet the target. `larger`: comparisons with larger
+    designs: of the answer with a design that has one more of a count; of a smaller fleet with the design that rules
+    it out, where that has more of the counts after the first; or, where the largest design fails, of the largest
+    with the design of half its first count. If any larger design does worse, no design was ruled out by another.
+    `against`: the largest and the smallest design contradict the assumed direction, so that cheaper designs were
+    judged one by one.
     """
 
     design: int | None
@@ -216,7 +218,7 @@ def cheapest_meeting_steps(
     return Cheapest(
         proof.best,
         proof.needed(),
-        judge.verdicts,
+        {number: verdict for number, verdict in judge.verdicts.items() if judge.closed(number)},
         judge.vetoed,
         judge.budget.spent - before,
         tuple(proof.open),
@@ -243,7 +245,6 @@ class _Proof:
         self.monotone = True
         self.fewer = False
         self.against = False
-        self.halves = True
 
     @property
     def drained(self) -> frozenset[int]:
@@ -294,7 +295,7 @@ class _Proof:
         self.open = self._cheaper()
         compared = None  # the design whose larger neighbours are known
         while (best := self.best) is not None and (self.open or compared != best):
-            judged = [self._next(best)] if self.open else []
+            judged = [(yield from self._next(best))] if self.open else []
             tasks: list[Procedure[object]] = [self._meets(number) for number in judged]
             if compared != best and all(self._covers(number, set(judged)) for number in self.open):
                 tasks.append(self._compare(self._more(best)))  # the last design to be judged, if it fails
@@ -329,43 +330,68 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate and, unless it is shown to meet the target, the largest design with its first count.
+        """Judge a candidate and, unless it is shown to meet the target, a larger design with its first count.
 
         The first count is usually the number of robots. If the largest design with this count fails, all designs with
         the count fail without runs of their own.
 
         - If a look (interim analysis) at the candidate leans towards failure but is undecided, the largest design is
-          judged instead of the candidate.
+          looked at. If it leans towards the target, the cheapest design with the first count that does so is judged
+          instead of the candidate, else the largest.
         - If the candidate is still undecided at its last look, the largest design is judged next, since designs
           between the two would stay undecided as well.
         - With more than two counts, a candidate that failed is followed by the design with its first two counts and
           most people, because one person more changes little. An undecided candidate that leans towards success ends
           the step.
         """
-        judge, first = self.judge, self.designs[number][0]
-        most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
+        judge, designs = self.judge, self.designs
+        as_many = [n for n in self.order if designs[n][0] == designs[number][0]]
+        most = max(as_many, key=lambda n: designs[n])
         while most != number and not judge.closed(number):
             yield from judge.look(number)
             if not judge.closed(number) and not judge.leans(number):
-                number = most
+                likely = (yield from self._cheapest_leaning(as_many)) if (yield from self._leans(most)) else None
+                number = most if likely is None else likely
         if (yield from self._meets(number)) or number == most:
             return
-        fleet, people = self.designs[number][:2], self.designs[number][2:]
+        fleet, people = designs[number][:2], designs[number][2:]
         is_told = self._told(number)
         if not is_told and not (people and judge.leans(number)):
             yield from self._meets(most)
         elif is_told and people:  # the design with most people, as one more changes so little
-            as_many = [n for n in self.order if self.designs[n][:2] == fleet]
-            yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
+            yield from self._meets(max((n for n in as_many if designs[n][:2] == fleet), key=lambda n: designs[n]))
 
-    def _next(self, best: int) -> int:
-        """Return the next cheaper design to judge, alternating between two rules (see the module)."""
+    def _next(self, best: int) -> Generator[list[RunNumber], Sequence[float], int]:
+        """Choose the next cheaper design to judge: the cheapest with the first count that leans towards the target.
+
+        If none does, choose the largest open design, as no other open design is larger in all counts.
+        """
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
-        if not beside:
-            return max(self.open, key=lambda n: self.designs[n])  # no other open design is larger in all counts
-        self.halves = not self.halves
-        return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
+        likely = yield from self._cheapest_leaning(beside)
+        return max(self.open, key=lambda n: self.designs[n]) if likely is None else likely
+
+    def _cheapest_leaning(self, numbers: Sequence[int]) -> Generator[list[RunNumber], Sequence[float], int | None]:
+        """Return the cheapest of some designs that leans towards the target; bisect them with one look at each probe.
+
+        `numbers`: in order of cost.
+        """
+        cheapest, left = None, list(numbers)
+        while left:
+            rank = _halving([self.designs[n] for n in left])
+            if (yield from self._leans(left[rank])):
+                cheapest, left = left[rank], left[:rank]
+            else:
+                left = [n for n in left if not within_counts(self.designs[n], self.designs[left[rank]])]
+        return cheapest
+
+    def _leans(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
+        """Return whether a design leans towards the target; look at it if it was never looked at."""
+        judge = self.judge
+        if number not in judge.verdicts:
+            yield from judge.look(number)
+        verdict = judge.verdicts[number].verdict
+        return verdict == "meets" or (verdict == "undecided" and judge.leans(number))
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
         """Return pairs of the best design and each design with one more of a count."""
@@ -402,9 +428,10 @@ class _Proof:
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
         """Compare a design (`number`) with a smaller one (`base`) on the same days, at half of alpha.
 
-        Return None if no runs are left. While the mean of the larger design is worse, replicate both further, until
-        both have as many runs as the one with more. With several targets, return the comparison for the first target
-        on which the larger design is shown to be worse, or else for the first target.
+        Return None if no runs are left. While the mean of the larger design is worse by more than half the
+        indifference zone, replicate both further, until both have as many runs as the one with more. With
+        several targets, return the comparison for the first target on which the larger design is shown to be
+        worse, or else for the first target.
         """
         judge = self.judge
         most = max(judge.runs(base), judge.runs(number))
@@ -422,9 +449,10 @@ class _Proof:
                 both = list(zip(further.values(base, n), further.values(number, n), strict=True))
                 held.append(self._held((base, number), further.target, further.zone, both, part))
             result = next((comparison for comparison in held if comparison.worse), held[0])
-            signs = [goal.sign for goal in judge.targets]
+            zones = [judge.zone, *(further.zone for further in judge.beside)]
             if result.worse or all(
-                sign * comparison.difference.mean >= 0 for sign, comparison in zip(signs, held, strict=True)
+                comparison.target.sign * comparison.difference.mean >= -zone / 2
+                for zone, comparison in zip(zones, held, strict=True)
             ):
                 break
         return result

@@ -53,8 +53,8 @@ def test_fewest_robots_then_fewest_chargers():
     # what rules out all smaller ones: a robot less with all chargers there are, a charger less with as many robots
     assert [GRID[number] for number in found.below] == [(4, 4), (5, 1)]
     assert [found.verdicts[number].verdict for number in (*found.below, found.design)] == ["fails", "fails", "meets"]
-    # only these three are judged, the one named in 33 runs and the others in five, beside 37 of designs with one more
-    assert (len(found.verdicts), found.runs, found.close) == (3, 80, ())
+    # only these three are judged, the one named in 33 runs and the others in five, beside 28 of designs with one more
+    assert (len(found.verdicts), found.runs, found.close) == (3, 71, ())
 
 
 def test_a_robot_more_may_be_cheaper_than_the_chargers_it_saves():
@@ -139,7 +139,7 @@ def test_a_dearer_fleet_that_meets_the_target_neither_replaces_the_answer_nor_is
         robots, chargers = design
         return 0.5 if robots < 5 else 0.9 if chargers == 1 else 0.95
 
-    found = search(mean, priced(1, 3), noise=0.02, cap=12)
+    found = search(mean, priced(1, 3), noise=0.02, cap=12, seed=1)
     assert GRID[found.design] == (5, 2)
     assert found.verdicts[GRID.index((7, 1))].verdict == "undecided"
     assert found.verdicts[GRID.index((6, 4))].verdict == "meets"
@@ -177,7 +177,7 @@ def closely(mean, doubted):
     judge = Judge(ENOUGH, zone=0.01)
     steps = cheapest_meeting_steps(GRID, fewest, judge, {numbers[design] for design in doubted})
     found = follow(steps, lambda number, r: mean(GRID[number]) + (0.2 if GRID[number] == (5, 2) else 0.001) * (-1) ** r)
-    return found, {GRID[number]: one.n for number, one in found.verdicts.items()}
+    return found, {GRID[number]: judge.runs(number) for number in judge.verdicts}
 
 
 def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_fails():
@@ -187,11 +187,11 @@ def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_fai
     assert (runs[5, 2], runs[5, 4], (5, 3) in runs) == (8, 5, False)
 
 
-def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_meets():
+def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_leans_to_meeting():
     found, runs = closely(lambda design: 0.95 if design >= (5, 3) else 0.85, [(4, 4), (5, 1)])
     assert GRID[found.design] == (5, 3)
     assert [GRID[number] for number in found.below] == [(4, 4), (5, 2)]
-    assert (runs[5, 4], runs[5, 3], runs[5, 2] > 5) == (33, 33, True)
+    assert (runs[5, 4], runs[5, 3], runs[5, 2] > 5) == (5, 33, True)  # a look is enough at the one with all chargers
 
 
 @given(
@@ -230,7 +230,7 @@ def test_its_statement_holds_as_often_as_it_says(trials):
 
 def test_where_runs_do_not_tell_of_a_fleet_it_is_judged_with_all_chargers_and_one_robot_less_is_told():
     """Five robots are a little better than the target with any number of chargers, six beat it, four fail."""
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(6)
     means = {5: 0.92, 6: 1.5}
     doubted = [number for number, (robots, _) in enumerate(GRID) if robots < 5]
     found = follow(
@@ -328,7 +328,8 @@ def test_where_runs_do_not_tell_of_a_fleet_that_leans_to_meeting_a_packer_more_i
     """A packer more is clearly enough here. One that leans to failing waits for the design with most of all."""
     number = {design: n for n, design in enumerate(CUBE)}
     doubted = [number[design] for design in CUBE if design[0] < 3]
-    steps = cheapest_meeting_steps(CUBE, fewest, Judge(ENOUGH, zone=0.01), doubted)
+    judge = Judge(ENOUGH, zone=0.01)
+    steps = cheapest_meeting_steps(CUBE, fewest, judge, doubted)
 
     def sample(n, r):
         noise = (0.2 if CUBE[n] == (3, 1, 1) else 0.001) * (-1) ** r
@@ -336,9 +337,9 @@ def test_where_runs_do_not_tell_of_a_fleet_that_leans_to_meeting_a_packer_more_i
 
     found = follow(steps, sample)
     assert CUBE[found.design] == (3, 1, 2)
-    judged = [CUBE[n] for n in found.verdicts]
+    judged = [CUBE[n] for n in judge.verdicts]
     assert judged[judged.index((3, 1, 1)) + 1] == then
-    assert found.verdicts[number[3, 1, 1]].verdict == "undecided"
+    assert judge.verdicts[number[3, 1, 1]].verdict == "undecided"
 
 
 @pytest.mark.parametrize(("drop", "worse"), [(1.0, False), (3.0, True)])
