@@ -26,7 +26,7 @@ class Answer(AnswerData):
     Attributes:
         answer: sentences, the first of which answers the question.
         options: the designs that were tried.
-        measures: titles of the measures of options (`SaidNumber.of`) by name.
+        measures: titles of the measures of options (`ShownNumber.of`) by name.
         about: the design that the sentences recommend or describe, or None.
         tiles: large numbers of this design; empty if `about` is None.
         nearest: for each demand, a figure of the recommended option beside the option that only just fails.

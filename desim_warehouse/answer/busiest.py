@@ -122,7 +122,9 @@ def _share(load: Load, time: str, number: int) -> str:
     line = f"demand is {share} of {_its(load, number)} capacity" if load.mean > 1 else f"{share} {time}".strip()
     line += each
     if _peaks(load):
-        line += f" ({whole_percent(load.peak or 0.0)} in the busiest hour)"
+        peak = load.peak or 0.0
+        beyond = f"in the busiest hour demand is {whole_percent(peak)} of {_its(load, number)} capacity"
+        line += f" ({beyond})" if peak > 1 >= load.mean else f" ({whole_percent(peak)} in the busiest hour)"
     return f"{line}, plus {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 

@@ -35,7 +35,7 @@ def _row(option: Option) -> dict[str, Any]:
     row |= {key.replace(".", "_"): value for key, value in option.set.items() if not isinstance(value, Mapping)}
     for number in option.numbers:
         row |= number_columns(number.of, number.mean, number.low, number.high)
-    verdict = WORDS[option.standing] or option.said
+    verdict = WORDS[option.standing] or option.instead
     return row | {
         "verdict": verdict,
         "p": option.p,

@@ -20,7 +20,7 @@ class _Plain(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class SaidNumber(_Plain):
+class ShownNumber(_Plain):
     """A mean with the interval of its verdict (None: exact); `text` is its form on the terminal, pages and in files."""
 
     of: str
@@ -38,7 +38,7 @@ class Option(_Plain):
         standing: its standing with respect to the target or the other options.
         number: its main number, and `also` its further numbers.
         days: the worst of its days, and the number of days that miss the target.
-        said: text instead of a number, such as the deliveries of an option that cannot keep up.
+        instead: text instead of a number, such as the deliveries of an option that cannot keep up.
         runs: number of runs.
         cost: annual cost, in the currency of the model.
         p: p-value of a difference.
@@ -49,10 +49,10 @@ class Option(_Plain):
 
     name: str
     standing: Standing
-    number: SaidNumber | None = None
-    also: tuple[SaidNumber, ...] = ()
+    number: ShownNumber | None = None
+    also: tuple[ShownNumber, ...] = ()
     days: str = ""
-    said: str = ""
+    instead: str = ""
     runs: int
     cost: float | None = None
     p: float | None = None
@@ -61,14 +61,14 @@ class Option(_Plain):
     same: tuple[str, ...] = ()
 
     @property
-    def numbers(self) -> tuple[SaidNumber, ...]:
+    def numbers(self) -> tuple[ShownNumber, ...]:
         """All numbers of the option."""
         return (() if self.number is None else (self.number,)) + self.also
 
     @property
     def text(self) -> str:
         """The option's first number, or the words that replace it."""
-        return self.said or (self.numbers[0].text if self.numbers else "no value")
+        return self.instead or (self.numbers[0].text if self.numbers else "no value")
 
     @property
     def full_name(self) -> str:

@@ -118,7 +118,7 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
 
 def _cells(option: Option, shown: Sequence[str]) -> list[str]:
     texts = {reading.of: reading.text for reading in option.numbers}
-    first = option.said or (texts.get(shown[0], "") if shown else option.text)
+    first = option.instead or (texts.get(shown[0], "") if shown else option.text)
     return [first, *(texts.get(measure, "") for measure in shown[1:])]
 
 

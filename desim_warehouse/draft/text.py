@@ -53,7 +53,7 @@ def text_of(words: Draft) -> str:
     fronts = _in_front(words, free, parking) if words.floors > 1 else []
     parking = [name for name in parking if name not in fronts]
     return f"""\
-# {said_in_full(words)}
+# {in_full(words)}
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
 #   desim check FILE                              errors, and a quick estimate
 #   desim draw FILE -o floor.svg                  the floor
@@ -111,7 +111,7 @@ log: tasks                    # --set log=all records every move, for replays an
 """
 
 
-def said_in_full(words: Draft) -> str:
+def in_full(words: Draft) -> str:
     """Describe a complete draft in a sentence: everything that was given or worked out."""
     assert words.stations is not None and words.packers is not None  # noqa: PT018
     packers = {"packer": words.packers} if words.people else {}

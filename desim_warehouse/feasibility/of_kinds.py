@@ -19,7 +19,7 @@ from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said, slots_at
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, kind_in_words, slots_at
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 
@@ -81,7 +81,7 @@ def _of(model: Model, kind: str, finding: Finding) -> Finding:
         place = f"fleet.kinds.{kind}.{place}"
     elif own is not None and own.charging is not None and place.startswith("policies.charging"):
         place = place.replace("policies", f"fleet.kinds.{kind}", 1)
-    return replace(finding, place=place, text=f"{said(kind)}: {finding.text}")
+    return replace(finding, place=place, text=f"{kind_in_words(kind)}: {finding.text}")
 
 
 # Slots over all kinds: robots that wait for a charger, and robots that cannot change places

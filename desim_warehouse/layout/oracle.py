@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Cost = Literal["hops", "length", "time"]
 Row = tuple[Any, Any, Any, Any]
-Found = tuple["array[float]", "array[float]", "array[int]"]
+Tree = tuple["array[float]", "array[float]", "array[int]"]
 KEPT = 24_000_000
 """Largest count of numbers of each kind in an oracle: rows times nodes (192 MB of times, as much of lengths).
 
@@ -283,7 +283,7 @@ class RouteOracle:
             times = array("d", (np.frombuffer(times) + turned).tobytes())
         return lengths, times, before, lengths
 
-    def _from(self, root: int) -> Found:
+    def _from(self, root: int) -> Tree:
         """Search with Algorithm 1 (breadth first): each node is reached from the first visited node leading to it."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size

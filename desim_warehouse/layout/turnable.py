@@ -104,7 +104,9 @@ class Turnable:
     def turned(self, design: Sequence[Way]) -> list[str]:
         """Return the units whose direction differs from the drawn one, in words: `A>B>C`, `A-B-C both ways`."""
         return [
-            _told(lanes, way) for lanes, way, drawn in zip(self.units, design, self.drawn, strict=True) if way != drawn
+            _in_words(lanes, way)
+            for lanes, way, drawn in zip(self.units, design, self.drawn, strict=True)
+            if way != drawn
         ]
 
 
@@ -211,7 +213,7 @@ def _new(design: tuple[Way, ...], seen: set[tuple[Way, ...]]) -> Iterator[tuple[
         yield design
 
 
-def _told(lanes: Sequence[Edge], way: Way) -> str:
+def _in_words(lanes: Sequence[Edge], way: Way) -> str:
     nodes = [lanes[0][0], *(head for _, head in lanes)]
     if way.endswith("back"):
         nodes.reverse()

@@ -97,7 +97,7 @@ def _needed(quick: QuickEstimate, model: Model) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Said:
+class Summary:
     """A verdict on a design in words: its sentence, and further sentences."""
 
     verdict: Verdict
@@ -224,7 +224,7 @@ class RunsSoFar:
             agree=shows(self.model, target.indicator),
         )
 
-    def told(self, target: Target | None) -> str:
+    def main_in_words(self, target: Target | None) -> str:
         """Return the main indicator with the interval of its verdict; before the first look, the mean only."""
         estimate, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
         assert estimate is not None
@@ -236,32 +236,32 @@ class RunsSoFar:
             return scale.value(look.mean)
         return scale.within(look.mean, look.low, look.high, target.value)
 
-    def said(self, target: Target | None) -> Said:
+    def in_words(self, target: Target | None) -> Summary:
         """Return the verdict on a target in words."""
         verdict, design = self.met(target), self.design.words
         estimate = self.estimate(self.main)
         if verdict == "fails":
             count = f"{len(self.failed)} of {number_of(self.n, 'run')}"
-            return Said(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
+            return Summary(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
         if estimate is None:
             title = words.in_sentence(self.main)
-            return Said(
+            return Summary(
                 verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered in the counted time.",)
             )
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")
             text = instead([self.lasting], None if done is None else done.mean, self.model)
-            return Said(verdict, f"{numbers.capital(text)} with {design}.")
+            return Summary(verdict, f"{numbers.capital(text)} with {design}.")
         if verdict == "first run":
             result = self.reached(self.scale(self.main).value(estimate.mean))
             text = f"{numbers.capital(result)} with {design}, in the first run."
             runs = self.n if self._can_meet(target) else 0
-            return Said(verdict, text, ("One run says nothing about chance yet.",), runs)
+            return Summary(verdict, text, ("One run says nothing about chance yet.",), runs)
         aim = () if target is None else (f"Target: {words.target(target)}.",)
-        result = self.reached(self.told(target))
+        result = self.reached(self.main_in_words(target))
         if verdict == "early":
-            return Said(verdict, f"So far {result} with {design}{self._year()}.", aim, self.n)
-        return Said(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
+            return Summary(verdict, f"So far {result} with {design}{self._year()}.", aim, self.n)
+        return Summary(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
         """Return a phrase with the annual cost; empty if the model has no prices."""
@@ -279,7 +279,7 @@ class RunsSoFar:
             low, high = estimate.interval or (None, None)
             text = within(name, scale, (estimate.mean, low, high)).text
             if name == self.main and self._can_meet(target):
-                look, text = self.look(target), self.told(target)
+                look, text = self.look(target), self.main_in_words(target)
                 low, high = (None, None) if look is None else (look.low, look.high)
             unit = "%" if scale.is_share else scale.unit
             measured.append(

@@ -67,7 +67,7 @@ class Design:
     outcomes: dict[int, Outcome] = field(default_factory=dict)
     handles: dict[int, Handle] = field(default_factory=dict)
     floor: Mapping[str, Any] | None = None
-    known: RunsSoFar | None = None
+    runs_so_far: RunsSoFar | None = None
     clear: dict[float | None, tuple[int, bool]] = field(default_factory=dict)
 
     @property
@@ -83,7 +83,7 @@ class Design:
 class Listener:
     """A listener to a design and, if any, to a pinned design.
 
-    `runs`: least number of runs, regardless of the verdict. `told`: called from another thread when results change.
+    `runs`: least number of runs, regardless of the verdict. `notify`: called from another thread when results change.
     `most`: number of runs without a verdict. `floor`: whether the listener watches a run on the floor.
     """
 
@@ -91,7 +91,7 @@ class Listener:
     pinned: Design | None
     target: Target | None
     runs: int
-    told: Callable[[], None] = lambda: None
+    notify: Callable[[], None] = lambda: None
     most: int = RUNS
     floor: bool = False
 
@@ -151,7 +151,7 @@ class Desk:
             self._write()
             self.store.close()
             for listener in self.listeners:
-                listener.told()
+                listener.notify()
 
     # Designs
 
@@ -264,15 +264,15 @@ class Desk:
             return True
         if sum(outcome.error is not None for outcome in design.outcomes.values()) and n >= FEWEST:
             return True
-        return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "overloaded", "drained"}
+        return n >= FEWEST and self.runs_of(design).met(target) in {"met", "not met", "overloaded", "drained"}
 
-    def known(self, design: Design) -> RunsSoFar:
+    def runs_of(self, design: Design) -> RunsSoFar:
         """Return the runs of a design so far, with their results."""
         with self.lock:
-            if design.known is None or design.known.n != design.n:
+            if design.runs_so_far is None or design.runs_so_far.n != design.n:
                 outcomes = [design.outcomes[r] for r in range(design.n)]
-                design.known = RunsSoFar(design.named, outcomes, self.main, self.seed)
-            return design.known
+                design.runs_so_far = RunsSoFar(design.named, outcomes, self.main, self.seed)
+            return design.runs_so_far
 
     def _schedule(self) -> None:
         """Cancel runs that no listener wants, and submit the runs wanted next."""
@@ -361,7 +361,7 @@ class Desk:
     def _tell(self, design: Design | None) -> None:
         for listener in self.listeners:
             if design is None or design in (listener.design, listener.pinned):
-                listener.told()
+                listener.notify()
 
     # Looking
 
@@ -372,7 +372,7 @@ class Desk:
         estimate = other.estimate(self.main)
         if estimate is not None:
             band = _times(by, (estimate.mean, *(estimate.interval or (None, None))))
-            result = capital(other.reached(other.told(listener.target)))
+            result = capital(other.reached(other.main_in_words(listener.target)))
             lines.append(f"Pinned: {result} with {pinned.named.words}.")
         apart = self._difference(pinned, listener.design)
         return band, lines + ([] if apart is None else [f"Difference, run by run: {apart}."])
@@ -381,8 +381,8 @@ class Desk:
         """Return the state of a listener's design as a message."""
         with self.lock:
             design, pinned = listener.design, listener.pinned
-            runs, wanted = self.known(design), self.wanted(design, listener)
-            other = self.known(pinned) if pinned is not None and pinned is not design and pinned.n else None
+            runs, wanted = self.runs_of(design), self.wanted(design, listener)
+            other = self.runs_of(pinned) if pinned is not None and pinned is not design and pinned.n else None
             later = [pinned] if pinned is not None and pinned is not design else []
             left = sum(max(self.wanted(each, listener) - each.n, 0) for each in [design, *later])
             taken = [outcome.run_time for outcome in design.outcomes.values()]
@@ -390,7 +390,7 @@ class Desk:
             floor, notes = bool(design.floor), self.notes[-3:]
             tried = [each for each in self.designs.values() if each.outcomes.get(0)]
         scale = runs.scale(self.main)
-        summary = runs.said(listener.target)
+        summary = runs.in_words(listener.target)
         sentence, more, verdict, label = summary.sentence, list(summary.more), summary.verdict, summary.label
         if runs.n == 0:
             sentence, more = design.hand.sentence, [design.hand.more]
@@ -429,7 +429,7 @@ class Desk:
         )
 
     def _tried(self, design: Design, target: Target | None) -> Tried:
-        runs = self.known(design)
+        runs = self.runs_of(design)
         estimate = runs.estimate(self.main)
         text = "–" if estimate is None else runs.scale(self.main).value(estimate.mean)
         return Tried(

@@ -11,7 +11,7 @@ from typing import Any
 from desim_warehouse._version import __version__
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.numbers import capital
-from desim_warehouse.answer.parts import Option, SaidNumber
+from desim_warehouse.answer.parts import Option, ShownNumber
 from desim_warehouse.errors import ModelError, ReportError
 from desim_warehouse.live.busy import Busy, busy
 from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
@@ -200,7 +200,7 @@ class _Frozen:
         name = words.design_spoken({key: self._of(design, key) for key in self.keys})
         levels = {key: self._level(key, self._of(design, key)) for key in self.keys}
         runs = study.runs(design)
-        result = option.said or words.reached(self.main, option.text)
+        result = option.instead or words.reached(self.main, option.text)
         year = "" if option.cost is None else f", {words.scale('annual_cost', study.base).value(option.cost)} a year"
         values = [value if math.isfinite(value) else None for value in study.values(design, self.main).tolist()]
         failed = all(row.outcome.error is not None for row in runs)
@@ -236,7 +236,7 @@ class _Frozen:
         kept = [name for name in self.study.designs if self.study.runs(name) and name not in self.study.same]
         return self.answer.options[kept.index(first)]
 
-    def _measured(self, number: SaidNumber) -> Measured:
+    def _measured(self, number: ShownNumber) -> Measured:
         scale = words.scale_of(number.of, self.study.base, self.study.estimates(number.of).values())
         low, high = (None if end is None else scale.by * end for end in (number.low, number.high))
         unit = "%" if scale.is_share else scale.unit

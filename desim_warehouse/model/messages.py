@@ -222,7 +222,7 @@ class Outline:
         """The JSON Schema, which is shared and must not be changed."""
         return _schema(self._model)
 
-    def known(self, keys: Keys) -> bool:
+    def has(self, keys: Keys) -> bool:
         """Whether a file can have such a key."""
         return bool(self._at(keys))
 

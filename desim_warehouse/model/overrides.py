@@ -73,7 +73,7 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
         elif STAR in keys and not _is_there(document.data, keys[: keys.index(STAR) + 1]):
             problems.append(_starred(document.data, keys))
             positions.overridden(keys, f"{named} {text}")
-        elif not _is_there(document.data, keys) and not outline.known(keys):
+        elif not _is_there(document.data, keys) and not outline.has(keys):
             problems.append(outline.unknown_key(keys))
             positions.overridden(keys, f"{named} {text}")
         elif overrides[text] is UNSET:

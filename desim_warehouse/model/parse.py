@@ -94,7 +94,7 @@ def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         wrong = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
         raise ModelError([f"{name}:{line}:{column}: {wrong}"]) from None
-    document = read_yaml(text, name, is_key=outline.known)
+    document = read_yaml(text, name, is_key=outline.has)
     if document.data is None:
         raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
     if not isinstance(document.data, dict):

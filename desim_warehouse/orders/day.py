@@ -173,7 +173,7 @@ def order_day(
     return OrderDay(
         tuple(sorted(lines, key=attrgetter("release"))),
         sum(pieces for pieces, bad in zip(rows.pieces, rows.bad, strict=True) if not bad),
-        tuple(problems.told()),
+        tuple(problems.messages()),
         skipped.assign(row=skipped.index),
         tuple(assumed),
         rows.midnight,

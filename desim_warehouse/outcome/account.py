@@ -36,7 +36,7 @@ By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
 """The rows of an account."""
 OF_WORK = ("task", "flow", "station")
 """Accounts of the time of tasks; all others are accounts of the time of robots."""
-Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
+Table = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
 """The rows of an account, and the row, part and length of each stretch of time."""
 ALL = "all tasks"
 """The row of tasks that belong to no flow."""
@@ -118,9 +118,9 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
 
 
-def _rows(history: History, by: By) -> Found:
+def _rows(history: History, by: By) -> Table:
     """Return the rows of an account, and the stretches of time that belong to each."""
-    tables: dict[By, Callable[[History], Found]] = {
+    tables: dict[By, Callable[[History], Table]] = {
         "task": _by_task,
         "flow": _by_flow,
         "station": _by_station,
@@ -165,23 +165,23 @@ def _counted(history: History) -> Iterator[Piece]:
     return (piece for robot in booked(history) for piece in robot if history.counts(piece.start))
 
 
-def _by(rows: list[int] | list[str], row: Callable[[Piece], Hashable], history: History) -> Found:
+def _by(rows: list[int] | list[str], row: Callable[[Piece], Hashable], history: History) -> Table:
     return rows, ((row(piece), piece.part, piece.length) for piece in _counted(history))
 
 
-def _by_robot(history: History) -> Found:
+def _by_robot(history: History) -> Table:
     return _by(list(range(len(history.states))), lambda piece: piece.robot, history)
 
 
-def _by_edge(history: History) -> Found:
+def _by_edge(history: History) -> Table:
     return _by([">".join(edge) for edge in history.layout.graph.edges], lambda piece: piece.edge, history)
 
 
-def _by_node(history: History) -> Found:
+def _by_node(history: History) -> Table:
     return _by(list(history.layout.graph), lambda piece: piece.node, history)
 
 
-def _by_hour(history: History) -> Found:
+def _by_hour(history: History) -> Table:
     """Divide the account into hours, counted from the end of the warm-up."""
     hour = history.model.units.hour
     bounds = [history.begin + n * hour for n in range(max(math.ceil(history.counted / hour), 1))]
@@ -206,22 +206,22 @@ def counted_tasks(history: History) -> dict[int, TaskHistory]:
     return {number: task for number, task in history.tasks.items() if history.counts(task.done)}
 
 
-def _by_task(history: History) -> Found:
+def _by_task(history: History) -> Table:
     tasks = counted_tasks(history)
     return list(tasks), _parts_of_tasks(history, tasks)
 
 
-def _by_flow(history: History) -> Found:
+def _by_flow(history: History) -> Table:
     return _means(history, list(history.model.tasks.flows) or [ALL], lambda task: task.flow or ALL)
 
 
-def _by_station(history: History) -> Found:
+def _by_station(history: History) -> Table:
     stations = history.layout.stations
     names = {node: f"{item.zone} at {node}" for node, item in stations.items()}
     return _means(history, list(names.values()), lambda task: "" if task.stored else names.get(task.station, ""))
 
 
-def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
+def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Table:
     """Divide the time of the mean task of each row; rows without tasks, and tasks without a row, are omitted."""
     tasks = counted_tasks(history)
     row_of = {number: row(task) for number, task in tasks.items()}

@@ -117,7 +117,7 @@ class Indicator:
 
     def of(self, mark: str, part: str) -> Indicator:
         """Return the indicator for one flow (`mark` is `:`), or for one part of the day (`@`)."""
-        title = f"{self.title}, {said_part(part) if mark == AT else part}"
+        title = f"{self.title}, {part_in_words(part) if mark == AT else part}"
         return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
 
     @property
@@ -860,7 +860,7 @@ def look_up(name: str) -> Indicator | None:
     return indicator.of(mark, part) if has and part else None
 
 
-def said_part(part: str) -> str:
+def part_in_words(part: str) -> str:
     """Return a part of the day in words: `11:30 to 13:00`."""
     return part.replace("-", " to ")
 

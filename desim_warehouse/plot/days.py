@@ -47,7 +47,7 @@ _BESIDE = 0.05
 
 
 def real_day(
-    found: Validation,
+    validation: Validation,
     number: int | None = None,
     *,
     title: str | None = None,
@@ -59,14 +59,14 @@ def real_day(
     A day like the simulated ones lies wholly inside the band on 95 of 100 days. Circles mark what lies outside.
 
     Args:
-        found: from `dw.validate`.
+        validation: from `dw.validate`.
         number: of the day, from 0; default: the one that lies out farthest.
     """
     if number is None:
-        number = farthest(found)
-    ranks, parts = found.drops[number], found.parts[number] / found.model.units.hour
+        number = farthest(validation)
+    ranks, parts = validation.drops[number], validation.parts[number] / validation.model.units.hour
     low, high = ranks.band(0)
-    with look.drawing(ax, style, title, (_WIDTH, 3.3), f"Drops an hour: {found.days[number]}") as axes:
+    with look.drawing(ax, style, title, (_WIDTH, 3.3), f"Drops an hour: {validation.days[number]}") as axes:
         runs = ranks.simulated.shape[1]
         label = f"band of {runs} simulated days"
         axes.stairs(high, parts, baseline=low, fill=True, color=palette.COLOURS[5], alpha=0.35, label=label)
@@ -96,7 +96,7 @@ def farthest(validation: Validation) -> int:
 
 
 def passages(
-    found: Validation, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None
+    validation: Validation, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None
 ) -> Axes:
     """Draw how often robots came along each edge in an hour, real over simulated: a mark for each edge.
 
@@ -106,7 +106,7 @@ def passages(
     Raises:
         ReportError: logs of trips, which do not say where robots drove.
     """
-    ranks = of_edges(found, "passed")
+    ranks = of_edges(validation, "passed")
     real, simulated = ranks.real.mean(axis=0), ranks.simulated.mean(axis=0)
     across = simulated.mean(axis=0)
     with look.drawing(
@@ -119,7 +119,7 @@ def passages(
             if which.any():
                 shown: dict[str, Any] = {"linestyle": "none", "marker": mark[0], "color": mark[1], "markersize": 5}
                 axes.plot(across[which], real[which], label=label, **shown)
-        edges = list(found.model.floor.graph.edges)
+        edges = list(validation.model.floor.graph.edges)
         for edge, beside in zip(_worst(ranks), _ASIDE, strict=False):
             point = (across[edge], real[edge])
             axes.annotate(look.text(">".join(edges[edge])), point, beside, textcoords="offset points", fontsize="small")
@@ -132,7 +132,7 @@ def passages(
 
 
 def residuals(
-    found: Validation,
+    validation: Validation,
     *,
     by: By = "passed",
     title: str | None = None,
@@ -145,7 +145,7 @@ def residuals(
     their difference.
 
     Args:
-        found: from `dw.validate`.
+        validation: from `dw.validate`.
         by: "passed": how often robots came along in an hour; "stood": how long they stood there in an hour.
 
     Raises:
@@ -157,12 +157,12 @@ def residuals(
 
     if by not in _WORDS:
         raise ReportError(f"by {by!r}: expected {' or '.join(_WORDS)}")
-    ranks = of_edges(found, by)
-    floor, step = found.model.floor, plan.step_of(found.model.floor)
+    ranks = of_edges(validation, by)
+    floor, step = validation.model.floor, plan.step_of(validation.model.floor)
     lines = {edge: _line(floor, edge, step) for edge in floor.graph.edges}
     shades = ScalarMappable(Normalize(-_END, _END), LinearSegmentedColormap.from_list("off", (LESS, _NONE, MORE)))
     colours = shades.to_rgba(ranks.off / (ranks.bound or 1.0))
-    what = _WORDS[by].format(found.model.units.time)
+    what = _WORDS[by].format(validation.model.units.time)
     width, height = plan.size_of(floor)
     size = _WIDTH, height * _WIDTH / width + _BAR
     with look.drawing(ax, style, title, size, f"{what}: real less simulated, on each lane") as axes:
@@ -174,7 +174,7 @@ def residuals(
         off = ranks.real.mean(axis=0) - ranks.simulated.mean(axis=(0, 1))
         edges = list(lines)
         worst = [_name(lines[edges[rank]], f"{'>'.join(edges[rank])} {off[rank]:+.3g}") for rank in _worst(ranks)]
-        plan.frame(axes, floor, step, found.model)
+        plan.frame(axes, floor, step, validation.model)
         write_names(axes, [*worst, *names], plan.sheet(floor, step))
         figure = axes.get_figure(root=True)
         assert figure is not None
@@ -230,7 +230,7 @@ _POINTS = 400
 
 
 def fitted(
-    found: Fitted,
+    fitted: Fitted,
     *,
     unit: str = "s",
     title: str | None = None,
@@ -240,16 +240,16 @@ def fitted(
     """Draw the share of measured times below each time, beside the same share for the three best distributions.
 
     Args:
-        found: from `study.fit`.
+        fitted: from `study.fit`.
         unit: of the times.
     """
-    times = np.sort(found.times)
-    best = found.best.words(unit)
+    times = np.sort(fitted.times)
+    best = fitted.best.words(unit)
     with look.drawing(ax, style, title, (6.4, 3.6), f"{len(times)} measured times; best: {best}") as axes:
         shares = np.arange(1, len(times) + 1) / len(times)
         axes.step(times, shares, where="post", color=palette.INK, label=f"{len(times)} measured times")
         grid = np.linspace(0, times[-1], _POINTS)
-        for rank, candidate in enumerate(found.candidates[:_SHOWN]):
+        for rank, candidate in enumerate(fitted.candidates[:_SHOWN]):
             line = {**look.cycle(rank), "marker": ""}
             axes.plot(grid, candidate.share_below(grid), label=candidate.distribution.words(unit), **line)
         axes.set_xlabel(look.text(f"Time ({unit})"))

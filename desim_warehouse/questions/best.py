@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, number, sentence
-from desim_warehouse.answer.parts import Bar, BigNumber, Dot, Folded, Option, Points, Rows, SaidNumber
+from desim_warehouse.answer.parts import Bar, BigNumber, Dot, Folded, Option, Points, Rows, ShownNumber
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import StudyError, number_of, spoken
 from desim_warehouse.model import Source, as_model
@@ -200,7 +200,7 @@ def answer(searched: SearchedDesigns) -> Answer:
     )
 
 
-def _tiles(searched: SearchedDesigns, values: list[SaidNumber]) -> list[BigNumber]:
+def _tiles(searched: SearchedDesigns, values: list[ShownNumber]) -> list[BigNumber]:
     """Return the large numbers of the best design, after its name if the name is short."""
     name = design(searched.best)
     first = [BigNumber(value=name, what=f"the {_best(searched)} option")] if len(name) <= _SHORT else []
@@ -228,7 +228,7 @@ def _option(searched: SearchedDesigns, candidate: JudgedDesign) -> Option:
         standing="drained" if candidate.vetoed else kind,
         number=values[0] if values else None,
         also=tuple(values[1:]),
-        said=candidate.vetoed or "",
+        instead=candidate.vetoed or "",
         runs=0 if candidate.value is None else candidate.value.n,
         set=dict(candidate.overrides),
     )
@@ -372,7 +372,7 @@ def _judged_by(searched: SearchedDesigns) -> list[str]:
     return [searched.indicator, *([] if searched.target is None else [searched.target.indicator])]
 
 
-def _numbers(searched: SearchedDesigns, candidate: JudgedDesign) -> list[SaidNumber]:
+def _numbers(searched: SearchedDesigns, candidate: JudgedDesign) -> list[ShownNumber]:
     means: dict[str, tuple[Estimate | None, float | None]] = {searched.indicator: (candidate.value, None)}
     if searched.target is not None:
         means[searched.target.indicator] = (candidate.reached, searched.target.value)

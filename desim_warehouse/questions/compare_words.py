@@ -8,7 +8,7 @@ from desim_warehouse._version import simulated_with
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import Scale, capital
-from desim_warehouse.answer.parts import Option, SaidNumber
+from desim_warehouse.answer.parts import Option, ShownNumber
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import apart_from, name_of
@@ -57,7 +57,7 @@ def baseline_of(study: ResultsData, differences: Differences) -> str:
     return f"{words.design_spoken(fixed)}, all else equal"
 
 
-def difference(study: ResultsData, indicator: str, row: Difference, *, turned: bool = False) -> SaidNumber:
+def difference(study: ResultsData, indicator: str, row: Difference, *, turned: bool = False) -> ShownNumber:
     """Return a difference with its interval, shares in points; `turned` reverses its sign."""
     estimate, sign = row.estimate, -1 if turned else 1
     scale = words.scale_of(indicator, study.base, study.estimates(indicator).values())
@@ -89,7 +89,7 @@ def _options(study: ResultsData, indicator: str, differences: Differences, base:
     equal = {design for design, other in differences.against.items() if first[design] == first[other]}
     for design in filter(equal.__contains__, study.designs):
         runs = len(study.runs(design))
-        yield Option(name=name_of(study, design), group=group, standing="same", said="equal, run by run", runs=runs)
+        yield Option(name=name_of(study, design), group=group, standing="same", instead="equal, run by run", runs=runs)
     for row in differences.differences:
         design = str(row.design)
         if design not in equal:

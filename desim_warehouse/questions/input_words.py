@@ -19,8 +19,8 @@ def settled(settling: Settling, model: Model, observed: str, runs: int) -> list[
     """Return the lines that `desim warm-up` prints: the time at which the model has settled, or that it has not."""
     lines = [f"{observed}, {number_of(runs, 'run')}, one observation each {settling.width:g} {settling.time_unit}"]
     if settling.time is not None:
-        return [*lines, f"{settling.found.note}: run.warm_up: {settling.time:g}  # {settling.time_unit}"]
-    lines.append(f"not settled: {settling.found.note}")
+        return [*lines, f"{settling.result.note}: run.warm_up: {settling.time:g}  # {settling.time_unit}"]
+    lines.append(f"not settled: {settling.result.note}")
     if model.calendars:
         lines.append("what changes by calendars never settles: let run.length and run.warm_up be whole periods")
     return lines

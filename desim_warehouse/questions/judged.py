@@ -8,7 +8,7 @@ from typing import Any
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import PERCENT, Scale, capital
-from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, ShownDay, Subject
+from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, ShownDay, ShownNumber, Subject
 from desim_warehouse.answer.standing import Standing, standing
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
@@ -19,7 +19,7 @@ from desim_warehouse.study.statistics.limits import one_in
 from desim_warehouse.study.target import Days
 
 
-def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
+def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> ShownNumber:
     """Return the mean of a judged design, with the bounds of its verdict."""
     scale = words.scale(target.indicator, model, (verdict.mean,))
     shown = within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
@@ -29,16 +29,16 @@ def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> SaidNum
 
 def within(
     indicator: str, scale: Scale, mean_and_ends: tuple[float, float | None, float | None], aim: float | None = None
-) -> SaidNumber:
+) -> ShownNumber:
     """Return a mean with the ends of its interval; without an interval if it is missing or has no width."""
     mean, low, high = mean_and_ends
     has_interval = low is not None and high is not None and not math.isnan(low) and low < high
     if not has_interval or low is None or high is None:
-        return SaidNumber(of=indicator, mean=mean, text=scale.value(mean))
-    return SaidNumber(of=indicator, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
+        return ShownNumber(of=indicator, mean=mean, text=scale.value(mean))
+    return ShownNumber(of=indicator, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
 
 
-def bar(label: str, value: SaidNumber, standing: str = "") -> Bar:
+def bar(label: str, value: ShownNumber, standing: str = "") -> Bar:
     """Return the row of a figure for a number."""
     return Bar(label=label, mean=value.mean, low=value.low, high=value.high, text=value.text, standing=standing)
 
@@ -130,7 +130,7 @@ def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list
     return [f"Not met, although the interval includes {aim}: {'; '.join(names)}. {why}."]
 
 
-def _holds(value: SaidNumber, goal: Target) -> bool:
+def _holds(value: ShownNumber, goal: Target) -> bool:
     """Return whether a mean misses a target that its interval includes; of several targets it may meet this one."""
     misses = goal.sign * (value.mean - goal.value) < 0
     return misses and value.low is not None and value.high is not None and value.low <= goal.value <= value.high

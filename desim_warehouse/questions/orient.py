@@ -8,7 +8,7 @@ from typing import overload
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import Scale
-from desim_warehouse.answer.parts import Option, SaidNumber
+from desim_warehouse.answer.parts import Option, ShownNumber
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model, Source, as_model
@@ -87,7 +87,7 @@ def answer(directions: SearchedDirections) -> Answer:
         Option(
             name=gain.where or "as it is",
             standing=_STANDING[gain.is_better],
-            number=SaidNumber(of=directions.indicator, mean=gain.mean, low=gain.low, high=gain.high, text=_gain(gain)),
+            number=ShownNumber(of=directions.indicator, mean=gain.mean, low=gain.low, high=gain.high, text=_gain(gain)),
             runs=2 * gain.pairs,
         )
         for gain in places

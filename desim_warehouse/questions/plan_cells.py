@@ -70,20 +70,20 @@ def but(plan: FleetSizes) -> str:
 
 
 def _stands(
-    counts: Counts, best: Counts | None, standings: Mapping[Counts, Standing], untold: set[Counts], *, follows: bool
+    counts: Counts, best: Counts | None, standings: Mapping[Counts, Standing], left_open: set[Counts], *, follows: bool
 ) -> Standing:
     """Return the standing of a fleet.
 
     If more never does worse (`follows`), fleets below a failing one fail, and fleets above the best are enough.
-    `untold`: fleets whose standing is open.
+    `left_open`: fleets whose standing is open.
     """
     if counts == best or (follows and best is not None and within_counts(best, counts)):
         return "met"
     if counts in standings or not follows:
-        return standings.get(counts, "open" if counts in untold else "untried")
+        return standings.get(counts, "open" if counts in left_open else "untried")
     over = {verdict for other, verdict in standings.items() if rules_out(other, counts, drained=verdict == "drained")}
     if over & {"not met", "overloaded", "drained", "fails"}:
         return "not met"
-    if counts in untold or "open" in over:
+    if counts in left_open or "open" in over:
         return "open"
     return "edge" if "edge" in over else "untried"

@@ -140,11 +140,11 @@ def _compared(compared: ComparedOptions) -> str:
 
     Example: `B is cheaper than A by 2,000 a year (1,200 to 2,900).`
     """
-    untold = [gap.name for gap in compared.against if not gap.told]
-    close = f"; too close to tell from {spoken(untold)}" if untold else ""
+    close_ones = [gap.name for gap in compared.against if not gap.is_clear]
+    close = f"; too close to tell from {spoken(close_ones)}" if close_ones else ""
     if compared.indicator == COST:
         same = [gap.name for gap in compared.against if gap.mean == gap.low == gap.high == 0]
-        close = close if len(same) < len(untold) else ""
+        close = close if len(same) < len(close_ones) else ""
         than = [f"than {gap.name} by {_difference(compared, gap)}" for gap in compared.against if gap.name not in same]
         parts = [f"{compared.first} is cheaper {spoken(than)}{close}"] if than else []
         parts += [f"{compared.first} costs as much as {spoken(same)}"] if same else []

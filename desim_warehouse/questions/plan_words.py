@@ -10,7 +10,7 @@ from typing import Any
 from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import capital, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Rows, SaidNumber, Subject
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Rows, ShownNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
@@ -408,7 +408,7 @@ class _Planned:
             number=judged.number(shown.verdict, self.goal, self.model) if has_number else None,
             also=tuple(self._also(shown)) if has_number else (),
             days=judged.in_row(shown.days, self.goal, self.model) if has_number else "",
-            said="" if has_number else self._text(sized, shown),
+            instead="" if has_number else self._text(sized, shown),
             runs=shown.verdict.n,
             cost=shown.cost,
             group=self._when(sized) if len(self.demands) > 1 else "",
@@ -416,7 +416,7 @@ class _Planned:
             same=tuple(same),
         )
 
-    def _also(self, shown: Shown) -> list[SaidNumber]:
+    def _also(self, shown: Shown) -> list[ShownNumber]:
         """Return the numbers of a fleet for the targets after the first."""
         each = zip(self.plan.targets[1:], shown.verdict.each[1:], strict=False)
         return [judged.number(verdict, goal, self.model) for goal, verdict in each]

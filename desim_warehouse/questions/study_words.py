@@ -9,7 +9,7 @@ from desim_warehouse._version import simulated_with
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import Scale, capital, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber, Subject
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, ShownNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.costs import is_fixed
@@ -125,7 +125,7 @@ class _Studied:
             number=values[0] if values and not note else None,
             also=tuple(values[not note :]),
             days="" if note else self._days(design),
-            said=note,
+            instead=note,
             runs=len(study.runs(design)),
             cost=None if year is None else year.mean,
             set=dict(point.overrides),
@@ -139,7 +139,7 @@ class _Studied:
     def _all_days(self, design: str) -> Days | None:
         return None if self.goal is None else days_of(self.study.values(design, self.goal.indicator), self.goal)
 
-    def number(self, design: str, indicator: str) -> SaidNumber | None:
+    def number(self, design: str, indicator: str) -> ShownNumber | None:
         """Return an indicator with its interval; None if it has no value, or no meaningful one."""
         verdicts = self.study.verdicts.get(design, ())
         of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, verdicts)
@@ -157,8 +157,8 @@ class _Studied:
 
     def _found(self, design: str, indicator: str) -> str:
         """Return an option's value for a sentence, or the text that replaces it."""
-        value = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
-        return self.options[design].said or "no value" if value is None else value.text
+        value = None if indicator == self._aim() and self.options[design].instead else self.number(design, indicator)
+        return self.options[design].instead or "no value" if value is None else value.text
 
     def _did_not_run(self) -> list[str]:
         """Return the sentence on designs without a finished run, with the first error."""
@@ -252,7 +252,7 @@ class _Studied:
             nothing = "The options that ran are alike in" if failed else "Nothing that was varied changes"
             return [f"{nothing} {same}."] if same else [], None
         indicator, sense = next((name, better[name]) for name in better)
-        lasting = [design for design in self.tried if not self.options[design].said] or self.tried
+        lasting = [design for design in self.tried if not self.options[design].instead] or self.tried
         means = {
             design: estimate.mean for design in lasting if (estimate := study.shown(design, indicator)) is not None
         }
@@ -318,7 +318,7 @@ class _Studied:
         shown = [value for name in self.shown[:_TILES] if (value := self.number(design, name)) is not None]
         tiles = [judged.tile(value.text, words.in_sentence(value.of)) for value in shown]
         year = [judged.tile(self._year(design), "cost a year")] if self.options[design].cost is not None else []
-        return (*tiles, *year) if not self.options[design].said else ()
+        return (*tiles, *year) if not self.options[design].instead else ()
 
     def _about(self, design: str) -> Subject | None:
         model = self.study.models.get(design)

@@ -11,7 +11,7 @@ from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.busiest import was
 from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, ShownNumber
 from desim_warehouse.answer.root_words import root
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import number_of, spoken
@@ -43,7 +43,7 @@ class Why(Answered, HeldUp):
     Attributes:
         answer: the answer in words; shown by `print`.
         indicator: the indicator in which costs are measured.
-        found: each suspect with its gain, competing suspects first.
+        ranked: each suspect with its gain, competing suspects first.
         as_it_is: mean and interval of the indicator without changes; None if runs could not go on.
         lost: root causes of waits, each with its share of the fleet's time.
         verdicts: verdicts on the run that was examined.
@@ -54,7 +54,7 @@ class Why(Answered, HeldUp):
         """The suspect that costs most; None if none does, or if the runs do not decide."""
         if not (self.is_held_up and self.is_clear):
             return None
-        return next(suspect.name for suspect, gain in self.found if gain.competes)
+        return next(suspect.name for suspect, gain in self.ranked if gain.competes)
 
     @property
     def table(self) -> pd.DataFrame:
@@ -66,7 +66,7 @@ class Why(Answered, HeldUp):
         import pandas as pd
 
         rows = []
-        for suspect, gain in self.found:
+        for suspect, gain in self.ranked:
             dose = gain.each if gain.scale is not None and suspect.dose is not None else None
             ends = (None, None, None) if dose is None else (dose.mean, dose.low, dose.high)
             rows.append(
@@ -136,10 +136,10 @@ class _Held:
 
     def __init__(self, costs: HeldUp) -> None:
         self.costs, self.model = costs, costs.model
-        means = [gain.mean for _, gain in costs.found if math.isfinite(gain.mean)]
+        means = [gain.mean for _, gain in costs.ranked if math.isfinite(gain.mean)]
         scale = words.scale(costs.indicator, self.model, means)
         self.scale = numbers.Scale("points", 100.0) if scale.is_share else scale
-        self.competing = [(suspect, gain) for suspect, gain in costs.found if gain.competes]
+        self.competing = [(suspect, gain) for suspect, gain in costs.ranked if gain.competes]
         self.of = words.in_sentence(costs.indicator) if costs.indicator else ""
 
     def answer(self) -> Answer:
@@ -174,7 +174,7 @@ class _Held:
             failed=costs.gains.failed,
             left_out=list(costs.left_out),
             verdicts=[verdict.content() for verdict in costs.verdicts],
-            reliefs=[_facts(suspect, gain) for suspect, gain in costs.found],
+            reliefs=[_facts(suspect, gain) for suspect, gain in costs.ranked],
         )
 
     # Sentences
@@ -220,7 +220,7 @@ class _Held:
         elif rest is not None:
             doses = any(other.dose is not None for other, _ in self.competing)
             line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
-        elif len(costs.found) > 1 and all(gain.same for _, gain in costs.found[1:]):
+        elif len(costs.ranked) > 1 and all(gain.same for _, gain in costs.ranked[1:]):
             line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
         whole = f" The whole change gains {self._number(most).text}." if suspect.dose is not None else ""
         return f"{line}.{whole}{self._largest([suspect])}"
@@ -261,7 +261,7 @@ class _Held:
 
     # Numbers
 
-    def _number(self, gain: Gain) -> SaidNumber:
+    def _number(self, gain: Gain) -> ShownNumber:
         return judged.within(self.costs.indicator, self.scale, (gain.mean, gain.low, gain.high), 0.0)
 
     def _as_it_is(self) -> list[BigNumber]:
@@ -294,9 +294,9 @@ class _Held:
 
     def _options(self) -> list[Option]:
         """Return a row for each change, competing changes by their gain of 10 %; changes without effect share a row."""
-        same = [suspect.relief for suspect, gain in self.costs.found if gain.same]
+        same = [suspect.relief for suspect, gain in self.costs.ranked if gain.same]
         rows = []
-        for suspect, gain in self.costs.found:
+        for suspect, gain in self.costs.ranked:
             if gain.same and suspect.relief != same[0]:
                 continue
             standing, text = self._standing(suspect, gain), ""
@@ -311,7 +311,7 @@ class _Held:
                     name=suspect.relief,
                     standing=standing,
                     number=None if text else self._number(gain.each if gain.competes else gain),
-                    said=text,
+                    instead=text,
                     runs=gain.n,
                     set=dict(suspect.overrides),
                     same=tuple(same[1:]) if gain.same else (),
@@ -336,7 +336,7 @@ class _Held:
                 "" if suspect.waited is None else numbers.PERCENT.value(suspect.waited),
                 "" if math.isnan(gain.mean) else self._number(gain).text,
             )
-            for suspect, gain in self.costs.found
+            for suspect, gain in self.costs.ranked
         )
         note = "Waited: the part of the robots' time, in one run. Gains as a whole, however large the change."
         head = ("change", "how much more", "waited", "gain as a whole")

@@ -69,7 +69,7 @@ def label(value: Any) -> Label:
 
 def _check_key(key: str, *below: str) -> None:
     """Refuse a dotted key that models do not have, and name the nearest."""
-    if not OUTLINE.known(_steps(key)):
+    if not OUTLINE.has(_steps(key)):
         near = OUTLINE.meant(_steps(key))
         hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
         raise wrong(f"no key of a model, {hint}", *below)

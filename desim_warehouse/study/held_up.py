@@ -90,7 +90,7 @@ class HeldUp:
 
     model: Model
     indicator: str
-    found: tuple[tuple[Suspect, Gain], ...]
+    ranked: tuple[tuple[Suspect, Gain], ...]
     gains: Gains
     seed: int = 0
     as_it_is: Estimate | None = None
@@ -105,7 +105,7 @@ class HeldUp:
     @property
     def is_clear(self) -> bool:
         """Whether one suspect is shown to cost most, even if it is unclear which of its reliefs gains most."""
-        competing = [(suspect.name, gain) for suspect, gain in self.found if gain.competes]
+        competing = [(suspect.name, gain) for suspect, gain in self.ranked if gain.competes]
         if not competing:
             return False
         (name, most), *others = competing

@@ -240,7 +240,7 @@ def judge_of(
         veto=lambda number: cannot_last(study, runner, number),
         drains=lambda number: drains(study, runner, number),
         hopeless=lambda number: cannot_last(study, runner, number, glance=True),
-        tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),
+        tell=lambda judge: runner.progress.tell(f"{before}{judge.in_words(named)}"),
         **how,
     )
 
@@ -274,7 +274,7 @@ def drains(study: StudyEngine, runner: StudyRunner, number: int) -> bool:
 
 
 def _so_far(runner: StudyRunner, number: int) -> list[Row]:
-    return [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
+    return [row for r in range(runner.replications[number]) if (row := runner.row_if_done(number, r)) is not None]
 
 
 def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bool = False) -> str | None:

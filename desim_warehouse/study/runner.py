@@ -267,7 +267,7 @@ class StudyRunner:
         first = self.store.get(self.keys[number], run_seed(self.plan.seed, 0))
         return first is not None and is_refused(first) and (first.final or not final)
 
-    def found(self, number: int, replication: int) -> Row | None:
+    def row_if_done(self, number: int, replication: int) -> Row | None:
         """Return a run if it is finished, else None."""
         seed = run_seed(self.plan.seed, replication)
         outcome = self.store.get(self.keys[number], seed)
@@ -275,14 +275,14 @@ class StudyRunner:
 
     def row(self, number: int, replication: int) -> Row:
         """Return a finished run that was asked for."""
-        row = self.found(number, replication)
+        row = self.row_if_done(number, replication)
         assert row is not None
         return row
 
     def finished(self) -> list[Row]:
         """Return the finished runs of the study, by point and replication."""
         counts = {number: 1 if self._first_is_refused(number) else many for number, many in self.replications.items()}
-        runs = (self.found(number, r) for number, many in counts.items() for r in range(many))
+        runs = (self.row_if_done(number, r) for number, many in counts.items() for r in range(many))
         return [row for row in runs if row is not None]
 
     def _until(self, rule: Until) -> Iterator[Row]:
@@ -296,7 +296,7 @@ class StudyRunner:
             yield from self.each([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
             for number, count in list(more.items()):
                 have[number] += count
-                rows = [row for r in range(have[number]) if (row := self.found(number, r)) is not None]
+                rows = [row for r in range(have[number]) if (row := self.row_if_done(number, r)) is not None]
                 good = [row for row in rows if row.outcome.error is None]
                 values = [row.measured(rule.indicator) for row in good]
                 fixed = bool(good) and all(row.outcome.deterministic for row in good)

@@ -126,7 +126,7 @@ class _Input:
         """Whether the input has a tipping point: the fleet is enough at one end of the range only."""
         return self.is_enough(self.low) != self.is_enough(self.high)
 
-    def is_told(self, probe: float) -> bool:
+    def is_decided(self, probe: float) -> bool:
         """Whether the runs of a probe are enough to show on which side of the target it lies."""
         days = self.days[probe]
         error = t_quantile(len(days) - 1, _LEVEL) * float(days.std(ddof=1)) / math.sqrt(len(days))
@@ -144,8 +144,8 @@ class _Input:
         """Return the tipping point that follows from the runs."""
         enough = self.is_enough(self.low), self.is_enough(self.high)
         if not self.turns:
-            are_told = self.is_told(self.low) and self.is_told(self.high)
-            return InputThreshold(self.key, self.low, self.high, enough, None, None, are_told)
+            are_decided = self.is_decided(self.low) and self.is_decided(self.high)
+            return InputThreshold(self.key, self.low, self.high, enough, None, None, are_decided)
         probes = [self.below, self.middle, self.above]
         turn = crossing(probes, np.array([self.days[probe] for probe in probes]).T, self.goal.value, _LEVEL)
         assert turn is not None  # the ends lie on different sides of the target
@@ -160,7 +160,7 @@ def threshold_steps(inputs: Sequence[_Input], number: Callable[[str, float], int
     halved = [input_ for input_ in inputs if input_.turns]
     for left in reversed(range(HALVINGS)):
         yield from _measured([(input_, input_.middle) for input_ in halved], number, days)
-        halved = [input_ for input_ in halved if left and input_.is_told(input_.middle)]
+        halved = [input_ for input_ in halved if left and input_.is_decided(input_.middle)]
         for input_ in halved:
             input_.narrow()
     return days * sum(len(input_.days) for input_ in inputs)

@@ -47,7 +47,7 @@ class Settling:
     observed: str
     unit: str
     time_unit: str
-    found: WarmUp
+    result: WarmUp
     series: NDArray[np.float64]
 
     def figure(self) -> Figure:
@@ -56,17 +56,17 @@ class Settling:
 
         drawn = Figure(figsize=(7.5, 5.5), layout="constrained")
         above, below = drawn.subplots(2, 1, sharex=True)
-        times = (self.found.positions + self.found.batch) * self.width
-        above.plot(times, self.found.means, color="#1f5fa8")
+        times = (self.result.positions + self.result.batch) * self.width
+        above.plot(times, self.result.means, color="#1f5fa8")
         above.set_ylabel(self.unit)
-        above.set_title(f"{self.observed.replace('_', ' ')}, means of {self.found.batch} observations", fontsize=10)
-        below.plot(self.found.positions * self.width, self.found.statistic, color="#555555")
+        above.set_title(f"{self.observed.replace('_', ' ')}, means of {self.result.batch} observations", fontsize=10)
+        below.plot(self.result.positions * self.width, self.result.statistic, color="#555555")
         below.set_ylabel("MSER-5")
         below.set_xlabel(f"Time ({self.time_unit})")
-        top = self.found.statistic[: max(1, len(self.found.statistic) - TAIL)].max()
+        top = self.result.statistic[: max(1, len(self.result.statistic) - TAIL)].max()
         below.set_ylim(0, 1.05 * float(top) or 1)
         for axes in (above, below):
-            axes.axvline(self.found.truncate * self.width, color="#c9463d", linestyle="--")
+            axes.axvline(self.result.truncate * self.width, color="#c9463d", linestyle="--")
             axes.spines[["top", "right"]].set_visible(False)
         return drawn
 

@@ -186,7 +186,7 @@ class World:
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
         """Make the parts that decide which work energy and hours allow, and where robots go after work."""
         env, model, policies = self.env, self.model, self.model.policies
-        handling = self.handling.said.means()
+        handling = self.handling.times.means()
         routes = self.routes
         blocked = routes.blocked if routes.goes_round else ()
         round_it = routes.goes_round or routes.passes_closures

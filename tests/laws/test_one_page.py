@@ -104,7 +104,9 @@ def test_a_run_begins_alike_wherever_it_is_read(number, tmp_path):
     assert json.loads(data)["answer"] == words.sentences(run)
     assert first in " ".join(html.unescape(re.sub(r"<[^>]+>", "", page.page(run))).split())
     live = (
-        RunsSoFar(Named("the hall", {}, model), [Outcome(dict(run.kpis), 1.0)], "on_time", number).said(None).sentence
+        RunsSoFar(Named("the hall", {}, model), [Outcome(dict(run.kpis), 1.0)], "on_time", number)
+        .in_words(None)
+        .sentence
     )
     on_time = re.findall(r"[\d.]+ % on time", first)
     assert re.findall(r"[\d.]+ % on time", live) == on_time

@@ -33,22 +33,22 @@ def so_far(runs, rate):
 @pytest.mark.parametrize("rate", [260, 300])
 def test_an_overloaded_design_is_overloaded_after_its_first_run(runs, rate):
     """80 and 120 tasks an hour more than can be done pile up."""
-    said = so_far(runs, rate).said(TARGET)
+    said = so_far(runs, rate).in_words(TARGET)
     assert (said.verdict, said.label) == ("overloaded", "Cannot keep up")
     assert said.sentence.startswith("Only ")
 
 
 @pytest.mark.parametrize("runs", [1, 3, 9])
 def test_before_the_first_look_the_badge_counts(runs):
-    said = so_far(runs, 100).said(TARGET)
+    said = so_far(runs, 100).in_words(TARGET)
     assert said.label == f"{runs} of 10 runs"
     assert said.sentence.startswith("So far ") == (runs > 1)
 
 
 def test_from_the_first_look_on_it_is_the_verdict():
-    assert so_far(10, 60).said(TARGET).label == "Needs more runs"
-    assert so_far(35, 60).said(TARGET).label == "Target met"
+    assert so_far(10, 60).in_words(TARGET).label == "Needs more runs"
+    assert so_far(35, 60).in_words(TARGET).label == "Target met"
 
 
 def test_without_a_target_nothing_is_counted_down():
-    assert so_far(3, 60).said(None).label == "Simulated"
+    assert so_far(3, 60).in_words(None).label == "Simulated"

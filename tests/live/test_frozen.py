@@ -45,7 +45,7 @@ def test_every_option_has_the_texts_of_the_answer(study, data):
         key = asked["levels"]["fleet.size"], asked["levels"]["policies.allocation"] == "hungarian"
         option = by_size.get(key) or by_size[key[0], False]  # where both are the same, run by run
         assert watched["verdict"] == option.standing
-        assert (option.said or option.text) in watched["sentence"][:1].lower() + watched["sentence"][1:]
+        assert (option.instead or option.text) in watched["sentence"][:1].lower() + watched["sentence"][1:]
         assert watched["sentence"].endswith(f"{9000 * key[0]:,} EUR a year.")
         assert [one["text"] for one in watched["measured"]] == [one.text for one in option.numbers]
         values = study.results.values(

@@ -6,6 +6,7 @@ import re
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.answer.busiest import are
 from desim_warehouse.feasibility.loads import loads as foreseen
 from desim_warehouse.folders import gallery
 from desim_warehouse.model.facts.workers import LANES, Group, Load, busiest, ranked, scarce
@@ -199,3 +200,15 @@ def test_what_a_plan_says_a_year_costs_is_what_its_runs_cost():
     model = dw.load(HALL, {"prices": prices, "tasks.goods": goods, "log": "tasks", "run.length": 9000})
     plan = plan_fleet(model, "throughput_per_hour >= 5", robots=[4], strategies={}, search=dw.Search(runs=60))
     assert plan.today.best.cost == pytest.approx(4 * 6000 + 2 * 60 * 4000, rel=0.2)  # no task is done in 50 s
+
+
+@pytest.mark.parametrize(
+    ("mean", "peak", "words"),
+    [
+        (0.66, 0.98, "66 % of the time (98 % in the busiest hour)"),
+        (0.66, 1.01, "66 % of the time (in the busiest hour demand is 101 % of their capacity)"),
+        (1.2, 1.9, "demand is 120 % of their capacity (190 % in the busiest hour)"),
+    ],
+)
+def test_more_than_robots_can_do_is_no_share_of_their_time(mean, peak, words):
+    assert words in are([Load(Group("robots", number=6), mean, peak)])

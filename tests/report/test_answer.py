@@ -400,7 +400,7 @@ def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_
         said = " ".join(answer.answer)
         assert option.name in said or capital(option.name) in said or len(answer.options) == 1
     first = text_of(page(answer)).partition("Everything tried")[0]
-    known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
+    known = {text for one in answer.options for text in [one.instead, *(number.text for number in one.numbers)]}
     for interval in re.findall(INTERVAL, first):
         assert any(interval in text for text in known), interval
     told = re.findall(INTERVAL, " ".join(answer.answer))
@@ -422,7 +422,7 @@ def is_what_the_live_page_says(results):
         outcomes = [row.outcome for row in results.runs(design)]
         runs = RunsSoFar(Named(design, {}, results.models[design]), outcomes, main, results.plan.seed)
         measured = {one.name: one.text for one in runs.measured(goal)}
-        sentence = runs.said(goal).sentence
+        sentence = runs.in_words(goal).sentence
         assert all(interval in measured[main] for interval in re.findall(INTERVAL, sentence))
         if runs.lasting is not None:
             assert re.findall(INTERVAL, sentence) == []

@@ -72,7 +72,7 @@ def test_what_a_table_and_a_sentence_show_is_the_interval_of_the_verdict():
         codes = [each.code for each in study.verdicts[design]]
         [option] = [each for each in study.answer.options if each.name == sentences.name_of(study, design)]
         assert (option.standing == "overloaded") == ("CANNOT_KEEP_UP" in codes)
-        assert option.said or option.text == PERCENT.within(one.mean, one.low, one.high, 0.6)
+        assert option.instead or option.text == PERCENT.within(one.mean, one.low, one.high, 0.6)
 
 
 def test_near_the_target_and_not_known_yet_are_two_things():

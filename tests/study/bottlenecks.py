@@ -138,13 +138,13 @@ def blame(number):
     """Ask why, carry out the advice on other days, and see what it gains."""
     model, name = planted(number)
     found = why(model, search=dw.Search(seed=number))
-    suspect, gain = found.found[0]
+    suspect, gain = found.ranked[0]
     study = dw.Study(
         model, {"relief": {"cases": {"no": {}, "yes": dict(suspect.overrides)}}}, replications=DAYS, seed=OTHER_SEED
     )
     study.run()
     had = study.compare(found.indicator).differences[0].estimate.mean
-    waiting = [one for one, _ in found.found if one.waited]  # who would be blamed without a test
+    waiting = [one for one, _ in found.ranked if one.waited]  # who would be blamed without a test
     return Blame(
         number,
         name,

@@ -211,11 +211,11 @@ def named(case, *, days=0):
     model = case.model()
     found = why(model, search=dw.Search(seed=SEED, cap=CAP, workers=1))
     said = found.answer.answer[0]
-    if not found.found:
+    if not found.ranked:
         return Named(case, FLAT if FLAT in said else "", clear=True, said=said, runs=1)
     if not found.is_held_up:
         return Named(case, NOTHING, clear=True, said=said, runs=found.gains.runs)
-    suspect, gain = found.found[0]
+    suspect, gain = found.ranked[0]
     answer = Named(case, suspect.name, found.is_clear, said, found.gains.runs, (gain.low, gain.high))
     if days:
         cases = {"cases": {"no": {}, "yes": dict(suspect.overrides)}}

@@ -39,7 +39,7 @@ def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orde
     assert " 100 % on time." in said
     assert "andling" not in said
     assert not found.is_held_up
-    handling = next(gain for suspect, gain in found.found if suspect.name == "handling")
+    handling = next(gain for suspect, gain in found.ranked if suspect.name == "handling")
     assert not handling.competes
     assert 2 < handling.mean < 5
     assert {gain.n for gain in found.gains.gains} == {5}  # no more runs than that takes
@@ -98,7 +98,7 @@ def test_a_worker_too_few_is_named():
     assert said.startswith("Packers are the main bottleneck. One worker more at each node of packing: ")
     # what was equal in ten runs has no bound, and none is said
     assert " per 10 %. The whole change gains " in said
-    assert all(suspect.beside or (gain.same and math.isnan(gain.high)) for suspect, gain in found.found[1:])
+    assert all(suspect.beside or (gain.same and math.isnan(gain.high)) for suspect, gain in found.ranked[1:])
 
 
 # Ups and downs
@@ -128,7 +128,7 @@ def test_peaks_are_a_suspect_and_named():
     profile = {"profile": {"per_hour": [120, 20, 20, 20], "every": "15 min"}}
     found, said = answer(dw.load(FLOOR, {ARRIVALS: profile}), indicator="cycle_time_p95")
     assert said.startswith("Peaks are the main bottleneck. ")
-    assert found.found[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
+    assert found.ranked[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_a_break_longer_than_orders_may_take_is_named():
     day = {"calendars": {"day": {"open": ["08:00-10:00", "10:30-12:00"]}}, "fleet.hours": "day", "run.start": "08:00"}
     found, said = answer(dw.load(FLOOR, day), indicator="on_time")
     assert said.startswith("Breaks in day are the main bottleneck. No breaks in day: done on time rises by ")
-    assert "shifts of robots" not in {suspect.name for suspect, _ in found.found}  # always at work is the same here
+    assert "shifts of robots" not in {suspect.name for suspect, _ in found.ranked}  # always at work is the same here
 
 
 # Two-way lanes
@@ -218,7 +218,7 @@ def test_a_two_way_lane_that_all_must_cross_is_named_with_what_it_costs():
     model = bridge(4).replace({"fleet.robot.radius": 6})
     found, said = answer(model)
     assert said.startswith("Two-way lane A - B is the main bottleneck. ")
-    suspect, gain = found.found[0]
+    suspect, gain = found.ranked[0]
     assert suspect.overrides == {
         "layout.edges.6": {"from": "A", "to": "B", "length": 21, "two_way": True, "side_by_side": True}
     }

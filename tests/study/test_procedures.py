@@ -132,7 +132,7 @@ def test_the_warm_up_of_a_lifelong_model(observed, tmp_path):
     model = dw.load(MULTIBOTS, {**LIFELONG, "run.warm_up": 500})
     found = settle(model, replications=4, observations=100, observed=observed)
     assert found.width == 80
-    assert len(found.found.means) == 20
+    assert len(found.result.means) == 20
     assert found.time is None or 0 <= found.time <= 4000
     found.figure().savefig(tmp_path / "warm-up.svg")
     assert (tmp_path / "warm-up.svg").read_text().startswith("<?xml")
@@ -145,7 +145,7 @@ def test_throughput_over_time_adds_up_to_all_deliveries():
 
     delivered = [dw.simulate(model, run_seed(0, r)).kpis["tasks"] for r in range(2)]
     hours = 8000 * 0.05 / 3600
-    assert found.found.means.mean() == pytest.approx(sum(delivered) / 2 / hours)
+    assert found.result.means.mean() == pytest.approx(sum(delivered) / 2 / hours)
 
 
 def test_work_that_ends_has_no_warm_up():

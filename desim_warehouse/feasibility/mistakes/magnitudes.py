@@ -16,7 +16,7 @@ from desim_warehouse.feasibility.batteries import MINUTE
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.model.facts.charging import by_kind, levels, said, start_energy
+from desim_warehouse.model.facts.charging import by_kind, kind_in_words, levels, start_energy
 from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.facts.keys import kind_of, whole_annotation
 from desim_warehouse.model.schema import Model, Prices, Units
@@ -193,7 +193,7 @@ def _battery(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         return
     for kind, alone in by_kind(model).items():
         for finding in _of_battery(alone, estimate.power.kinds.get(kind, estimate.power)):
-            yield replace(finding, text=f"{said(kind)}: {finding.text}") if estimate.power.kinds else finding
+            yield replace(finding, text=f"{kind_in_words(kind)}: {finding.text}") if estimate.power.kinds else finding
         if not estimate.power.kinds:
             return
 

@@ -254,6 +254,6 @@ def shares(model: Model) -> dict[str, float]:
     return {kind: kinds.count(kind) / len(kinds) for kind in dict.fromkeys(kinds)}
 
 
-def said(kind: str) -> str:
+def kind_in_words(kind: str) -> str:
     """Return the words for the robots of a kind, at the beginning of a line."""
     return f"kind {kind}" if kind else "other robots"

@@ -143,7 +143,7 @@ class Problems:
             if text in counts or len(counts) < _DISTINCT:
                 counts[text] += 1
 
-    def told(self) -> list[str]:
+    def messages(self) -> list[str]:
         """Return a line for each kind of problem, up to 20."""
         lines = []
         for (column, wrong), (count, row, expected) in islice(self.kinds.items(), _MOST):

@@ -257,7 +257,7 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
         if rows > most:
             raise ModelError([f"{spec.file}: too many rows, expected at most {most:,} tasks"])
-    problems = wrong.told()
+    problems = wrong.messages()
     if not rows and not problems:
         problems = [f"{spec.file}: no rows, expected at least one order"]
     if tasks > most and not problems:

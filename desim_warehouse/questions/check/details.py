@@ -14,7 +14,7 @@ from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import said
+from desim_warehouse.model.facts.charging import kind_in_words
 from desim_warehouse.model.facts.lifts import called
 from desim_warehouse.model.schema import Units
 from desim_warehouse.run.quick import Choice, Nearer, left_out
@@ -180,7 +180,9 @@ def _lifts(estimate: QuickEstimate, hour: float) -> Iterator[str]:
 def _energy(power: Power, time: str) -> list[str]:
     """Return the lines on the energy balance, by kind if kinds differ."""
     if power.kinds:
-        lines = [f"{said(kind)}: {line}" for kind, alone in power.kinds.items() for line in _energy(alone, time)]
+        lines = [
+            f"{kind_in_words(kind)}: {line}" for kind, alone in power.kinds.items() for line in _energy(alone, time)
+        ]
         if power.needed is not None:
             lines.append(f"chargers: {power.chargers} in all; at least {power.needed} needed")
         return lines

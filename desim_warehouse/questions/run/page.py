@@ -14,7 +14,7 @@ from desim_warehouse.answer.root_words import root as root_in_words
 from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.look.web import StillPage
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import said
+from desim_warehouse.model.facts.charging import kind_in_words
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.questions.run import words as run_words
@@ -213,7 +213,7 @@ def kinds_of_robots(run: RunData) -> Folded:
         lowest = min((history.lowest_levels[number] for number in robots if history.batteries), default=None)
         rows.append(
             (
-                said(kind),
+                kind_in_words(kind),
                 numbers.number(len(robots)),
                 numbers.number(sum(robot["delivered"] for robot in did)),
                 numbers.PERCENT.value(charged / (counted * len(robots))),

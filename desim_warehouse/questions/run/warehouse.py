@@ -9,7 +9,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, levels, said
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, kind_in_words, levels
 from desim_warehouse.model.facts.disturbances import closures, disturbances
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.fleet import RobotSpec
@@ -114,7 +114,7 @@ def _batteries(model: Model) -> str:
     """Return the battery of all robots, or of each kind if they differ, in words."""
     if charge_alike(model):
         return _battery(model)
-    return "; ".join(f"{said(kind)}: {_battery(alone)}" for kind, alone in by_kind(model).items())
+    return "; ".join(f"{kind_in_words(kind)}: {_battery(alone)}" for kind, alone in by_kind(model).items())
 
 
 def _battery(model: Model) -> str:

@@ -26,7 +26,7 @@ class Crew:
         self.repeats = Repeats(self._elsewhere)
         """Repeated runs that check the user's own policies."""
         self._executors: dict[float | None, Executor] = {}
-        self._told: Callable[[str], None] = lambda _: None
+        self._report: Callable[[str], None] = lambda _: None
 
     def executor(self, timeout: float | None, say: Callable[[str], None]) -> Executor:
         """Return the executor for runs with this time-out; from now on `say` receives messages about lost workers.
@@ -34,7 +34,7 @@ class Crew:
         Raises:
             StudyError: the number of workers is out of range.
         """
-        self._told = say
+        self._report = say
         if timeout not in self._executors:
             self._executors[timeout] = make_executor(
                 self.workers, self.cluster, timeout, self._say, self.interrupts, self.fleets
@@ -56,4 +56,4 @@ class Crew:
         return Pool(1, None, self._say, self.interrupts, self.fleets)
 
     def _say(self, text: str) -> None:
-        self._told(text)
+        self._report(text)

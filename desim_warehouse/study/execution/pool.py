@@ -63,7 +63,7 @@ class Worker:
         self.batches = 0  # sent to it
         self.bases: list[Model] = []  # sent to it
         self.since = monotonic()
-        self.told_to_stop: float | None = None  # when one of these runs was last to be stopped
+        self.stopped_at: float | None = None  # when one of these runs was last to be stopped
         try:
             with _inheriting_nothing():
                 self.process.start()
@@ -80,7 +80,7 @@ class Worker:
 
     def give(self, handles: list[Handle]) -> None:
         """Give the process a batch to simulate."""
-        self.handles, self.told_to_stop = handles, None
+        self.handles, self.stopped_at = handles, None
         self.batches += 1
         base = handles[0].base
         number = next((n for n, model in enumerate(self.bases) if model is base), None)
@@ -93,7 +93,7 @@ class Worker:
 
     def stop(self, handle: Handle) -> None:
         """Send the process the message to stop a run, or not to begin it."""
-        self.told_to_stop = monotonic()
+        self.stopped_at = monotonic()
         self._write((self.batches, self.handles.index(handle)))
 
     def _write(self, message: Any) -> None:
@@ -112,9 +112,9 @@ class Worker:
     @property
     def deaf(self) -> bool:
         """Whether the process continues a run despite a message to stop it."""
-        if not self.handles or self.told_to_stop is None:
+        if not self.handles or self.stopped_at is None:
             return False
-        return monotonic() - self.told_to_stop > self._before + _HEED
+        return monotonic() - self.stopped_at > self._before + _HEED
 
     @property
     def _before(self) -> float:

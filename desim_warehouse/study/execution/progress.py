@@ -65,7 +65,7 @@ class Progress:
         self.total = self.done = self.reused = self.failed = self.looked = 0
         self.is_search = False
         self.begin = self.shown_at = monotonic()
-        self.known = ""
+        self.results = ""
         self.bar: Any = None
         self.task: Any = None
         self.live: Any = None
@@ -82,14 +82,14 @@ class Progress:
             from rich.progress import BarColumn, TextColumn
             from rich.progress import Progress as Bar
 
-            self.bar = Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"))
+            self.bar = Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[text]}"))
             self.live = Live(
-                get_renderable=lambda: Group(self.bar, self.known) if self.known else self.bar,
+                get_renderable=lambda: Group(self.bar, self.results) if self.results else self.bar,
                 console=Console(file=self.stream),
                 transient=True,
             )
             self.live.start()
-            self.task = self.bar.add_task(self.name, total=None, said="")
+            self.task = self.bar.add_task(self.name, total=None, text="")
         return self
 
     def __exit__(
@@ -98,8 +98,8 @@ class Progress:
         if self.live is not None:
             self.live.stop()
             self.bar = self.live = None
-        if self.known and kind is not None and issubclass(kind, KeyboardInterrupt):
-            self.print(f"known so far: {self.known}")
+        if self.results and kind is not None and issubclass(kind, KeyboardInterrupt):
+            self.print(f"known so far: {self.results}")
 
     @property
     def rate(self) -> float:
@@ -114,7 +114,7 @@ class Progress:
         return f"{1 / self.rate:,.1f} s a run"
 
     @property
-    def said(self) -> str:
+    def in_words(self) -> str:
         """Return the progress in words: designs that a search has simulated, else the runs and the time left."""
         if self.is_search:
             return f"{number_of(self.looked, 'design')} looked at, {number_of(self.done, 'run')}, {self.pace}"
@@ -135,18 +135,18 @@ class Progress:
         if not self.shown or now - self.shown_at < (_EVERY if self.bar is None and self.cell is None else _REFRESH):
             return
         self.shown_at = now
-        line = f"{self.name}: {self.said}"
+        line = f"{self.name}: {self.in_words}"
         if self.bar is not None:
             total = None if self.is_search else self.total
-            self.bar.update(self.task, completed=self.done, total=total, said=self.said)
+            self.bar.update(self.task, completed=self.done, total=total, text=self.in_words)
         elif self.cell is not None:
-            self._show_in_cell(line, *[self.known] * bool(self.known))
+            self._show_in_cell(line, *[self.results] * bool(self.results))
         else:
             self.print(line)
 
     def tell(self, text: str) -> None:
         """Show results so far beside the bar, and again if Ctrl-C ends the runs."""
-        self.known = text
+        self.results = text
 
     def print(self, text: str) -> None:
         """Print a line of its own, beside the bar."""

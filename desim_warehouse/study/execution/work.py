@@ -70,7 +70,7 @@ class Handle:
     A handle may be used from any thread.
     """
 
-    __slots__ = ("_stop", "_told", "base", "cancelled", "outcome", "wanted")
+    __slots__ = ("_queue", "_stop", "base", "cancelled", "outcome", "wanted")
 
     def __init__(self, base: Model, wanted: Wanted, stop: Callable[[Handle], None]) -> None:
         self.base = base
@@ -78,7 +78,7 @@ class Handle:
         self.outcome: Outcome | None = None
         self.cancelled = False
         self._stop = stop
-        self._told: SimpleQueue[Handle] | None = None
+        self._queue: SimpleQueue[Handle] | None = None
 
     @property
     def ended(self) -> bool:
@@ -98,7 +98,7 @@ class Handle:
         """Put the handle into a queue as soon as the run has ended."""
         with _ending:
             if not self.ended:
-                self._told = queue
+                self._queue = queue
                 return
         queue.put(self)
 
@@ -107,7 +107,7 @@ class Handle:
             if self.ended:
                 return False
             self.outcome, self.cancelled = outcome, outcome is None
-            queue, self._told = self._told, None
+            queue, self._queue = self._queue, None
         if queue is not None:
             queue.put(self)
         return True

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
-from desim_warehouse.outcome.indicators import AT, said_part, split
+from desim_warehouse.outcome.indicators import AT, part_in_words, split
 from desim_warehouse.study.statistics.intervals import Estimate, TaskShare, estimate
 from desim_warehouse.study.table import Row
 
@@ -34,7 +34,7 @@ class Hour:
     @property
     def named(self) -> str:
         """The part of the day by the clock: `11:30 to 13:00`."""
-        return said_part(split(self.indicator)[2])
+        return part_in_words(split(self.indicator)[2])
 
 
 @dataclass(frozen=True)

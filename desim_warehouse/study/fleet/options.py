@@ -37,7 +37,7 @@ class Against:
     high: float
 
     @property
-    def told(self) -> bool:
+    def is_clear(self) -> bool:
         """Whether the difference is significant."""
         return self.low > 0 or self.high < 0
 

@@ -466,7 +466,7 @@ class Planner:
         own, same = self.sized[sized.name], set[int]()
 
         def changes_nothing(runner: StudyRunner, number: int) -> bool:
-            runs = [row for r in range(GLANCE) if (row := runner.found(number, r)) is not None]
+            runs = [row for r in range(GLANCE) if (row := runner.row_if_done(number, r)) is not None]
             if runs and all(map(self._alike, runs, own[fleets[number]])):
                 same.add(number)
             return number in same

@@ -310,15 +310,17 @@ class _Proof:
         """
         for number in self.needed():
             less = [n for n in self.order if self.designs[n][0] < self.designs[number][0]]
-            if less and not self._told(number):
+            if less and not self._is_shown_to_fail(number):
                 under = max(less, key=lambda n: self.designs[n])
                 if under in self.judge.verdicts and self.judge.verdicts[under].verdict == "meets":
                     continue  # dearer than the best, so it is no answer, and rules nothing out
-                if under not in self.failing and not self._covers(under, set(filter(self._told, self.failing))):
+                if under not in self.failing and not self._covers(
+                    under, set(filter(self._is_shown_to_fail, self.failing))
+                ):
                     return under
         return None
 
-    def _told(self, number: int) -> bool:
+    def _is_shown_to_fail(self, number: int) -> bool:
         """Whether a design was shown to fail."""
         return number in self.earlier.failing or self.judge.verdicts[number].verdict == "fails"
 
@@ -355,10 +357,10 @@ class _Proof:
         if (yield from self._meets(number)) or number == most:
             return
         fleet, people = designs[number][:2], designs[number][2:]
-        is_told = self._told(number)
-        if not is_told and not (people and judge.leans(number)):
+        fails = self._is_shown_to_fail(number)
+        if not fails and not (people and judge.leans(number)):
             yield from self._meets(most)
-        elif is_told and people:  # the design with most people, as one more changes so little
+        elif fails and people:  # the design with most people, as one more changes so little
             yield from self._meets(max((n for n in as_many if designs[n][:2] == fleet), key=lambda n: designs[n]))
 
     def _next(self, best: int) -> Generator[list[RunNumber], Sequence[float], int]:
@@ -471,7 +473,7 @@ class _Proof:
 
     def end_early(self) -> None:
         """Keep only results that are certain once the budget of runs is exhausted."""
-        self.failing = set(filter(self._told, self.failing))
+        self.failing = set(filter(self._is_shown_to_fail, self.failing))
         self.open = [number for number in self._before_best() if not self._ruled_out(number)]
 
     def needed(self) -> tuple[int, ...]:
@@ -479,7 +481,10 @@ class _Proof:
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
-        kept = ruling_out(self.designs, among, set(filter(self._told, among)), self.drained) - self.earlier.failing
+        kept = (
+            ruling_out(self.designs, among, set(filter(self._is_shown_to_fail, among)), self.drained)
+            - self.earlier.failing
+        )
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:

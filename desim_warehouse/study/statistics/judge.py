@@ -243,12 +243,12 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
     nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
 
-    def told(runs: int) -> bool:
+    def decides(runs: int) -> bool:
         further = [values[run % len(values)] for run in range(runs)]
         return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0, least)[0] != "undecided"
 
     counts = range(len(values) + 1, MOST_TO_TELL + 1)
-    place = bisect_left(counts, True, key=told)
+    place = bisect_left(counts, True, key=decides)
     return counts[place] if place < len(counts) else None
 
 
@@ -324,7 +324,7 @@ class Judge:
         veto: function called after each look that returns why a design fails regardless of the target, or None.
         drains: whether the batteries of a vetoed design run down, so that its chargers may suffice for fewer robots.
         hopeless: like `veto`, but called after the first `GLANCE` runs, for failures beyond doubt.
-        tell: function called after each look, when `known` may have changed.
+        tell: function called after each look, when `in_words` may have changed.
         beside: further targets; a design has to meet all of them.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design that is looked at is judged at
@@ -413,7 +413,7 @@ class Judge:
             case.looks.clear()
         self.tell(self)
 
-    def known(self, name: Callable[[int], str]) -> str:
+    def in_words(self, name: Callable[[int], str]) -> str:
         """Return the verdicts so far in words: `10 robots: met; 9 robots: not met; 8 robots: open`."""
         words = {"meets": "met", "fails": "not met", "undecided": "open"}
         return "; ".join(f"{name(number)}: {words[verdict.verdict]}" for number, verdict in self.verdicts.items())

@@ -21,16 +21,16 @@ class HandlingTimes:
     def __init__(
         self, times: Handling[float | Distribution], stations: Mapping[str, StationSpec], streams: Streams
     ) -> None:
-        self.said, self._stations, self.streams = times, stations, streams
+        self.times, self._stations, self.streams = times, stations, streams
 
     def time(self, stop: Stop) -> float:
         """Return the handling time of a stop of a tour."""
         purpose = f"stop{stop.rank}" if stop.act == "visit" else stop.act
-        return self._drawn(purpose, stop.of(self.said), stop.task)
+        return self._drawn(purpose, stop.of(self.times), stop.task)
 
     def pick(self, line: Task) -> float:
         """Return the time of picking a line from a pod, or of putting one onto it."""
-        return self._drawn("pick", self.said.at_stop("visit", line.flow), line)
+        return self._drawn("pick", self.times.at_stop("visit", line.flow), line)
 
     def work(self, node: str, task: Task) -> float:
         """Return the time of work on a load unit put down in the station at a node."""

@@ -80,7 +80,7 @@ class Robot:
         self.env = env = around.env
         self.log = around.log
         self.fleet = around.model.fleet
-        self.clear_time = around.handling.said.clear_time
+        self.clear_time = around.handling.times.clear_time
         self.waits_apart = around.model.waits_apart
         self.meets_people = bool(around.model.people)
         self.traffic = around.traffic

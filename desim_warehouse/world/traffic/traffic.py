@@ -171,14 +171,14 @@ def _intersections(
         if one is not other:
             one += other
             groups.update(dict.fromkeys(other, one))
-    found: dict[str, Intersection] = {}
+    intersections: dict[str, Intersection] = {}
     for shaft in layout.lifts:
-        found.update(dict.fromkeys(shaft.nodes, LiftCrossing(rules, shaft)))
+        intersections.update(dict.fromkeys(shaft.nodes, LiftCrossing(rules, shaft)))
     for name, group in groups.items():
-        if name not in found:
+        if name not in intersections:
             node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
-            found.update(dict.fromkeys(group, node))
-    return found
+            intersections.update(dict.fromkeys(group, node))
+    return intersections
 
 
 def _kinds(
