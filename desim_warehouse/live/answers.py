@@ -97,7 +97,7 @@ def _needed(quick: QuickEstimate, model: Model) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Summary:
+class RunsInWords:
     """A verdict on a design in words: its sentence, and further sentences."""
 
     verdict: Verdict
@@ -236,32 +236,32 @@ class RunsSoFar:
             return scale.value(look.mean)
         return scale.within(look.mean, look.low, look.high, target.value)
 
-    def in_words(self, target: Target | None) -> Summary:
+    def in_words(self, target: Target | None) -> RunsInWords:
         """Return the verdict on a target in words."""
         verdict, design = self.met(target), self.design.words
         estimate = self.estimate(self.main)
         if verdict == "fails":
             count = f"{len(self.failed)} of {number_of(self.n, 'run')}"
-            return Summary(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
+            return RunsInWords(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
         if estimate is None:
             title = words.in_sentence(self.main)
-            return Summary(
+            return RunsInWords(
                 verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered in the counted time.",)
             )
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")
             text = instead([self.lasting], None if done is None else done.mean, self.model)
-            return Summary(verdict, f"{numbers.capital(text)} with {design}.")
+            return RunsInWords(verdict, f"{numbers.capital(text)} with {design}.")
         if verdict == "first run":
             result = self.reached(self.scale(self.main).value(estimate.mean))
             text = f"{numbers.capital(result)} with {design}, in the first run."
             runs = self.n if self._can_meet(target) else 0
-            return Summary(verdict, text, ("One run says nothing about chance yet.",), runs)
+            return RunsInWords(verdict, text, ("One run says nothing about chance yet.",), runs)
         aim = () if target is None else (f"Target: {words.target(target)}.",)
         result = self.reached(self.main_in_words(target))
         if verdict == "early":
-            return Summary(verdict, f"So far {result} with {design}{self._year()}.", aim, self.n)
-        return Summary(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
+            return RunsInWords(verdict, f"So far {result} with {design}{self._year()}.", aim, self.n)
+        return RunsInWords(verdict, f"{numbers.capital(result)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
         """Return a phrase with the annual cost; empty if the model has no prices."""
