@@ -123,10 +123,6 @@ def _until(indicator: str, often: Any, half_width: str, search: Search) -> dict[
     from desim_warehouse.model.parse import read_yaml
 
     first = {"minimum": often} if isinstance(often, int) and often > 1 else {}
-    return {
-        "indicator": indicator,
-        "half_width": read_yaml(half_width, "--half-width").data,
-        "confidence": search.confidence,
-        "cap": search.cap or 200,
-        **first,
-    }
+    cap = {} if search.cap is None else {"cap": search.cap}
+    half = read_yaml(half_width, "--half-width").data
+    return {"indicator": indicator, "half_width": half, "confidence": search.confidence, **first, **cap}

@@ -20,7 +20,7 @@ from desim_warehouse.findings import Finding
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.way_home import HomeSearch, Stands, room
-from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.layout.zones import closed, intersections, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel
 from desim_warehouse.model.sections.fleet import Start
@@ -35,7 +35,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     starts = {number: start for number, start in enumerate(model.fleet.starts(layout.bays)) if start.on_lanes}
     if not starts:
         return
-    joined = _intersections(layout, model.fleet.contact)
+    joined = intersections(layout, model.fleet.contact, zones_on(layout, model.traffic.zones))
     findings = [*_in_zones(model, layout, starts), *_places(layout, starts, joined, model.fleet.contact)]
     findings = findings or list(_cut_off(model, layout, starts))
     yield from findings
@@ -57,15 +57,6 @@ def _finding(number: int, start: Start, text: str, cure: str) -> Finding:
 
 def _where(start: Start) -> str:
     return f"on node {start.node}" if start.edge is None else f"on {'>'.join(start.edge)} at {start.offset:g}"
-
-
-def _intersections(layout: Layout, contact: float) -> dict[str, Stand]:
-    """Return for each node the nodes of its intersection, which edges shorter than D join."""
-    import networkx as nx
-
-    near = nx.Graph((a, b) for a, b, length in layout.graph.edges(data="length") if length < contact - EPS)
-    near.add_nodes_from(layout.graph)
-    return {node: frozenset(part) for part in nx.connected_components(near) for node in part}
 
 
 def _lane(layout: Layout, edge: Edge) -> tuple[Stand, str]:

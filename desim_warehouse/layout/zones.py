@@ -132,24 +132,23 @@ def edges_along(layout: Layout, line: Sequence[str]) -> tuple[Edge, ...]:
 
 def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> frozenset[Edge]:
     """Return the edges that lie within one intersection, so that no robot waits on them."""
-    import networkx as nx
-
     zones = tuple(zones)
-    lengths = list(layout.graph.edges(data="length"))
-    joined = nx.Graph((a, b) for a, b, length in lengths if length < contact and not _is_about(length, contact))
-    joined.add_edges_from(pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes))
-    part_of = {node: number for number, part in enumerate(nx.connected_components(joined)) for node in part}
-    kept = closed(zones)
+    joined, kept = intersections(layout, contact, zones), closed(zones)
     return frozenset(
         (a, b)
-        for a, b, length in lengths
-        if part_of.get(a, a) == part_of.get(b, b)
-        and ((length < 2 * contact and not _is_about(length, 2 * contact)) or (a, b) in kept)
+        for a, b, length in layout.graph.edges(data="length")
+        if b in joined[a] and (length < 2 * contact - EPS or (a, b) in kept)
     )
 
 
-def _is_about(length: float, exact: float) -> bool:
-    return abs(length - exact) <= EPS
+def intersections(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> dict[str, frozenset[str]]:
+    """Return for each node the nodes of its intersection, which edges shorter than `contact` and zones join."""
+    import networkx as nx
+
+    joined = nx.Graph((a, b) for a, b, length in layout.graph.edges(data="length") if length < contact - EPS)
+    joined.add_nodes_from(layout.graph)
+    joined.add_edges_from(pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes))
+    return {node: frozenset(part) for part in nx.connected_components(joined) for node in part}
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:

@@ -19,7 +19,7 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Any
 
-from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.numbers import NONE, capital
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.folders import STUDY
 from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
@@ -431,7 +431,7 @@ class Desk:
     def _tried(self, design: Design, target: Target | None) -> Tried:
         runs = self.runs_of(design)
         estimate = runs.estimate(self.main)
-        text = "–" if estimate is None else runs.scale(self.main).value(estimate.mean)
+        text = NONE if estimate is None else runs.scale(self.main).value(estimate.mean)
         return Tried(
             id=design.id,
             words=design.named.words,

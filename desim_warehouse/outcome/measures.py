@@ -87,16 +87,18 @@ def worker_wait(tasks: History | PartHistory) -> float:
 
 def worker_utilisation(tasks: History | PartHistory) -> float:
     """Return the utilisation of workers by the tasks of a flow, or by all tasks."""
-    whole = tasks.history
-    staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
-    return in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)
+    return _worked_by(tasks.history, tasks.put_down, tasks.stretches)
 
 
 def worker_utilisation_then(part: PartHistory) -> float:
     """Return the utilisation of workers in a part of the day by all tasks, whenever they arrived."""
-    whole = part.history
+    return _worked_by(part.history, part.history.put_down, part.stretches)
+
+
+def _worked_by(whole: History, put_down: Iterable[TaskHistory], stretches: Sequence[Stretch]) -> float:
+    """Return the utilisation of workers by some tasks that were put down, in some stretches of time."""
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
-    return in_hours(staff, [(task.station, task.begun, task.worked) for task in whole.put_down], part.stretches)
+    return in_hours(staff, [(task.station, task.begun, task.worked) for task in put_down], stretches)
 
 
 def server_utilisation(part: History | PartHistory) -> float:
