@@ -19,7 +19,14 @@ from desim_warehouse.layout.checks import some
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts import charging
 from desim_warehouse.model.facts.ahead import handling_of
-from desim_warehouse.model.facts.charging import chargers_at, charging_rate, levels, refills_overnight, start_energy
+from desim_warehouse.model.facts.charging import (
+    chargers_at,
+    charging_rate,
+    cycle_levels,
+    levels,
+    refills_overnight,
+    start_energy,
+)
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.places import own_destinations
 from desim_warehouse.model.sections.fleet import BatterySpec, Consumption
@@ -75,7 +82,8 @@ def cause(
     """Return in one line why a battery ran flat and what helps, for the error that ends a run.
 
     `started`: the energy at the start of the run, if below a full battery and if the robot has not been charged since.
-    `drew`: mean energy that the robot drew per time unit so far. `resting`: whether the robot had no work.
+    It is a cause if it does not exceed the level at which charging begins. `drew`: mean energy that the robot drew per
+    time unit so far. `resting`: whether the robot had no work.
     """
     chargers = chargers_at(model, layout)
     if not chargers:
@@ -102,7 +110,7 @@ def _no_charger_in_time(
     text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {robots}"
     if zones:
         text += f", none in the bays {some(zones)} (layout.bays)"
-    if started is not None:
+    if started is not None and started <= cycle_levels(model)[0]:
         short = f"it started with {started:g} of {battery.capacity:g} and came to no charger in time"
         return f"{text}: {short}; a higher fleet.start_energy, more chargers, or chargers where robots start"
     if resting:

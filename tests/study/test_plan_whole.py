@@ -227,7 +227,7 @@ def test_a_fleet_that_runs_flat_is_told_with_the_cause():
     )
     said = found.answer.answer[0]
     assert "no fleet is enough. 15 robots and 9 chargers: a robot runs flat. Robot " in said
-    assert "of 100 and came to no charger in time; a higher fleet.start_energy, more chargers" in said
+    assert "waited longer than its battery lasts, in traffic, for a repair or for a charger; more chargers" in said
     assert "Nothing is scarce" not in said
 
 
