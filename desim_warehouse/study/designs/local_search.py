@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -20,7 +20,7 @@ from random import Random
 from typing import Generic, Protocol, TypeAlias, TypeVar
 
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
+from desim_warehouse.study.statistics.procedure import Procedure, request
 
 D = TypeVar("D")
 Score: TypeAlias = tuple[float, ...]
@@ -147,7 +147,7 @@ class LocalSearch(Generic[D]):
         common = min(len(self.values[design]), len(self.values[other]))
         return self.score(design, common) > self.score(other, common)
 
-    def _climb(self) -> Generator[list[RunNumber], Sequence[float], None]:
+    def _climb(self) -> Procedure[None]:
         begin = list(dict.fromkeys(self.space.first()))
         few = min(_FIRST, self.left // (2 * _LOOK))  # at least half of the runs are for climbing
         yield from self._replicate(dict.fromkeys([*begin, *self._drawn(few - len(begin), begin)], _LOOK))
@@ -162,7 +162,7 @@ class LocalSearch(Generic[D]):
                 current = yield from self._step(current, stood)
             yield from self._replicate(dict.fromkeys(self._drawn(_AGAIN, self.values), _LOOK))
 
-    def _step(self, current: D, stood: set[D]) -> Generator[list[RunNumber], Sequence[float], D | None]:
+    def _step(self, current: D, stood: set[D]) -> Procedure[D | None]:
         """Return the first neighbour drawn that does better; neighbours that do not are not simulated again."""
         near = [design for design in dict.fromkeys(self.space.neighbours(current)) if design not in stood]
         self.random.shuffle(near)
@@ -204,7 +204,7 @@ class LocalSearch(Generic[D]):
                 designs.append(design)
         return designs
 
-    def _replicate(self, wanted: Mapping[D, int]) -> Generator[list[RunNumber], Sequence[float], None]:
+    def _replicate(self, wanted: Mapping[D, int]) -> Procedure[None]:
         """Simulate designs up to given numbers of replications; raise _SpentError if too few runs are left."""
         missing = [
             (design, rank)

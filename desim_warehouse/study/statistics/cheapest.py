@@ -21,7 +21,7 @@ error of 1 in 8,000, where a plan's first verdict may be wrong once in 240, its 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -32,7 +32,7 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import Budget, DesignVerdict, Judge, RunsEndedError, looks
-from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request, together
+from desim_warehouse.study.statistics.procedure import Procedure, request, together
 
 Counts: TypeAlias = tuple[int, ...]
 """The counts of a design, such as robots and chargers; all designs of a search have equally many."""
@@ -310,17 +310,15 @@ class _Proof:
         """
         for number in self.needed():
             less = [n for n in self.order if self.designs[n][0] < self.designs[number][0]]
-            if less and not self._is_shown_to_fail(number):
+            if less and not self._fails(number):
                 under = max(less, key=lambda n: self.designs[n])
                 if under in self.judge.verdicts and self.judge.verdicts[under].verdict == "meets":
                     continue  # dearer than the best, so it is no answer, and rules nothing out
-                if under not in self.failing and not self._covers(
-                    under, set(filter(self._is_shown_to_fail, self.failing))
-                ):
+                if under not in self.failing and not self._covers(under, set(filter(self._fails, self.failing))):
                     return under
         return None
 
-    def _is_shown_to_fail(self, number: int) -> bool:
+    def _fails(self, number: int) -> bool:
         """Whether a design was shown to fail."""
         return number in self.earlier.failing or self.judge.verdicts[number].verdict == "fails"
 
@@ -357,13 +355,13 @@ class _Proof:
         if (yield from self._meets(number)) or number == most:
             return
         fleet, people = designs[number][:2], designs[number][2:]
-        fails = self._is_shown_to_fail(number)
+        fails = self._fails(number)
         if not fails and not (people and judge.leans(number)):
             yield from self._meets(most)
         elif fails and people:  # the design with most people, as one more changes so little
             yield from self._meets(max((n for n in as_many if designs[n][:2] == fleet), key=lambda n: designs[n]))
 
-    def _next(self, best: int) -> Generator[list[RunNumber], Sequence[float], int]:
+    def _next(self, best: int) -> Procedure[int]:
         """Choose the next cheaper design to judge: the cheapest with the first count that leans towards the target.
 
         If none does, choose the largest open design, as no other open design is larger in all counts.
@@ -373,7 +371,7 @@ class _Proof:
         likely = yield from self._cheapest_leaning(beside)
         return max(self.open, key=lambda n: self.designs[n]) if likely is None else likely
 
-    def _cheapest_leaning(self, numbers: Sequence[int]) -> Generator[list[RunNumber], Sequence[float], int | None]:
+    def _cheapest_leaning(self, numbers: Sequence[int]) -> Procedure[int | None]:
         """Return the cheapest of some designs that leans towards the target; bisect them with one look at each probe.
 
         `numbers`: in order of cost.
@@ -387,7 +385,7 @@ class _Proof:
                 left = [n for n in left if not within_counts(self.designs[n], self.designs[left[rank]])]
         return cheapest
 
-    def _leans(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
+    def _leans(self, number: int) -> Procedure[bool]:
         """Return whether a design leans towards the target; look at it if it was never looked at."""
         judge = self.judge
         if number not in judge.verdicts:
@@ -473,7 +471,7 @@ class _Proof:
 
     def end_early(self) -> None:
         """Keep only results that are certain once the budget of runs is exhausted."""
-        self.failing = set(filter(self._is_shown_to_fail, self.failing))
+        self.failing = set(filter(self._fails, self.failing))
         self.open = [number for number in self._before_best() if not self._ruled_out(number)]
 
     def needed(self) -> tuple[int, ...]:
@@ -481,13 +479,10 @@ class _Proof:
         among = self.failing & set(self._before_best())
         if self.fewer:
             return tuple(sorted(among, key=self.order.index))
-        kept = (
-            ruling_out(self.designs, among, set(filter(self._is_shown_to_fail, among)), self.drained)
-            - self.earlier.failing
-        )
+        kept = ruling_out(self.designs, among, set(filter(self._fails, among)), self.drained) - self.earlier.failing
         return tuple(sorted(kept, key=self.order.index))
 
-    def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
+    def _meets(self, number: int) -> Procedure[bool]:
         """Judge a design: make it the best if it meets the target and is cheaper; add it to `failing` if it fails."""
         meets = (yield from self.judge.verdict(number)) == "meets"
         if meets and number in self._before_best():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Generic, Literal, TypeVar
@@ -22,7 +22,7 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of, does_not_vary
 from desim_warehouse.study.statistics.limits import CAP, COMMON_DAYS, FIRST, FIRST_OF_MEANS, DaysNeeded
-from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
+from desim_warehouse.study.statistics.procedure import Procedure, request
 
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
@@ -356,7 +356,7 @@ class Judge:
         if self.zone < 0:
             raise StudyError(f"zone {self.zone:g}: expected one from 0")
 
-    def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
+    def verdict(self, number: int) -> Procedure[str]:
         """Look at a design until it is decided or its last look is over; return its verdict."""
         while not self.closed(number):
             yield from self.look(number)

@@ -57,9 +57,7 @@ def together(procedures: Sequence[Procedure[T]]) -> Procedure[list[T]]:
     return [results[which] for which in range(len(procedures))]
 
 
-def request(
-    runs: list[RunNumber], *, failing: bool = False
-) -> Generator[list[RunNumber], Sequence[float], Sequence[float]]:
+def request(runs: list[RunNumber], *, failing: bool = False) -> Procedure[Sequence[float]]:
     """Ask for runs within a procedure and check what comes back: one finite number for each.
 
     `failing`: a run may be without a value (nan).

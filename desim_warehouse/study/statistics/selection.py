@@ -5,7 +5,6 @@ The procedure (ranking and selection) drops clearly worse designs as replication
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -15,7 +14,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, differing_share, gaps
 from desim_warehouse.study.statistics.limits import COMMON_DAYS
-from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
+from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.values.arrays import Floats
 
 
@@ -138,7 +137,7 @@ class _Race:
         self.alive = tuple(range(k))
         self.eliminated_at: list[int | None] = [None] * k
 
-    def run(self, more: int, ahead: int = 1) -> Generator[list[RunNumber], Sequence[float], None]:
+    def run(self, more: int, ahead: int = 1) -> Procedure[None]:
         """Judge the survivors on `more` further replications, requesting runs that are missing."""
         have, want = len(self.data[self.alive[0]]), self.r + more
         if have < want:
