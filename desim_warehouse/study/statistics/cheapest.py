@@ -291,16 +291,10 @@ class _Proof:
         return self._covers(number, vetoed) or any(within_counts(self.designs[n], counts) for n in missed)
 
     def _rule_out(self) -> Procedure[None]:
-        """Judge designs until all that are cheaper than the best are ruled out; compare the best with larger ones."""
+        """Judge designs until all that are cheaper than the best are ruled out."""
         self.open = self._cheaper()
-        compared = None  # the design whose larger neighbours are known
-        while (best := self.best) is not None and (self.open or compared != best):
-            judged = [(yield from self._next(best))] if self.open else []
-            tasks: list[Procedure[object]] = [self._meets(number) for number in judged]
-            if compared != best and all(self._covers(number, set(judged)) for number in self.open):
-                tasks.append(self._compare(self._more(best)))  # the last design to be judged, if it fails
-                self.larger, compared = (), best
-            yield from together(tasks)
+        while self.open:
+            yield from self._meets((yield from self._next()))
             self.open = self._cheaper()
 
     def _under_open(self) -> int | None:
@@ -330,73 +324,56 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate and, unless it is shown to meet the target, a larger design with its first count.
+        """Judge a candidate, or where it promises too little, the cheapest design with its first count that does more.
 
-        The first count is usually the number of robots. If the largest design with this count fails, all designs with
-        the count fail without runs of their own.
-
-        - If a look (interim analysis) at the candidate leans towards failure but is undecided, the largest design is
-          looked at. If it leans towards the target, the cheapest design with the first count that does so is judged
-          instead of the candidate, else the largest.
-        - If the candidate is still undecided at its last look, the largest design is judged next, since designs
-          between the two would stay undecided as well.
-        - With more than two counts, a candidate that failed is followed by the design with its first two counts and
-          most people, because one person more changes little. An undecided candidate that leans towards success ends
-          the step.
+        The first count is usually the number of robots. If even the largest design with this count promises too little,
+        it is judged: if it fails, all designs with the count fail without runs of their own.
         """
         judge, designs = self.judge, self.designs
-        as_many = [n for n in self.order if designs[n][0] == designs[number][0]]
-        most = max(as_many, key=lambda n: designs[n])
-        while most != number and not judge.closed(number):
-            yield from judge.look(number)
-            if not judge.closed(number) and not judge.leans(number):
-                likely = (yield from self._cheapest_leaning(as_many)) if (yield from self._leans(most)) else None
-                number = most if likely is None else likely
-        if (yield from self._meets(number)) or number == most:
-            return
-        fleet, people = designs[number][:2], designs[number][2:]
-        fails = self._fails(number)
-        if not fails and not (people and judge.leans(number)):
-            yield from self._meets(most)
-        elif fails and people:  # the design with most people, as one more changes so little
-            yield from self._meets(max((n for n in as_many if designs[n][:2] == fleet), key=lambda n: designs[n]))
+        row = [n for n in self.order if designs[n][0] == designs[number][0]]
+        largest = max(row, key=lambda n: designs[n])
+        while number != largest:
+            while (yield from self._promises(number)) and not judge.closed(number):
+                yield from judge.look(number)
+            if judge.closed(number) and (yield from self._meets(number)):
+                return
+            left = [n for n in row if not self._ruled_out(n)]
+            likely = (yield from self._cheapest_promising(left)) if (yield from self._promises(largest)) else None
+            number = largest if likely is None else likely
+        yield from self._meets(largest)
 
-    def _next(self, best: int) -> Procedure[int]:
-        """Choose the next cheaper design to judge: the cheapest with the first count that leans towards the target.
+    def _next(self) -> Procedure[int]:
+        """Choose the next cheaper design to judge: the largest open one or, if it promises to meet, the cheapest that does.
 
-        If none does, choose the largest open design, as no other open design is larger in all counts.
+        The largest is the design that would rule out most of the open designs if it failed.
         """
-        first = self.designs[best][0]
-        beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
-        likely = yield from self._cheapest_leaning(beside)
-        return max(self.open, key=lambda n: self.designs[n]) if likely is None else likely
+        counts = [self.designs[n] for n in self.open]
+        largest = max(self.open, key=lambda n: (sum(within_counts(one, self.designs[n]) for one in counts), self.designs[n]))
+        likely = (yield from self._cheapest_promising(self.open)) if (yield from self._promises(largest)) else None
+        return largest if likely is None else likely
 
-    def _cheapest_leaning(self, numbers: Sequence[int]) -> Procedure[int | None]:
-        """Return the cheapest of some designs that leans towards the target; bisect them with one look at each probe.
+    def _cheapest_promising(self, numbers: Sequence[int]) -> Procedure[int | None]:
+        """Return the cheapest of some designs that promises to meet the target; bisect them with a look at each probe.
 
         `numbers`: in order of cost.
         """
         cheapest, left = None, list(numbers)
         while left:
             rank = _halving([self.designs[n] for n in left])
-            if (yield from self._leans(left[rank])):
+            if (yield from self._promises(left[rank])):
                 cheapest, left = left[rank], left[:rank]
             else:
                 left = [n for n in left if not within_counts(self.designs[n], self.designs[left[rank]])]
         return cheapest
 
-    def _leans(self, number: int) -> Procedure[bool]:
-        """Return whether a design leans towards the target; look at it if it was never looked at."""
+    def _promises(self, number: int) -> Procedure[bool]:
+        """Return whether a design meets the target or is forecast to; look at it if it was never looked at."""
         judge = self.judge
         if number not in judge.verdicts:
             yield from judge.look(number)
-        verdict = judge.verdicts[number].verdict
-        return verdict == "meets" or (verdict == "undecided" and judge.leans(number))
-
-    def _more(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Return pairs of the best design and each design with one more of a count."""
-        counts = self.designs[best]
-        return [(counts, (*counts[:i], counts[i] + 1, *counts[i + 1 :])) for i in range(len(counts))]
+        if judge.closed(number):
+            return judge.verdicts[number].verdict == "meets"
+        return judge.forecast(number) == "meets"
 
     def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
         """Return the best design with less of its first count, paired with the design that rules it out.

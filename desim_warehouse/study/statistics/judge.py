@@ -33,6 +33,7 @@ MOST_TO_TELL = 1000
 _SPARE = 1.5
 """Distance from mean to target over the half-width at which five of six designs are decided, if the mean is true."""
 FEWEST_BESIDE = 5  # fewest runs of which one may be called an outlier
+_FUTILE = 1.28  # quantile of the normal distribution: a design is left undecided below a predictive power of 10 %
 _APART = 1.25  # least ratio of the runs of a look to those of the look before
 
 
@@ -244,12 +245,17 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
 
     def decides(runs: int) -> bool:
-        further = [values[run % len(values)] for run in range(runs)]
+        further = _repeated(values, runs)
         return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0, least)[0] != "undecided"
 
     counts = range(len(values) + 1, MOST_TO_TELL + 1)
     place = bisect_left(counts, True, key=decides)
     return counts[place] if place < len(counts) else None
+
+
+def _repeated(values: Sequence[float], runs: int) -> list[float]:
+    """Return the values of a number of runs that repeat those so far."""
+    return [values[run % len(values)] for run in range(runs)]
 
 
 class RunsEndedError(StudyError):
@@ -367,10 +373,26 @@ class Judge:
         """All targets that a design has to meet."""
         return self.target, *(further.target for further in self.beside)
 
-    def leans(self, number: int) -> bool:
-        """Whether the means of a design so far meet all targets."""
-        verdict = self.verdicts[number]
-        return all(goal.met_by(each.mean) for goal, each in zip(self.targets, verdict.each or (verdict,), strict=True))
+    def forecast(self, number: int, luck: float = 0.0) -> Verdict:
+        """Return the verdict on a design at its last look if its further runs repeat those so far.
+
+        `luck`: how much better its final mean is, in standard deviations of the final mean as predicted by these runs.
+        """
+        case, cap = self._cases[number], self.days(number).cap
+        n, each = len(case.data), []
+        for goal, zone, data in [
+            (self.target, self.zone, case.data),
+            *((further.target, further.zone, further.values(number, n)) for further in self.beside),
+        ]:
+            better = luck * float(np.std(data, ddof=1)) * math.sqrt(max(0.0, 1 / n - 1 / cap)) if luck else 0.0
+            easier = replace(goal, value=goal.value - goal.sign * better)
+            final = _repeated(data, cap)
+            each.append(judged(number, final, easier, case.level, False, goal.measure.within, zone, case.least))
+        return on_all(each).verdict
+
+    def _is_futile(self, number: int) -> bool:
+        """Whether further runs would probably decide nothing: the predictive power for both verdicts is below 10 %."""
+        return self.forecast(number, _FUTILE) != "meets" and self.forecast(number, -_FUTILE) != "fails"
 
     def missed(self, number: int) -> list[Target]:
         """Return the targets that a design was shown to miss."""
@@ -409,7 +431,7 @@ class Judge:
         case.level = 1.0 - case.error * part / len(self.targets)
         self.verdicts[number] = self._on_all(number)
         self._veto(number, self.veto(number))
-        if self.verdicts[number].closed:
+        if self.verdicts[number].closed or self._is_futile(number):
             case.looks.clear()
         self.tell(self)
 
