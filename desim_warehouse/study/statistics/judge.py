@@ -2,7 +2,8 @@
 
 For every verdict on a target: of `desim plan`, `size`, `best`, `what-if`, `study` and `serve`.
 
-All verdicts share one schedule of looks (`looks`), one error budget (alpha spending) and one cap on replications.
+All verdicts share one schedule of looks (`looks`), one error budget (alpha spending) and one cap on replications. A
+design that further runs up to the cap would probably not decide stays undecided (stopping for futility).
 Searches, such as for the cheapest design (`cheapest`), choose the designs and the target.
 """
 
@@ -322,7 +323,8 @@ class Judge:
             judged to fail.
         first: replications at the first look at a design.
         days: function of a design's number that returns the fewest replications for a verdict of "meets", and the
-            most; a design still "undecided" then is treated as not meeting the target.
+            most. A design still "undecided" then, or earlier if further runs would probably decide nothing, is treated
+            as not meeting the target.
         agree: whether runs that agree show that the indicator does not vary (`does_not_vary`).
         deterministic: the models use no random numbers, so that one run of a design is exact.
         within: range of the indicator.
