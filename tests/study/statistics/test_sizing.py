@@ -67,8 +67,8 @@ def test_a_search_followed_by_hand():
     assert result.smallest == 5
     assert [(d.value, d.verdict) for d in result.decisions] == [(5, "meets"), (4, "fails")]
     assert (result.below.value, result.below.verdict) == (4, "fails")
-    # 33 runs of the one that is named, five of the other
-    assert result.runs == 38
+    # 33 runs of the one that is named, five of the other, and five of 6 robots, which might do worse
+    assert result.runs == 43
     # the first design has half of the error of seven looks (5 8 12 18 33 50 80): its bounds are at 1 - 0.05/14
     assert result.decisions[0].level == pytest.approx(1 - 0.05 / 14)
     # t(32 df, 0.996429) = 2.874; of 33 values -1, 1, ... -1 the mean is -1/33 and sd 1.0150: 49.970 - 2.874 * 1.0150 /
@@ -157,7 +157,7 @@ def test_the_last_look_is_at_the_cap():
 
 def test_one_run_of_a_deterministic_model_is_exact():
     result = smallest(lambda v, r: 10.0 * v, range(1, 9), "T >= 50", deterministic=True)
-    assert (result.smallest, result.runs) == (5, 2)  # 5 and 4
+    assert (result.smallest, result.runs) == (5, 3)  # 5, 4, and 6, which might do worse
     assert all(d.deterministic and d.n == 1 and d.low is None and d.high is None for d in result.decisions)
 
 
