@@ -381,15 +381,12 @@ class Judge:
         `luck`: how much better its final mean is, in standard deviations of the final mean as predicted by these runs.
         """
         case, cap = self._cases[number], self.days(number).cap
-        n, each = len(case.data), []
-        for goal, zone, data in [
-            (self.target, self.zone, case.data),
-            *((further.target, further.zone, further.values(number, n)) for further in self.beside),
-        ]:
-            better = luck * float(np.std(data, ddof=1)) * math.sqrt(max(0.0, 1 / n - 1 / cap)) if luck else 0.0
+        still_open = math.sqrt(max(0.0, 1 / len(case.data) - 1 / cap))
+        each = []
+        for goal, zone, within, values in self._by_target(number):
+            better = luck * still_open * float(np.std(values, ddof=1)) if luck else 0.0
             easier = replace(goal, value=goal.value - goal.sign * better)
-            final = _repeated(data, cap)
-            each.append(judged(number, final, easier, case.level, False, goal.measure.within, zone, case.least))
+            each.append(judged(number, _repeated(values, cap), easier, case.level, False, within, zone, case.least))
         return on_all(each).verdict
 
     def _is_futile(self, number: int) -> bool:
@@ -431,7 +428,7 @@ class Judge:
         if case.error is None:
             case.error = self._next_error()
         case.level = 1.0 - case.error * part / len(self.targets)
-        self.verdicts[number] = self._on_all(number)
+        self.verdicts[number] = self._judged(number)
         self._veto(number, self.veto(number))
         if self.verdicts[number].closed or self._is_futile(number):
             case.looks.clear()
@@ -462,28 +459,28 @@ class Judge:
         self.budget.take(runs - done)
         self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
 
+    def _by_target(self, number: int) -> list[tuple[Target, float, Interval, list[float]]]:
+        """Return each target with its zone, the range of its indicator, and the values of a design so far."""
+        data = self._cases[number].data
+        beside = [
+            (goal.target, goal.zone, goal.target.measure.within, goal.values(number, len(data))) for goal in self.beside
+        ]
+        return [(self.target, self.zone, self.within, data), *beside]
+
     def _judged(self, number: int) -> DesignVerdict[int]:
-        case = self._cases[number]
-        exact = self.deterministic or (self.agree and does_not_vary(case.data, self.within))
-        return judged(number, case.data, self.target, case.level, exact, self.within, self.zone, case.least)
-
-    def _on_all(self, number: int) -> DesignVerdict[int]:
-        first = self._judged(number)
-        others = [self._judged_beside(number, first, further) for further in self.beside]
-        return on_all((first, *others)) if others else first
-
-    def _judged_beside(self, number: int, first: DesignVerdict[int], further: Beside) -> DesignVerdict[int]:
-        """Judge a design on a further target, by the runs behind its verdict on the first target."""
-        values, within = further.values(number, first.n), further.target.measure.within
-        exact = self.deterministic or (self.agree and does_not_vary(values, within))
-        return judged(number, values, further.target, first.level, exact, within, further.zone, first.least)
+        """Judge a design on all targets, by its runs so far."""
+        case, each = self._cases[number], []
+        for goal, zone, within, values in self._by_target(number):
+            exact = self.deterministic or (self.agree and does_not_vary(values, within))
+            each.append(judged(number, values, goal, case.level, exact, within, zone, case.least))
+        return on_all(each) if self.beside else each[0]
 
     def _veto(self, number: int, why: str | None) -> None:
         """Make a design fail regardless of the target, unless the reason `why` is None."""
         if why is not None:
             self.vetoed[number] = why
             self.drained |= {number} if self.drains(number) else set()
-            self.verdicts[number] = replace(self._judged(number), verdict="fails")
+            self.verdicts[number] = replace(self._judged(number), verdict="fails", each=())
             self._cases[number].looks.clear()
 
 
