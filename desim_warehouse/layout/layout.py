@@ -115,7 +115,7 @@ class Lift:
         probability.
         """
         stands = self.nodes if self.rests is None else (self.rests,)
-        return sum(self.way(stand, node) for stand in stands) / len(stands) + self.doors
+        return math.fsum(self.way(stand, node) for stand in stands) / len(stands) + self.doors
 
 
 @dataclass(frozen=True, eq=False)

@@ -148,8 +148,8 @@ class QueuePlan:
         """Return the time at which a robot would complete a queue."""
         delivery, onward = self.of[rank]
         time = float(self.approach[rank, queue[0]]) if queue else 0.0
-        links = sum(float(onward[a, b]) for a, b in itertools.pairwise(queue))
-        return time + links + sum(float(delivery[task]) for task in queue)
+        links = math.fsum(float(onward[a, b]) for a, b in itertools.pairwise(queue))
+        return time + links + math.fsum(float(delivery[task]) for task in queue)
 
     def _bid(self, rank: int) -> None:
         """Compute the cheapest insertion of every open task into a robot's queue."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import islice
@@ -182,7 +183,7 @@ class Situation:
                     for task in tasks
                 ]
             )
-        fixed: Any = sum(handling.times(tasks[0])) + handling.clear_time if tasks else 0.0
+        fixed: Any = math.fsum(handling.times(tasks[0])) + handling.clear_time if tasks else 0.0
         if handling.flows or handling.stations:
             ends = [self.station(robot, task) if handling.stations else "" for task in tasks]
             times = [handling.times(task, node) for task, node in zip(tasks, ends, strict=True)]

@@ -2,7 +2,8 @@
 
 For every verdict on a target: of `desim plan`, `size`, `best`, `what-if`, `study` and `serve`.
 
-All verdicts share one schedule of looks (`looks`), one error budget (alpha spending) and one cap on replications.
+All verdicts share one schedule of looks (`looks`), one error budget (alpha spending) and one cap on replications. A
+design that further runs up to the cap would probably not decide stays undecided (stopping for futility).
 Searches, such as for the cheapest design (`cheapest`), choose the designs and the target.
 """
 
@@ -33,6 +34,7 @@ MOST_TO_TELL = 1000
 _SPARE = 1.5
 """Distance from mean to target over the half-width at which five of six designs are decided, if the mean is true."""
 FEWEST_BESIDE = 5  # fewest runs of which one may be called an outlier
+_FUTILE = 1.28  # quantile of the normal distribution: a design is left undecided below a predictive power of 10 %
 _APART = 1.25  # least ratio of the runs of a look to those of the look before
 
 
@@ -244,12 +246,17 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
 
     def decides(runs: int) -> bool:
-        further = [values[run % len(values)] for run in range(runs)]
+        further = _repeated(values, runs)
         return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0, least)[0] != "undecided"
 
     counts = range(len(values) + 1, MOST_TO_TELL + 1)
     place = bisect_left(counts, True, key=decides)
     return counts[place] if place < len(counts) else None
+
+
+def _repeated(values: Sequence[float], runs: int) -> list[float]:
+    """Return the values of a number of runs that repeat those so far."""
+    return [values[run % len(values)] for run in range(runs)]
 
 
 class RunsEndedError(StudyError):
@@ -316,7 +323,8 @@ class Judge:
             judged to fail.
         first: replications at the first look at a design.
         days: function of a design's number that returns the fewest replications for a verdict of "meets", and the
-            most; a design still "undecided" then is treated as not meeting the target.
+            most. A design still "undecided" then, or earlier if further runs would probably decide nothing, is treated
+            as not meeting the target.
         agree: whether runs that agree show that the indicator does not vary (`does_not_vary`).
         deterministic: the models use no random numbers, so that one run of a design is exact.
         within: range of the indicator.
@@ -367,10 +375,23 @@ class Judge:
         """All targets that a design has to meet."""
         return self.target, *(further.target for further in self.beside)
 
-    def leans(self, number: int) -> bool:
-        """Whether the means of a design so far meet all targets."""
-        verdict = self.verdicts[number]
-        return all(goal.met_by(each.mean) for goal, each in zip(self.targets, verdict.each or (verdict,), strict=True))
+    def forecast(self, number: int, luck: float = 0.0) -> Verdict:
+        """Return the verdict on a design at its last look if its further runs repeat those so far.
+
+        `luck`: how much better its final mean is, in standard deviations of the final mean as predicted by these runs.
+        """
+        case, cap = self._cases[number], self.days(number).cap
+        still_open = math.sqrt(max(0.0, 1 / len(case.data) - 1 / cap))
+        each = []
+        for goal, zone, within, values in self._by_target(number):
+            better = luck * still_open * float(np.std(values, ddof=1)) if luck else 0.0
+            easier = replace(goal, value=goal.value - goal.sign * better)
+            each.append(judged(number, _repeated(values, cap), easier, case.level, False, within, zone, case.least))
+        return on_all(each).verdict
+
+    def _is_futile(self, number: int) -> bool:
+        """Whether further runs would probably decide nothing: the predictive power for both verdicts is below 10 %."""
+        return self.forecast(number, _FUTILE) != "meets" and self.forecast(number, -_FUTILE) != "fails"
 
     def missed(self, number: int) -> list[Target]:
         """Return the targets that a design was shown to miss."""
@@ -407,9 +428,9 @@ class Judge:
         if case.error is None:
             case.error = self._next_error()
         case.level = 1.0 - case.error * part / len(self.targets)
-        self.verdicts[number] = self._on_all(number)
+        self.verdicts[number] = self._judged(number)
         self._veto(number, self.veto(number))
-        if self.verdicts[number].closed:
+        if self.verdicts[number].closed or self._is_futile(number):
             case.looks.clear()
         self.tell(self)
 
@@ -438,28 +459,28 @@ class Judge:
         self.budget.take(runs - done)
         self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
 
+    def _by_target(self, number: int) -> list[tuple[Target, float, Interval, list[float]]]:
+        """Return each target with its zone, the range of its indicator, and the values of a design so far."""
+        data = self._cases[number].data
+        beside = [
+            (goal.target, goal.zone, goal.target.measure.within, goal.values(number, len(data))) for goal in self.beside
+        ]
+        return [(self.target, self.zone, self.within, data), *beside]
+
     def _judged(self, number: int) -> DesignVerdict[int]:
-        case = self._cases[number]
-        exact = self.deterministic or (self.agree and does_not_vary(case.data, self.within))
-        return judged(number, case.data, self.target, case.level, exact, self.within, self.zone, case.least)
-
-    def _on_all(self, number: int) -> DesignVerdict[int]:
-        first = self._judged(number)
-        others = [self._judged_beside(number, first, further) for further in self.beside]
-        return on_all((first, *others)) if others else first
-
-    def _judged_beside(self, number: int, first: DesignVerdict[int], further: Beside) -> DesignVerdict[int]:
-        """Judge a design on a further target, by the runs behind its verdict on the first target."""
-        values, within = further.values(number, first.n), further.target.measure.within
-        exact = self.deterministic or (self.agree and does_not_vary(values, within))
-        return judged(number, values, further.target, first.level, exact, within, further.zone, first.least)
+        """Judge a design on all targets, by its runs so far."""
+        case, each = self._cases[number], []
+        for goal, zone, within, values in self._by_target(number):
+            exact = self.deterministic or (self.agree and does_not_vary(values, within))
+            each.append(judged(number, values, goal, case.level, exact, within, zone, case.least))
+        return on_all(each) if self.beside else each[0]
 
     def _veto(self, number: int, why: str | None) -> None:
         """Make a design fail regardless of the target, unless the reason `why` is None."""
         if why is not None:
             self.vetoed[number] = why
             self.drained |= {number} if self.drains(number) else set()
-            self.verdicts[number] = replace(self._judged(number), verdict="fails")
+            self.verdicts[number] = replace(self._judged(number), verdict="fails", each=())
             self._cases[number].looks.clear()
 
 

@@ -124,7 +124,7 @@ class _Flow:
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
         self._how = reading(model, layout)
         self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
-        self._cumulated = [sum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
+        self._cumulated = [math.fsum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
 
     # Release times
 

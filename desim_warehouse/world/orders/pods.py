@@ -106,7 +106,7 @@ class Shelves:
         self.free = dict.fromkeys(sorted(set(range(len(storage))) - set(stands)))
 
     def _rank(self, popularity: Any) -> None:
-        weights = [sum(float(popularity[item]) for item in pod.stock) for pod in self.pods]
+        weights = [math.fsum(float(popularity[item]) for item in pod.stock) for pod in self.pods]
         for rank, number in enumerate(sorted(range(len(weights)), key=lambda number: (-weights[number], number))):
             self.pods[number].rank = rank / len(weights)
 

@@ -6,6 +6,7 @@ reaches soonest, among the next stops of its loads.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -107,14 +108,14 @@ def driven(travel: FreeTravel, stops: Sequence[Stop]) -> float:
     """Return the free driving time from the first of some stops to the end of the edge of the last."""
     last = stops[-1]
     return (
-        sum(between(travel, earlier, later) for earlier, later in pairwise(stops))
+        math.fsum(between(travel, earlier, later) for earlier, later in pairwise(stops))
         + travel.along(last.edge, last.offset)[1]
     )
 
 
 def handled(handling: Handling[float], stops: Sequence[Stop]) -> float:
     """Return the mean handling time at some stops."""
-    return sum(time_at(handling, stop) for stop in stops)
+    return math.fsum(time_at(handling, stop) for stop in stops)
 
 
 def time_at(handling: Handling[float], stop: Stop) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.states import STATES, Phase
@@ -56,7 +57,7 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
         if job.drop is None:
             return station, time + with_load.ways.time(robot.node, station) + unload
         start = with_load.ways.time(robot.node, job.drop[0][0])
-        return station, time + start + sum(with_load.along(*job.drop)) + unload
+        return station, time + start + math.fsum(with_load.along(*job.drop)) + unload
     length = reach.length(job.edge)
     onward = with_load.ways.time(job.edge[1], station) if job.drop is None else loaded_time(with_load, job, station)
     beyond = (length - job.offset) / robot.loaded_speed + onward + unload

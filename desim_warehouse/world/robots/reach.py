@@ -59,7 +59,7 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
     if task.drop is None:
         return travel.from_edge(task.edge, station)
     edge, offset = task.drop
-    return travel.from_edge(task.edge, edge[0]) + travel.half_turn + sum(travel.along(edge, offset))
+    return travel.from_edge(task.edge, edge[0]) + travel.half_turn + math.fsum(travel.along(edge, offset))
 
 
 class Reach:
@@ -433,7 +433,7 @@ class Reach:
             )
         return float(
             drawn.empty * (before + (clear + travel.half_turn))
-            + drawn.handling * sum(self.handling.times(task, station))
+            + drawn.handling * math.fsum(self.handling.times(task, station))
             + drawn.loaded * (after + (loaded_time(with_load, task, station) + unknown))
         )
 

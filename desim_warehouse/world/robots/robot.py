@@ -701,7 +701,7 @@ class Robot:
         now = self.env.now
         waited = self.body.waited_by(now) - self.waited_before
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
-        return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
+        return math.fsum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
     def stood_aside(self) -> None:
         """Declare, where lanes are two-way, the robot's route from beside its lane."""

@@ -113,7 +113,7 @@ class Stretch(NamedTuple):
     def braking_distance(self, most: float) -> float:
         """Return the distance over which it brakes to its end: `most`, or less if it reaches less speed."""
         gathers, brakes = self.motion
-        run_up = self.speed * self.speed * gathers / 2 + sum(length for length, _ in self.pieces)
+        run_up = self.speed * self.speed * gathers / 2 + math.fsum(length for length, _ in self.pieces)
         return min(most, run_up * brakes / (gathers + brakes))
 
     def at_speed(self, limit: float) -> Stretch:
@@ -134,7 +134,7 @@ class Stretch(NamedTuple):
         if first == 0:
             return self
         speeds = _speeds(pieces, self.motion, self.speed, math.inf)
-        past = sum(_lost_on(pieces[i], speeds[i], speeds[i + 1], self.motion) for i in range(first))
+        past = math.fsum(_lost_on(pieces[i], speeds[i], speeds[i + 1], self.motion) for i in range(first))
         return Stretch(self.motion, speeds[first], pieces[first:], self.lost - past)
 
 
@@ -145,7 +145,7 @@ def time_lost(pieces: tuple[Piece, ...], motion: Motion, speed: float = 0.0, *, 
     The robot comes to the first piece at `speed`. At the end it stops, or its speed is free.
     """
     speeds = _speeds(pieces, motion, speed, 0.0 if stops else math.inf)
-    return sum(_lost_on(piece, speeds[i], speeds[i + 1], motion) for i, piece in enumerate(pieces))
+    return math.fsum(_lost_on(piece, speeds[i], speeds[i + 1], motion) for i, piece in enumerate(pieces))
 
 
 def _speeds(pieces: Sequence[Piece], motion: Motion, first: float, last: float) -> list[float]:

@@ -122,3 +122,13 @@ def test_it_is_the_cheapest_of_all_that_meet_two_or_three_targets(seed):
     ]
     found = search(surfaces, goals, deterministic=True)
     assert found.design == min(enough, key=lambda number: GRID[number], default=None)
+
+
+@pytest.mark.parametrize(("minutes", "forecast"), [(60, "meets"), (100, "undecided"), (160, "fails")])
+def test_a_design_is_forecast_to_meet_if_it_is_on_every_target(minutes, forecast):
+    """On time is clear after five days that differ by 0.002; the second target decides, or stays open at its bound."""
+    seconds = Beside(REST, 1.0, lambda _, n: [minutes + 10 * (-1) ** run for run in range(n)])
+    judge = Judge(EXPRESS, zone=0.01, beside=[seconds])
+    follow(judge.look(0), lambda _, run: 0.99 + 0.001 * (-1) ** run)
+    assert judge.runs(0) == 5
+    assert judge.forecast(0) == forecast
