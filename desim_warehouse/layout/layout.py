@@ -100,13 +100,13 @@ class Lift:
     outages: OutageSpec | None = None
     model_name: str = ""
 
-    def way(self, one: str, other: str) -> float:
+    def moving_time(self, one: str, other: str) -> float:
         """Return the time in which the cabin moves from one of its nodes to another."""
         return abs(self.nodes.index(one) - self.nodes.index(other)) * self.ride
 
     def carrying(self, one: str, other: str) -> float:
         """Return the time of a ride, from the doors' closing behind a robot until they are open on its floor."""
-        return self.doors + self.way(one, other) + self.doors
+        return self.doors + self.moving_time(one, other) + self.doors
 
     def mean_call(self, node: str) -> float:
         """Return the mean time until the free cabin is at a node with open doors.
@@ -115,7 +115,7 @@ class Lift:
         probability.
         """
         stands = self.nodes if self.rests is None else (self.rests,)
-        return math.fsum(self.way(stand, node) for stand in stands) / len(stands) + self.doors
+        return math.fsum(self.moving_time(stand, node) for stand in stands) / len(stands) + self.doors
 
 
 @dataclass(frozen=True, eq=False)

@@ -123,9 +123,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
         if self._decision is None:
             cost = self._steps.run.kpis["cost"]
         else:
-            distance, time, collisions = self._steps.cost_so_far()
-            weights = self.model.cost
-            cost = distance * weights.distance + time * weights.time + collisions * weights.collisions
+            cost = self.model.cost.total(*self._steps.cost_so_far())
         increase, self._cost = cost - self._cost, cost
         return increase
 

@@ -331,6 +331,10 @@ class Cost(Part):
     time: NotNegative = Field(1.0, title="weight of time", description="w_t, for each time unit of T")
     collisions: NotNegative = Field(1.0, title="weight of collisions", description="w_c, for each collision")
 
+    def total(self, distance: float, time: float, collisions: float) -> float:
+        """Return Cost_total of a distance in length units, a time in time units, and a number of collisions."""
+        return distance * self.distance + time * self.time + collisions * self.collisions
+
 
 _Wage = Annotated[
     NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")

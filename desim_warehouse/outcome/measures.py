@@ -38,8 +38,7 @@ def collisions(history: History) -> int:
 
 def cost(history: History) -> float:
     """Return the paper's cost in the evaluation period, distance x w_d + time x w_t + S x w_c."""
-    weights, distance = history.model.cost, history.totals["distance"]
-    return distance * weights.distance + history.counted * weights.time + collisions(history) * weights.collisions
+    return history.model.cost.total(history.totals["distance"], history.counted, collisions(history))
 
 
 def rotations(history: History) -> int:
