@@ -334,10 +334,10 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate, or where it promises too little, the cheapest design with its first count that does more.
+        """Judge a candidate while it promises to meet the target, then the cheapest with its first count that does.
 
-        The first count is usually the number of robots. If even the largest design with this count promises too little,
-        it is judged: if it fails, all designs with the count fail without runs of their own.
+        The first count is usually the number of robots. If even the largest design with this count does not promise to
+        meet the target, that design is judged: if it fails, all designs with the count fail without runs of their own.
         """
         judge, designs = self.judge, self.designs
         row = [n for n in self.order if designs[n][0] == designs[number][0]]
