@@ -381,10 +381,10 @@ class Judge:
         `luck`: how much better its final mean is, in standard deviations of the final mean as predicted by these runs.
         """
         case, cap = self._cases[number], self.days(number).cap
-        still_open = math.sqrt(max(0.0, 1 / len(case.data) - 1 / cap))
+        relative_sd = math.sqrt(max(0.0, 1 / len(case.data) - 1 / cap))
         each = []
         for goal, zone, within, values in self._by_target(number):
-            better = luck * still_open * float(np.std(values, ddof=1)) if luck else 0.0
+            better = luck * relative_sd * float(np.std(values, ddof=1)) if luck else 0.0
             easier = replace(goal, value=goal.value - goal.sign * better)
             each.append(judged(number, _repeated(values, cap), easier, case.level, False, within, zone, case.least))
         return on_all(each).verdict

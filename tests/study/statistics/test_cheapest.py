@@ -247,6 +247,17 @@ def test_where_runs_do_not_tell_of_fleets_those_with_most_chargers_are_judged():
 # Where more does worse
 
 
+def test_a_second_charger_that_does_worse_keeps_no_cheaper_design_from_being_the_answer():
+    """A second charger brings a queue, so of the designs with two only the largest is enough."""
+    designs = [(first, second) for first in range(1, 6) for second in (1, 2)]
+    means = {design: 0.9 + 0.05 * design[0] - 0.2 * (design[1] == 2) + 0.3 * (design == (5, 2)) for design in designs}
+    judge = Judge(parse_target("on_time >= 1"), first=4, days=up_to(4), deterministic=True)
+    steps = cheapest_meeting_steps(designs, lambda design: (design[1], design[0]), judge)
+    found = follow(steps, lambda number, _: means[designs[number]])
+    assert designs[found.design] == (2, 1)
+    assert [(designs[one.number], one.worse) for one in found.larger] == [((3, 1), False)]
+
+
 def test_fewer_robots_are_not_ruled_out_by_more_chargers_with_which_they_do_worse():
     """Three robots are enough with one charger only: each further one brings a slot far from the work."""
     designs = [(first, second) for first in range(1, 6) for second in (1, 2, 3)]
