@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Self
 
@@ -91,7 +92,7 @@ class Steps:
         now = self._world.env.now
         robots = self._world.robots
         return (
-            sum(robot.body.distance(now) for robot in robots),
+            math.fsum(robot.body.distance(now) for robot in robots),
             now,
             sum(robot.body.rear_ends_by(now) + robot.body.crossings for robot in robots),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from desim_warehouse.layout import Layout
@@ -20,7 +21,7 @@ def arrival_rate(model: Model) -> float | None:
         return tasks.goods.poisson * tasks.demand / hour * share
     if all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
         return None
-    return sum(flow_rates(model).values()) / hour
+    return math.fsum(flow_rates(model).values()) / hour
 
 
 def due_within(model: Model) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator, Field
@@ -55,14 +56,15 @@ def shares_of(lines: int | tuple[int, int] | DiscreteLines) -> dict[int, float]:
         return dict.fromkeys(range(least, most + 1), 1 / (most + 1 - least))
     values, shares = lines.discrete.values, dict.fromkeys(lines.discrete.values, 0.0)
     weights = lines.discrete.weights or (1.0,) * len(values)
+    total = math.fsum(weights)
     for value, weight in zip(values, weights, strict=True):
-        shares[value] += weight / sum(weights)
+        shares[value] += weight / total
     return {value: share for value, share in shares.items() if share}
 
 
 def mean_lines(lines: int | tuple[int, int] | DiscreteLines) -> float:
     """Return the mean number of lines of an order, given the number or its distribution."""
-    return sum(count * share for count, share in shares_of(lines).items())
+    return math.fsum(count * share for count, share in shares_of(lines).items())
 
 
 def draw_lines(lines: int | tuple[int, int] | DiscreteLines, generator: Generator) -> int:

@@ -414,7 +414,7 @@ class _Proof:
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
         """Compare a design (`number`) with a smaller one (`base`) on the same days, at half of alpha.
 
-        Return None if no runs are left. While the mean of the larger design is worse by more than the
+        Return None if no runs are left. While the mean of the larger design is worse by more than half the
         indifference zone, replicate both further, until both have as many runs as the one with more. With
         several targets, return the comparison for the first target on which the larger design is shown to be
         worse, or else for the first target.
@@ -437,7 +437,7 @@ class _Proof:
             result = next((comparison for comparison in held if comparison.worse), held[0])
             zones = [judge.zone, *(further.zone for further in judge.beside)]
             if result.worse or all(
-                comparison.target.sign * comparison.difference.mean >= -zone
+                comparison.target.sign * comparison.difference.mean >= -zone / 2
                 for zone, comparison in zip(zones, held, strict=True)
             ):
                 break

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Generic, Literal, TypeVar
@@ -168,14 +168,19 @@ def judged(
 def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
     """Combine the verdicts on each of several targets, at one look, into one; all of them hold simultaneously."""
     left = [verdict for verdict in each if verdict.verdict == "undecided"]
-    fails = any(verdict.verdict == "fails" for verdict in each)
+    verdict = _of_all([target.verdict for target in each])
     return replace(
         each[0],
-        verdict="fails" if fails else "undecided" if left else "meets",
-        within_zone=bool(left) and all(verdict.within_zone for verdict in left),
-        outlier=left[0].outlier if len(left) == 1 and not fails else None,
+        verdict=verdict,
+        within_zone=bool(left) and all(target.within_zone for target in left),
+        outlier=left[0].outlier if len(left) == 1 and verdict == "undecided" else None,
         each=tuple(each),
     )
+
+
+def _of_all(verdicts: Collection[Verdict]) -> Verdict:
+    """Combine the verdicts on several targets: one missed target is enough to fail."""
+    return next((verdict for verdict in ("fails", "undecided") if verdict in verdicts), "meets")
 
 
 def _verdict(
@@ -386,8 +391,10 @@ class Judge:
         for goal, zone, within, values in self._by_target(number):
             better = luck * relative_sd * float(np.std(values, ddof=1)) if luck else 0.0
             easier = replace(goal, value=goal.value - goal.sign * better)
-            each.append(judged(number, _repeated(values, cap), easier, case.level, False, within, zone, case.least))
-        return on_all(each).verdict
+            further = _repeated(values, cap)
+            mean = float(np.mean(further))
+            each.append(_verdict(further, mean, easier, case.level, within, zone, case.least)[0])
+        return _of_all(each)
 
     def _is_futile(self, number: int) -> bool:
         """Whether further runs would probably decide nothing: the predictive power for both verdicts is below 10 %."""
