@@ -21,7 +21,7 @@ def faults(run):
     found = []
 
     def same(what, sums, whole, tolerance=1e-9):
-        if not math.isclose(sums, whole, rel_tol=tolerance, abs_tol=tolerance * (1 + run.T)):
+        if not math.isclose(sums, whole, rel_tol=tolerance, abs_tol=tolerance * (1 + run.record.end)):
             found.append(f"{what}: {sums} of {whole}")
 
     of_robots, tallies = robots.to_dict("index"), run.robots.to_dict("index")
@@ -30,7 +30,7 @@ def faults(run):
     of_tasks = dict(zip(tasks.index, tasks.to_numpy().sum(axis=1), strict=True))
     for number, task in history.tasks.items():
         if task.done >= history.begin:
-            same(f"task {number}", of_tasks[number], min(task.done, run.T) - task.released)
+            same(f"task {number}", of_tasks[number], min(task.done, run.record.end) - task.released)
     same("number of tasks", len(tasks), sum(task.done >= history.begin for task in history.tasks.values()))
     same("edges and nodes", edges.to_numpy().sum() + nodes.to_numpy().sum(), counted * fleet)
     for number, row in hours.to_dict("index").items():

@@ -20,7 +20,7 @@ def faults(run):
     found = []
     for flow in ("", *run.model.tasks.flows):
         counted, told = areas(run, flow)
-        if not math.isclose(counted, told, rel_tol=TOL, abs_tol=TOL * (1 + run.T)):
+        if not math.isclose(counted, told, rel_tol=TOL, abs_tol=TOL * (1 + run.record.end)):
             found.append(f"tasks {flow}: L x time is {counted}, lambda x W x time {told}")
     return found
 

@@ -44,7 +44,7 @@ class Recount:
         self.layout = run.layout
         self.rows = run.record.rows
         self.at_end = run.record.energy
-        self.end = run.T
+        self.end = run.record.end
         warm_up = self.model.run.warm_up
         self.begin = warm_up if warm_up <= self.end else 0.0
         self.size = self.model.fleet.size

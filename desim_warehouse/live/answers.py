@@ -22,7 +22,7 @@ from desim_warehouse.live.busy import Busy, busy
 from desim_warehouse.live.messages import Measured, Verdict, label
 from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import judged_by
+from desim_warehouse.outcome.indicators import judged_by, why_no_value
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
 from desim_warehouse.outcome.verdicts import judge_design, piles_up
@@ -246,7 +246,7 @@ class RunsSoFar:
         if estimate is None:
             title = words.in_sentence(self.main)
             return RunsInWords(
-                verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered in the counted time.",)
+                verdict, f"{design}: the runs have no {title}.", (numbers.sentence(why_no_value(self.main)),)
             )
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")

@@ -99,10 +99,7 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
 
     if by not in get_args(By):
         raise ReportError(f"account by {by!r}: expected one of {', '.join(get_args(By))}")
-    if history.log.level != "all":
-        raise ReportError(
-            f"an account of time needs log: all (now log: {history.log.level}), run with --set log=all to record it"
-        )
+    history.need_all("an account of time")
     index, stretches = _rows(history, by)
     spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
     for row, part, length in stretches:

@@ -16,6 +16,7 @@ from itertools import islice, zip_longest
 from operator import attrgetter
 from typing import Any, TypeAlias
 
+from desim_warehouse.errors import ReportError
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.spec import StationSpec
 from desim_warehouse.model import Model
@@ -384,6 +385,13 @@ class History:
         return [row.time for row in self.rows("recharged")]
 
     # Traffic
+
+    def need_all(self, what: str) -> None:
+        """Refuse a run whose log leaves out drives and waits, which `what` is computed from; raises ReportError."""
+        if self.log.level != "all":
+            raise ReportError(
+                f"{what} needs log: all (now log: {self.log.level}), run with --set log=all to record drives and waits"
+            )
 
     @cached_property
     def waits(self) -> list[Wait]:

@@ -166,10 +166,10 @@ INDICATORS = {
             "T",
             "Task time",
             "time",
-            "time at which the last robot is back with all goods delivered; with lifelong demand, the length of the "
-            "run",
+            "time at which the last robot is back with all goods delivered, nan if the run ends before that; with "
+            "lifelong demand, the length of the run",
             "less",
-            lambda history: history.end,
+            measures.task_time,
             with_robots="falls",
         ),
         Indicator(
@@ -803,6 +803,13 @@ def no_run_has(name: str, has: Collection[str]) -> str:
     condition = None if indicator is None else _CONDITION.search(indicator.meaning)
     missing = hint(name, has) if condition is None else f"which is there {condition[1]}"
     return f"indicator {name!r}: no run has it, {missing}"
+
+
+def why_no_value(name: str) -> str:
+    """Return the reason why an indicator of a run is nan."""
+    if name == "T":
+        return "the run ends (run.length) before its work is done"
+    return "nothing of what it is about happened in the counted time"
 
 
 def hint(name: str, has: Collection[str]) -> str:

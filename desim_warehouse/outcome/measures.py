@@ -156,6 +156,11 @@ def cycle_time_p95(tasks: History | PartHistory) -> float:
     return quantile(tasks.cycle_times, 0.95)
 
 
+def task_time(history: History) -> float:
+    done = history.model.tasks.never_end or history.ended_with_its_work
+    return history.end if done else math.nan
+
+
 def cycle_time_cv(history: History) -> float:
     times = history.cycle_times
     return statistics.stdev(times) / statistics.fmean(times) if len(times) > 1 else math.nan

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError
 from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.log import LogRow
@@ -80,7 +79,7 @@ class Positions:
     """The positions of all robots during a run; raises ReportError without `log: all`."""
 
     def __init__(self, history: History) -> None:
-        need_all(history)
+        history.need_all("where robots are")
         self.zones = zones(history.model, history.layout)
         self.edges = _edges(history, self.zones)
         self.legs = _Follower(history, self.zones, self.edges).legs()
@@ -122,15 +121,6 @@ class Positions:
     def headings(self, time: float) -> Floats:
         """Return the direction that every robot faces at a time, in radians from x towards y."""
         return self.edges.headings(self.at(time)[0])
-
-
-def need_all(history: History) -> None:
-    """Refuse a run whose log does not record the drives of robots; raises ReportError."""
-    if history.log.level != "all":
-        raise ReportError(
-            f"where robots are needs log: all (now log: {history.log.level}), run with --set log=all to record "
-            "where the robots drive"
-        )
 
 
 def _edges(history: History, places: Sequence[Zone]) -> Edges:

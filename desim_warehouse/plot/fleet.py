@@ -151,7 +151,10 @@ def gantt(
     begin, until, shown = part_shown(run, start, end, robots)
     fleet = run.history.states
     size = (7.2, min(1.4 + 0.26 * len(shown), 12.0))
-    with look.drawing(ax, style, title, size, "States of the robots over time") as axes:
+    about = "States of the robots over time"
+    if run.record.level != "all":
+        about += " (waits in traffic are not recorded)"
+    with look.drawing(ax, style, title, size, about) as axes:
         for row, number in enumerate(shown):
             parts = [s for s in fleet[number] if s.end > begin and s.start < until]
             axes.broken_barh(

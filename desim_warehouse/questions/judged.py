@@ -23,8 +23,9 @@ def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> ShownNu
     """Return the mean of a judged design, with the bounds of its verdict."""
     scale = words.scale(target.indicator, model, (verdict.mean,))
     shown = within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
-    alike = verdict.deterministic and verdict.n > 1
-    return shown.model_copy(update={"text": f"{shown.text} (the same in all {verdict.n} runs)"}) if alike else shown
+    if not verdict.agrees:
+        return shown
+    return shown.model_copy(update={"text": f"{shown.text} (the same in all {verdict.n} runs)"})
 
 
 def within(

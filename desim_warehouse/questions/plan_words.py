@@ -292,7 +292,7 @@ class _Planned:
     def _promise(self) -> str:
         plan = self.plan
         judged_fleets = [fleet for sized in self.demands for fleet in (sized.best, *sized.below) if fleet is not None]
-        if judged_fleets and all(fleet.verdict.deterministic for fleet in judged_fleets):
+        if judged_fleets and all(fleet.verdict.deterministic and not fleet.verdict.agrees for fleet in judged_fleets):
             return "Nothing in the model is left to chance, so each number above is exact."
         sure = f"{100 * plan.confidence:g} % confidence{' for each demand' * (self.key is None)}"
         if plan.ended or self.answered is None:

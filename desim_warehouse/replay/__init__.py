@@ -45,12 +45,11 @@ def replay(
     Raises:
         ReportError: a run without `log: all`, an empty window, an unknown palette, or a file that cannot be written.
     """
-    from desim_warehouse.outcome.positions import need_all
     from desim_warehouse.replay.page import page
 
     runs = [history] if beside is None else [history, beside]
     for run in runs:
-        need_all(run)
+        run.need_all("a replay")
     if palette not in PALETTES:
         raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
     windows = [window(history, start, end)]

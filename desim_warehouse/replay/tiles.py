@@ -16,7 +16,7 @@ import numpy as np
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.history import Curve, History
 from desim_warehouse.outcome.indicators import INDICATORS, kpis
-from desim_warehouse.outcome.measures import quantile
+from desim_warehouse.outcome.measures import quantile, task_time
 from desim_warehouse.replay.scale import MapScale
 
 SHARE = 1_000_000
@@ -130,8 +130,8 @@ def figures(history: History, shown: list[Tile], scale: MapScale) -> dict[str, f
     at_end["throughput_per_hour"] = at_end["tasks"] / hours if hours > 0 else math.nan
     if "share_waiting" in at_end:
         at_end["share_waiting"] = at_end["share_waiting"] / fleet if fleet > 0 else math.nan
-    if not history.model.tasks.never_end:
-        at_end["T"] = min(scale.end, history.end)
+    if not history.model.tasks.never_end and scale.end >= history.end:
+        at_end["T"] = task_time(history)
     times = [task.cycle_time for task in history.counted_done if task.done <= scale.end]
     at_end["cycle_time_mean"] = math.fsum(times) / len(times) if times else math.nan
     return {key: value for key, value in at_end.items() if math.isfinite(value)}

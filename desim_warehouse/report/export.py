@@ -79,7 +79,10 @@ def export(
 
 
 def tables(run: RunData) -> dict[str, pd.DataFrame]:
-    """Return all tables of a run by name, with times in the model's time unit; kpis has a row for each indicator."""
+    """Return all tables of a run by name, with times in the model's time unit; kpis has a row for each indicator.
+
+    There are no `waits` unless the run has `log: all`.
+    """
     import pandas as pd
 
     units = run.model.units
@@ -94,7 +97,7 @@ def tables(run: RunData) -> dict[str, pd.DataFrame]:
         "kpis": kpis,
         "log": run.log,
         "states": state_table(run),
-        "waits": run.waits,
+        **({"waits": run.waits} if run.record.level == "all" else {}),
         "robots": run.robots.reset_index(),
         "edges": run.edges.reset_index(),
         "nodes": run.nodes.reset_index(),

@@ -159,9 +159,13 @@ class RunData:
         wait, and `root_at` the node or edge where it is: a state of a robot (`loading`), a queue, a closure, a person,
         or `crossing`, `lane`, `two_way_lane`, `ring` (see `desim_warehouse.outcome.chains`). With closures or people
         also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
+
+        Raises:
+            ReportError: a run without `log: all`.
         """
         import pandas as pd
 
+        self.history.need_all("a table of waits")
         waits, text = self.history.waits, self.log["node"].dtype
         columns: dict[str, pd.Series[Any]] = {
             "start": pd.Series([wait.start for wait in waits], dtype=float),
@@ -185,9 +189,13 @@ class RunData:
         A row for each root (see `waits`). `time`: that all robots together waited for it in the evaluation period, in
         traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all
         waiting.
+
+        Raises:
+            ReportError: a run without `log: all`.
         """
         import pandas as pd
 
+        self.history.need_all("a table of lost time")
         lost = chains.lost_to(self.history)
         whole = self.history.counted * len(self.record.robots)
         rows = [(*root, time, time / whole, robots) for root, (time, robots) in lost.items()]

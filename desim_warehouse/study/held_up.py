@@ -118,13 +118,14 @@ class HeldUp:
 
 
 def usual_indicator(run: RunData) -> str:
-    """Return the default indicator in which costs are counted: throughput where work always waits, else time.
+    """Return the default indicator in which costs are counted: throughput where work always waits or is not done.
 
-    Where loads pile up before workers, it is the number of loads worked on.
+    Where loads pile up before workers, it is the number of loads worked on; where all work is done, the time that the
+    work, or a task, takes.
     """
     overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
     tasks = run.model.tasks
-    if (tasks.never_end and not tasks.arrive) or overloaded:
+    if (tasks.never_end and not tasks.arrive) or overloaded or math.isnan(run.kpis["T"]):
         return "worked" if run.kpis.get("work_backlog", 0) > run.model.fleet.size else "throughput_per_hour"
     return "cycle_time_mean" if run.model.tasks.never_end else "T"
 

@@ -225,7 +225,8 @@ class ResultsData:
         """Rare events that the runs so far miss: failures, each for the design with the fewest runs, and closures."""
         remarks: dict[str, None] = {}
         for design, model in self.models.items():
-            times = [row.value("T") for row in self.runs(design) if math.isfinite(row.value("T"))]
+            ended = [row.value("T") for row in self.runs(design) if not row.outcome.error]
+            times = [model.run.end if math.isnan(time) else time for time in ended]
             if times:
                 remarks.update(dict.fromkeys(rare.unknown(model, len(times), math.fsum(times) / len(times))))
         return tuple(remarks)

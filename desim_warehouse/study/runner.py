@@ -6,6 +6,7 @@ For `Study.run`, `desim study` and every question that does a study.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from time import monotonic
@@ -20,6 +21,7 @@ from desim_warehouse.errors import (
     SimulationError,
     StudyError,
 )
+from desim_warehouse.outcome.indicators import why_no_value
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
@@ -170,7 +172,13 @@ class StudyRunner:
             return failed
         if row.outcome.error is not None:
             raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
-        return row.measured(indicator)
+        value = row.measured(indicator)
+        if math.isnan(value) and failed is None:
+            raise StudyError(
+                f"{self.points[number]}, replication {replication}: no value of {indicator}, as "
+                f"{why_no_value(indicator)}; try a longer run"
+            )
+        return value
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
         """Do the runs of these (point, replication) that are missing."""

@@ -36,15 +36,15 @@ def standstill(run):
     if model.battery is not None:
         patience += 5 * model.battery.capacity / model.battery.charge_rate
     patience += 10 * max((one.end - one.start for one in run.history.blocked), default=0.0)
-    if getattr(model.tasks.goods, "saturated", 0) and run.T - last > patience:
-        return [f"nothing happened from {last:g} to {run.T:g}"]
+    if getattr(model.tasks.goods, "saturated", 0) and run.record.end - last > patience:
+        return [f"nothing happened from {last:g} to {run.record.end:g}"]
     return []
 
 
 def endless(run):
     """Return a fault if work that ends is not done by the time at which the run is given up."""
-    if run.model.name != CUT and (run.kpis["backlog"] or run.model.run.length == run.T):
-        return [f"{run.kpis['backlog']} tasks are not done by {run.T:g}"]
+    if run.model.name != CUT and (run.kpis["backlog"] or run.model.run.length == run.record.end):
+        return [f"{run.kpis['backlog']} tasks are not done by {run.record.end:g}"]
     return []
 
 

@@ -176,6 +176,10 @@ def test_a_log_without_waits_is_refused(level):
     run = dw.simulate(dw.load({**two_robots(), "log": level}))
     with pytest.raises(dw.ReportError, match=rf"needs log: all \(now log: {level}\), run with --set log=all"):
         run.account()
+    with pytest.raises(dw.ReportError, match="a table of waits needs log: all"):
+        _ = run.waits
+    with pytest.raises(dw.ReportError, match="a table of lost time needs log: all"):
+        _ = run.lost_time
 
 
 def test_another_table_is_refused(run):

@@ -13,8 +13,8 @@ def run():
 
 
 def test_a_row_for_each_time_and_robot_in_the_order_asked_for(run):
-    table = run.positions([50, 0.0, run.T])
-    assert table["time"].tolist() == [50.0] * 3 + [0.0] * 3 + [run.T] * 3
+    table = run.positions([50, 0.0, run.record.end])
+    assert table["time"].tolist() == [50.0] * 3 + [0.0] * 3 + [run.record.end] * 3
     assert table["robot"].tolist() == [0, 1, 2] * 3
     assert list(table) == ["time", "robot", "x", "y", "heading", "node"]
     assert run.positions(range(0)).empty

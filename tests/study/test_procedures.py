@@ -75,6 +75,16 @@ def test_a_value_with_which_a_robot_runs_flat_is_too_small():
     ]
 
 
+@pytest.mark.parametrize(
+    "ask", [lambda made: dw.size(made, "T <= 600"), lambda made: dw.best(made, "T", maximise=False)]
+)
+def test_work_that_a_run_cuts_off_has_no_task_time_to_judge(ask):
+    """In ten minutes three robots deliver some 40 of 60 goods: 600 s is when the run ends, not when the work does."""
+    cut = {"tasks.goods": {"random": 60}, "run.length": 600}
+    with pytest.raises(dw.StudyError, match=r"no value of T, as the run ends \(run.length\) before its work is done"):
+        ask(study({"fleet.size": [1, 3]}, cut))
+
+
 def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
     race(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(out=tmp_path))
     before = len((tmp_path / "runs.jsonl").read_bytes().splitlines())

@@ -219,7 +219,7 @@ TURN = headway_of_a_turn(math.pi / 2, math.radians(30), models.D, models.SPEED)
 
 def per_time(run):
     """Tasks per time unit after the warm-up."""
-    return run.kpis["tasks"] / (run.T - run.model.run.warm_up)
+    return run.kpis["tasks"] / (run.record.end - run.model.run.warm_up)
 
 
 def headways(run, lane):
@@ -286,7 +286,7 @@ def charging(run):
 
 def power(run):
     """Energy drawn a second, after the warm-up."""
-    return run.kpis["energy"] / (run.T - run.model.run.warm_up)
+    return run.kpis["energy"] / (run.record.end - run.model.run.warm_up)
 
 
 def chargers():

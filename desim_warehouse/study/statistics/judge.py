@@ -132,6 +132,11 @@ class DesignVerdict(Generic[V]):
         """Whether further runs would not change the verdict in any way that matters."""
         return self.verdict != "undecided" or self.within_zone
 
+    @property
+    def agrees(self) -> bool:
+        """Whether the mean counts as exact only because several random runs agree."""
+        return self.deterministic and self.n > 1
+
 
 def judged(
     value: V,

@@ -2,13 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.intervals import estimate
+from desim_warehouse.study.statistics.intervals import bounds, estimate
 
 NUMBERS = st.lists(st.integers(-1000, 1000).map(float), min_size=2, max_size=30)
 
@@ -57,6 +58,19 @@ def test_a_rare_event_has_the_interval_of_a_proportion():
     assert estimate([1.0] * 3 + [0.0] * 14, 0.9).interval == pytest.approx((test.low, test.high))
     # none of 10: 1 - 0.025^(1/10) = 0.3085
     assert estimate([0.0] * 10, within=(0, 1)).interval == pytest.approx((0.0, 0.3085), abs=1e-4)
+
+
+def test_a_count_may_exceed_1_though_no_run_did():
+    # Garwood (1936): 1 event in 3 runs, 95 %: 0.0253 / 3 to 5.5716 / 3
+    assert estimate([0.0, 0.0, 1.0], within=(0, math.inf)).interval == pytest.approx((0.00844, 1.8572), abs=1e-4)
+
+
+@pytest.mark.parametrize("runs", [3, 5, 20])
+@pytest.mark.parametrize("mean", [0.5, 1.2])
+def test_intervals_of_small_counts_hold_the_mean_as_often_as_they_say(runs, mean):
+    counts = np.random.default_rng(1).poisson(mean, (2000, runs)).astype(float)
+    held = [low <= mean <= high for low, high in (bounds(row, 0.975, (0.0, math.inf)) for row in counts)]
+    assert np.mean(held) > 0.94
 
 
 def test_the_interval_of_a_share_stays_within_0_and_1():
