@@ -1,18 +1,22 @@
 """What the examples print, made anew: `python -m docs.make_outputs [--slow] [PAGE ...]`.
 
 For a change that moves numbers on purpose: look at the difference, and say under "Results change" in CHANGELOG.md
-what moved and why. Write `?` for an output that is not known yet. Of an output that is elided (`...`), each line that
-is shown is replaced by the new line most like it. Blocks that take minutes, marked `<!-- slow: why -->`, run with
+what moved and why. Write `?` for an output that is not known yet. Of an output that is elided (`...`), lines that are
+shown one after the other are replaced by as many new lines, one after the other, that are most like them: look whether
+they still say what the page wants to show. Blocks that take minutes, marked `<!-- slow: why -->`, run with
 `--slow` only.
 """
 
 from __future__ import annotations
 
 import difflib
+import math
 import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 
 from tests.docs import pages
@@ -58,8 +62,28 @@ def _change(line: int, want: list[str], got: str) -> list[Change]:
     printed = [text.rstrip() for text in got.strip("\n").splitlines()]
     if "..." not in "\n".join(want):
         return [(line, len(want), printed)]
-    shown = [(at, text) for at, text in enumerate(want) if "..." not in text]
-    return [(line + at, 1, new) for at, text in shown if (new := difflib.get_close_matches(text, printed, n=1))]
+    made, begin = list[Change](), 0
+    for at, shown in _between_elisions(want):
+        starts = range(begin, len(printed) - len(shown) + 1)
+        if starts:
+            start = max(starts, key=lambda start: _likeness(shown, printed[start:]))
+            begin = start + len(shown)
+            made.append((line + at, len(shown), printed[start:begin]))
+    return made
+
+
+def _between_elisions(lines: Sequence[str]) -> Iterator[tuple[int, list[str]]]:
+    """Yield the lines between elisions, each group with the number of its first line."""
+    for elided, group in groupby(enumerate(lines), key=lambda numbered: "..." in numbered[1]):
+        if not elided:
+            numbers, texts = zip(*group, strict=True)
+            yield numbers[0], list(texts)
+
+
+def _likeness(lines: Sequence[str], others: Sequence[str]) -> float:
+    """Return how alike lines are to others, one by one: 1 for each pair of equal ones."""
+    pairs = zip(lines, others, strict=False)
+    return math.fsum(difflib.SequenceMatcher(None, one, other).ratio() for one, other in pairs)
 
 
 def main(arguments: list[str]) -> None:

@@ -57,7 +57,8 @@ _OTHERS = ("file", "like", "schema", "force")
 @click.option(
     "--shifts",
     metavar="FROM-TO",
-    help="Hours in which people work and orders arrive, such as 06-22, 6am-10pm or 22-06.  [default: always]",
+    help="Hours in which orders arrive, such as 06-22, 6am-10pm or 22-06; open ones are still worked off between and "
+    "after them.  [default: always]",
 )
 @click.option(
     "--peak",

@@ -273,10 +273,16 @@ class ResultsData:
         values = _known(rows, indicator)
         if not values:
             return None
-        exact = _deterministic(rows) or (
-            indicator == "annual_cost" and is_fixed(self.base.prices) and len(set(values)) == 1
-        )
+        exact = self._is_free_of_chance(rows, indicator)
         return intervals.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
+
+    def _is_free_of_chance(self, rows: Sequence[Row], indicator: str) -> bool:
+        """Whether one run of a design gives an indicator exactly, as all its runs do where chance plays no part in it.
+
+        Beside deterministic runs, these are costs of a year that depend on no run.
+        """
+        fixed = indicator == "annual_cost" and is_fixed(self.base.prices) and len(set(_known(rows, indicator))) == 1
+        return fixed or _deterministic(rows)
 
     def shown(self, design: str, indicator: str) -> intervals.Estimate | None:
         """Mean and interval of an indicator at a design; for the target's indicator, with the bounds of its verdict."""
@@ -339,7 +345,8 @@ class ResultsData:
         else:
             base = str(baseline_point(self.points, labels(baseline))) if baseline else self.baseline
             against = dict.fromkeys(self.designs, base)
-        return self._compared({design: self.values(design, indicator) for design in self.designs}, against, method)
+        values = {design: self.values(design, indicator) for design in self.designs}
+        return self._compared(values, indicator, against, method)
 
     def _matched(self, wanted: Mapping[str, Label]) -> dict[str, str]:
         """Return the baseline of each design: it has the wanted levels, and else the levels of the design itself."""
@@ -368,7 +375,8 @@ class ResultsData:
             n = min(ours.size, base.size)
             if design != chosen and np.isfinite(ours[:n] + base[:n]).any():
                 table[design] = ours
-        return self._compared(table, dict.fromkeys(table, chosen), "bonferroni") if len(table) > 1 else None
+        against = dict.fromkeys(table, chosen)
+        return self._compared(table, indicator, against, "bonferroni") if len(table) > 1 else None
 
     @cached_property
     def target(self) -> targets.Target | None:
@@ -443,7 +451,7 @@ class ResultsData:
         }
 
     def _compared(
-        self, table: Mapping[str, Any], against: Mapping[str, str], method: comparison.Method
+        self, table: Mapping[str, Any], indicator: str, against: Mapping[str, str], method: comparison.Method
     ) -> comparison.Differences:
         """Return the differences of designs to the baseline of each; pairs with equal runs count once."""
         every = {design: base for design, base in against.items() if design != base}
@@ -455,7 +463,7 @@ class ResultsData:
             if ours != theirs:
                 once.setdefault((ours, theirs), design)
         pairs = {design: every[design] for design in once.values()} or every
-        exact = [design for design in table if _deterministic(self.runs(design))]
+        exact = [design for design in table if self._is_free_of_chance(self.runs(design), indicator)]
         differences = comparison.compare_pairs(table, pairs, method, self.plan.confidence, deterministic=exact)
         return replace(differences, against=every)
 

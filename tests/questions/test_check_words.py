@@ -48,7 +48,7 @@ def test_hours_are_said_in_hours():
         (2, 0, 0.0, 0.0, "none is enough; you have 2"),
         (0, 1, 1.0, 0.0, "1 is needed; you have none"),
         (2, 3, 2.5, 0.0, "3 are needed; you have 2"),
-        (2, 3, 2.5, 0.6, "2 just give what the fleet draws"),
+        (2, 3, 2.5, 0.6, "3 are needed in the long run; 2 give 80 % of what the fleet draws"),
         (2, 3, 2.5, math.inf, "2 give less than the fleet draws by day, and the night fills the batteries"),
     ],
 )

@@ -199,6 +199,14 @@ def test_designs_with_and_without_chance_are_judged_each_by_its_own_runs():
     assert not made.deterministic
 
 
+def test_costs_that_depend_on_no_run_differ_exactly():
+    prices = {"hours": 5000, "robot": 6000}
+    made = study({"fleet.size": [1, 3]}, changes={"prices": prices, "tasks.goods": {"random": 2}}, replications=3).run()
+    (difference,) = made.compare("annual_cost").differences
+    assert difference.estimate.deterministic
+    assert difference.estimate.mean == 2 * 6000
+
+
 def test_comparisons_are_paired_with_the_baseline():
     made = study({"fleet.size": [1, 2, 3]}, replications=6, baseline={"fleet.size": 2}).run()
     found = made.compare("T")

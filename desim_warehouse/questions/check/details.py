@@ -189,7 +189,6 @@ def _energy(power: Power, time: str) -> list[str]:
     lasts = "never runs out" if math.isinf(power.lasts) else f"lasts {amount(power.lasts)} {time} of work"
     balance = f"chargers: {power.chargers:,}, which supply {amount(power.gives)} per {time}"
     if power.draws is not None and power.needed is not None:
-        just = power.needed > power.chargers and not power.short
         balance += f"; the fleet draws {amount(power.draws)}, at most {amount(power.most)}: "
-        balance += "just enough" if just else f"at least {power.needed} needed"
+        balance += f"at least {power.needed} needed"
     return [f"energy: a task draws {amount(100 * power.share)} % of a battery; a full battery {lasts}", balance]

@@ -135,13 +135,15 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
         yield sentence(battery)
         return
     have = f"{power.chargers:,}" if power.chargers else "none"
+    they_give = f"{have} {'gives' if power.chargers == 1 else 'give'}"
     if power.needed <= power.chargers or power.short:
         number = f"{power.needed:,}" if power.needed else "none"
         line = f"{_are(number, power.needed or 1, power.needed <= power.chargers)}; you have {have}"
     elif math.isinf(power.slack):
-        line = f"{have} give less than the fleet draws by day, and the night fills the batteries"
+        line = f"{they_give} less than the fleet draws by day, and the night fills the batteries"
     else:
-        line = f"{have} just give what the fleet draws"
+        share = math.floor(100 * power.gives / (power.draws or math.inf))
+        line = f"{power.needed:,} are needed in the long run; {they_give} {share} % of what the fleet draws"
     yield f"Chargers: {line}. {sentence(battery)}"
 
 
