@@ -447,6 +447,10 @@ class Recount:
             "work_backlog": sum(waiting.values()) + sum(busy.values()),
         }
 
+    def ended_with_its_work(self):
+        length, asked = self.model.run.length, self.tasks()["backlog"]
+        return not asked and (length is None or self.end < length)
+
     def tasks(self):
         released = {row[3]: row[0] for row in self.rows if row[1] == "released"}
         delivered = done(self.run)
@@ -493,7 +497,7 @@ class Recount:
         weights, hours = self.model.cost, counted / self.model.units.hour
         time = counted * self.size
         return {
-            "T": self.end,
+            "T": self.end if self.model.tasks.never_end or self.ended_with_its_work() else math.nan,
             "S": collisions,
             "C": sum(robot["recharged"] for robot in self.robots),
             "tasks": total["delivered"],

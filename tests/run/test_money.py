@@ -49,7 +49,7 @@ def test_the_year_and_the_task_by_hand():
     year = 25000 + 2 * 10000 + 2 * 1200 + 4000 * (0.002 * energy + 2 * 20)
     assert run.kpis["annual_cost"] == pytest.approx(year)
     assert run.kpis["cost_per_task"] == pytest.approx(year / (2 / 0.5 * 4000))
-    assert run.kpis["cost"] == pytest.approx(run.kpis["distance"] + run.T + run.S)  # the paper's stays
+    assert run.kpis["cost"] == pytest.approx(run.kpis["distance"] + run.record.end + run.S)  # the paper's stays
 
 
 def test_what_is_late_costs():
