@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse import PolicyError, StallError
+from tests.world.ring import RING
 
 MODEL = dw.load("models/multibots.yaml", {"tasks.goods": [11, 8, 39, 28, 53, 1, 69, 42, 79, 6, 3, 4]})
 
@@ -85,3 +86,20 @@ def test_an_episode_ends_and_its_rewards_sum_up_to_minus_the_cost(choice):
         total += reward
     assert info["kpis"]["tasks"] == 15
     assert total * env.scale == pytest.approx(-info["kpis"]["cost"])
+
+
+def test_rewards_count_the_warm_up_too_and_are_never_positive():
+    """Cost counts time alone: a run of 300 costs 300, of which indicators leave out a warm-up of 120."""
+    pytest.importorskip("gymnasium")
+    from desim_warehouse.learn.rl import AllocationEnv
+
+    changes = {"fleet.size": 1, "tasks.goods": {"saturated": 1}, "run": {"length": 300, "warm_up": 120}}
+    env = AllocationEnv(dw.load(RING, {**changes, "cost": {"distance": 0, "time": 1, "collisions": 0}}), scale=1)
+    env.reset(seed=1)
+    rewards, over = [], False
+    while not over:
+        _, reward, over, _, info = env.step(0)
+        rewards.append(reward)
+    assert max(rewards) <= 0
+    assert sum(rewards) == pytest.approx(-300)
+    assert info["kpis"]["cost"] == pytest.approx(300 - 120)
