@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Self
+from operator import index
+from typing import Self, SupportsIndex
 
 from desim_warehouse.errors import PolicyError
 from desim_warehouse.model import Source, as_model
@@ -25,12 +26,12 @@ class Decision:
         """Whether the charging policy allows the robot to take the task, and the station has a free slot."""
         return self.situation.feasible(robot, task)
 
-    def assign(self, robot: RobotView | int, task: Task | int) -> None:
+    def assign(self, robot: RobotView | SupportsIndex, task: Task | SupportsIndex) -> None:
         """Assign a task to a robot, by views or numbers; robots and tasks that are not assigned stay free and open."""
         self.answer.append(
             (
-                robot if isinstance(robot, int) else robot.number,
-                task if isinstance(task, int) else task.number,
+                robot.number if isinstance(robot, RobotView) else index(robot),
+                task.number if isinstance(task, Task) else index(task),
             )
         )
 

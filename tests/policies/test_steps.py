@@ -1,5 +1,6 @@
 """Ask and tell, and the Gymnasium environment made from it."""
 
+import numpy as np
 import pytest
 
 import desim_warehouse as dw
@@ -55,6 +56,13 @@ def test_faults_are_named():
     decision.assign(0, 99)
     with pytest.raises(PolicyError, match=r"allocation \(the answer\) at time 0: task 99 is not open"):
         next(steps)
+
+
+def test_numbers_of_numpy_are_numbers_of_robots_and_tasks():
+    decision = next(dw.steps(MODEL))
+    decision.assign(np.int64(0), decision.tasks[1])
+    decision.assign(decision.robots[1], np.uint8(0))
+    assert decision.answer == [(0, 1), (1, 0)]
 
 
 def test_no_answers_at_all_end_in_a_stall_that_says_so():
