@@ -46,7 +46,7 @@ class Steps:
     as in the model. A robot that has unloaded and gets no task goes to a bay.
 
     Raises:
-        PolicyError: an answer that cannot be carried out.
+        PolicyError: an answer that cannot be carried out; the decision stays pending.
         StallError: work is left, and no event is scheduled.
     """
 
@@ -65,7 +65,8 @@ class Steps:
 
     def __next__(self) -> Decision:
         if self._pending is not None:
-            self.tell(self._pending.answer)
+            answer, self._pending.answer = self._pending.answer, []  # a refused answer can be given anew
+            self.tell(answer)
         if self._run is not None or not self._world.go_on():
             self._run = self._run or self._outcome()
             raise StopIteration
@@ -73,11 +74,15 @@ class Steps:
         return self._pending
 
     def tell(self, pairs: Iterable[tuple[int, int]]) -> Self:
-        """Answer the pending decision with pairs (robot number, task number); raise PolicyError if none is pending."""
+        """Answer the pending decision with pairs (robot number, task number).
+
+        Raises PolicyError if no decision is pending, or if the answer cannot be carried out. Nothing of such an answer
+        is carried out, and the decision stays pending.
+        """
         if self._pending is None:
             raise PolicyError("steps: no decision is pending; next() gives the next one")
-        self._pending = None
         self._world.dispatcher.decide(pairs)
+        self._pending = None
         return self
 
     @property

@@ -58,6 +58,42 @@ def test_faults_are_named():
         next(steps)
 
 
+def rows_after(steps):
+    """The log of a run whose decisions are answered from here on."""
+    for decision in steps:
+        answered(decision)
+    return steps.run.record.rows
+
+
+@pytest.mark.parametrize(
+    "refused",
+    [
+        [(0, 999)],
+        [(0, 0), (1, 1), (0, 999)],  # two that could be carried out come first
+        [(0, 0), (1, 1), (99, 2)],
+        [(0, 0), (1, 1), (2, 0)],
+        [(0, 0), (1, 1), "two"],
+    ],
+)
+def test_a_refused_answer_changes_nothing_and_can_be_given_anew(refused):
+    steps = dw.steps(MODEL, 4)
+    decision = next(steps)
+    with pytest.raises(PolicyError, match="at time 0"):
+        steps.tell(refused)
+    answered(decision)
+    assert rows_after(steps) == dw.simulate(MODEL, 4).record.rows
+
+
+def test_a_refused_assignment_is_forgotten_and_the_decision_can_be_answered_anew():
+    steps = dw.steps(MODEL, 4)
+    decision = next(steps)
+    decision.assign(0, 99)
+    with pytest.raises(PolicyError, match="task 99 is not open"):
+        next(steps)
+    answered(decision)
+    assert rows_after(steps) == dw.simulate(MODEL, 4).record.rows
+
+
 def test_numbers_of_numpy_are_numbers_of_robots_and_tasks():
     decision = next(dw.steps(MODEL))
     decision.assign(np.int64(0), decision.tasks[1])
