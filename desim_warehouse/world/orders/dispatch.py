@@ -273,7 +273,7 @@ class Dispatcher:
         if not able:
             self._pass()
         elif self._gives_only and self.stations.out_of_room(able):
-            self.decide(())
+            self._carry_out(())
         else:
             self._ask()
 
@@ -281,12 +281,13 @@ class Dispatcher:
         """Ask the allocation policy, unless all tasks are held back because stations or ways to them are closed."""
         situation, policy = self.situation(), self.allocation
         if not situation.tasks:
-            self.decide(())
+            self._carry_out(())
         elif policy is None:
             raise StopSimulation(None)
         else:
             now = self.env.now
-            self.decide(asked_for_all("allocation", policy, now, lambda: policy.assign(situation), _PAIRS))
+            pairs = asked_for_all("allocation", policy, now, lambda: policy.assign(situation), self._checked, _PAIRS)
+            self._carry_out(pairs)
 
     def _look_again(self) -> None:
         """Schedule a decision for when the first task held back by a closed station or way can be given out."""
