@@ -191,9 +191,9 @@ LONGEST = 500
 
 
 def shown(value: object) -> str:
-    """Show a value that code of the user's own has made, for a message; such a value may refuse to be shown."""
+    """Show a value that code of the user's own has made, in one line; such a value may refuse to be shown."""
     try:
-        return repr(value)
+        return " ".join(line.strip() for line in repr(value).splitlines())
     except Exception:  # noqa: BLE001 - whatever their __repr__ raises
         return f"a {type(value).__name__}"
 

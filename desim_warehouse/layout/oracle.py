@@ -223,7 +223,8 @@ class RouteOracle:
 
         if len(origins) * len(goals) <= FEW:
             look = self.length if what == "length" else self.time
-            return np.array([[look(origin, goal) for goal in goals] for origin in origins])
+            cells = np.array([look(origin, goal) for origin in origins for goal in goals])
+            return cells.reshape(len(origins), len(goals))
         part = 0 if what == "length" else 1
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 

@@ -126,7 +126,7 @@ class FreeTravel:
         The turns out of the edges and into them are included.
         """
         table = self.times(*_ends(origins, goals))
-        if not self.turn_time:
+        if not (self.turn_time and table.size):
             return table
         if table.size <= MANY:
             return table + [[self._turn(origin, goal) for goal in goals] for origin in origins]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Self
+from operator import index
+from typing import Self, SupportsIndex
 
 from desim_warehouse.errors import PolicyError
 from desim_warehouse.model import Source, as_model
@@ -26,12 +27,12 @@ class Decision:
         """Whether the charging policy allows the robot to take the task, and the station has a free slot."""
         return self.situation.feasible(robot, task)
 
-    def assign(self, robot: RobotView | int, task: Task | int) -> None:
+    def assign(self, robot: RobotView | SupportsIndex, task: Task | SupportsIndex) -> None:
         """Assign a task to a robot, by views or numbers; robots and tasks that are not assigned stay free and open."""
         self.answer.append(
             (
-                robot if isinstance(robot, int) else robot.number,
-                task if isinstance(task, int) else task.number,
+                robot.number if isinstance(robot, RobotView) else index(robot),
+                task.number if isinstance(task, Task) else index(task),
             )
         )
 
@@ -46,7 +47,7 @@ class Steps:
     as in the model. A robot that has unloaded and gets no task goes to a bay.
 
     Raises:
-        PolicyError: an answer that cannot be carried out.
+        PolicyError: an answer that cannot be carried out; the decision stays pending.
         StallError: work is left, and no event is scheduled.
     """
 
@@ -65,7 +66,8 @@ class Steps:
 
     def __next__(self) -> Decision:
         if self._pending is not None:
-            self.tell(self._pending.answer)
+            answer, self._pending.answer = self._pending.answer, []  # a refused answer can be given anew
+            self.tell(answer)
         if self._run is not None or not self._world.go_on():
             self._run = self._run or self._outcome()
             raise StopIteration
@@ -73,11 +75,15 @@ class Steps:
         return self._pending
 
     def tell(self, pairs: Iterable[tuple[int, int]]) -> Self:
-        """Answer the pending decision with pairs (robot number, task number); raise PolicyError if none is pending."""
+        """Answer the pending decision with pairs (robot number, task number).
+
+        Raises PolicyError if no decision is pending, or if the answer cannot be carried out. Nothing of such an answer
+        is carried out, and the decision stays pending.
+        """
         if self._pending is None:
             raise PolicyError("steps: no decision is pending; next() gives the next one")
-        self._pending = None
         self._world.dispatcher.decide(pairs)
+        self._pending = None
         return self
 
     @property

@@ -38,7 +38,8 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
     delivery, age; times are divided by `scale`.
 
     Reward: minus the increase of Cost_total (section `cost` of the model: distance, time, collisions) since the last
-    decision, divided by `scale`. So the rewards of an episode sum to minus its cost, divided by `scale`.
+    decision, divided by `scale`; it is never positive. The rewards of an episode sum to minus the cost of the whole
+    run, divided by `scale`. With `run.warm_up` this includes the warm-up, which `info["kpis"]["cost"]` leaves out.
 
     Args:
         model: a Model, or the path of a model file.
@@ -120,10 +121,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
 
     def _increase(self) -> float:
         assert self._steps is not None
-        if self._decision is None:
-            cost = self._steps.run.kpis["cost"]
-        else:
-            cost = self.model.cost.total(*self._steps.cost_so_far())
+        cost = self.model.cost.total(*self._steps.cost_so_far())
         increase, self._cost = cost - self._cost, cost
         return increase
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable, Iterable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
 from desim_warehouse.policies.catalogue import METHODS
@@ -15,17 +15,20 @@ _LONG = 80
 """The most letters of an answer in a message."""
 
 
-def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
-    """Return the answer of a policy; its exceptions become a PolicyError with file and line."""
+def asked(kind: str, policy: object, now: float, ask: Callable[[], object], check: Callable[[Any], Answer]) -> Answer:
+    """Return the answer of a policy as `check` returns it; exceptions become a PolicyError with file and line.
+
+    So do exceptions of the check: a policy may answer what can be neither compared nor looked up.
+    """
     try:
-        return ask()
+        return check(ask())
     except (WarehouseError, *PASSED_ON):
         raise
     except BaseException as error:
         file = sys.modules[type(policy).__module__].__file__ if type(policy).__module__ in sys.modules else None
         frames = traceback.extract_tb(error.__traceback__)
         own = [frame for frame in frames if frame.filename == file]
-        if not own:  # called with other arguments than it has
+        if not own:  # called with other arguments than it has, or its answer cannot be checked
             raise fault(kind, policy, now, f"raised {shown(error)}") from error
         text = f"raised {shown(error)} in {own[-1].filename}, line {own[-1].lineno}"
         raise PolicyError(f"policies.{kind} ({type(policy).__name__}) at time {now:g}: {text}") from error
@@ -41,17 +44,21 @@ def place_in(error: BaseException, policies: Iterable[str]) -> str:
 
 
 def asked_for_all(
-    kind: str, policy: object, now: float, ask: Callable[[], Iterable[Answer]], expected: str
-) -> list[Answer]:
-    """List all answers of a policy; raises PolicyError, with the `expected` answer, if it is not iterable."""
+    kind: str,
+    policy: object,
+    now: float,
+    ask: Callable[[], object],
+    check: Callable[[list[Any]], Answer],
+    expected: str,
+) -> Answer:
+    """Return `asked` for a list of all answers; raises PolicyError, with the `expected` answer, for anything else."""
 
-    def whole() -> list[Answer]:
-        answer = ask()
+    def whole(answer: Any) -> Answer:
         if not hasattr(answer, "__iter__"):
             raise fault(kind, policy, now, f"returned {short(answer)}, expected {expected}")
-        return list(answer)
+        return check(list(answer))
 
-    return asked(kind, policy, now, whole)
+    return asked(kind, policy, now, ask, whole)
 
 
 def fault(kind: str, policy: object, now: float, text: str) -> PolicyError:

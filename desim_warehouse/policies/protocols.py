@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from desim_warehouse.errors import shown
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -14,6 +17,8 @@ if TYPE_CHECKING:
 
 CHARGERS = ("own", "nearest", "least-loaded")
 """Rules for choosing a charger; ties go to the nearest, then to the first in the model file."""
+_FIFTH = 0.2
+"""A share of capacity below any that a policy means by "full", so lower levels are taken for shares."""
 
 
 class StopPlace(NamedTuple):
@@ -122,7 +127,7 @@ class Levels:
         critical: level at or below which a robot charges: it gets no task, and returns one whose good is not reached.
         good: level at or below which a robot that leaves its work goes to a charger, above it to a parking slot.
         sufficient: level from which charging may be interrupted for work.
-        full: level at which charging ends.
+        full: level at which charging ends, at most the capacity.
         margin: energy to be left on reaching a charger after the task. A robot gets no task, and keeps none that it
             is on its way to, if less would be left. None: no look-ahead.
         top_up: whether a robot that parks beside a charger also charges when it is above `good`.
@@ -139,21 +144,38 @@ class Levels:
     charger: str = "own"
     swap_time: float | None = None
 
-    def fault(self) -> str | None:
-        """Describe the first battery level that is out of range or order; None: all are valid."""
-        named = {"critical": self.critical, "good": self.good, "sufficient": self.sufficient, "full": self.full}
-        for name, level in named.items():
-            if not math.isfinite(level):
-                return f"{name} is {level}, no level of a battery"
+    def fault(self, robot: RobotView) -> str | None:
+        """Describe the first value that is out of range or order for a robot; None: all are valid."""
+        return next(self._faults(robot), None)
+
+    def _faults(self, robot: RobotView) -> Iterator[str]:
+        """Yield what is wrong with the values for a robot. Each check relies on those before it."""
+        numbers = {
+            "critical": self.critical,
+            "good": self.good,
+            "sufficient": self.sufficient,
+            "full": self.full,
+            "margin": 0.0 if self.margin is None else self.margin,
+            "swap_time": 0.0 if self.swap_time is None else self.swap_time,
+        }
+        for name, value in numbers.items():
+            if not (isinstance(value, Real) and math.isfinite(value)):
+                yield f"{name} is {shown(value)}, expected a finite number"
         if self.sufficient > self.full:
-            return f"sufficient, {self.sufficient:g}, is above full, {self.full:g}"
+            yield f"sufficient, {self.sufficient:g}, is above full, {self.full:g}"
         if self.critical > self.full:
-            return f"critical, {self.critical:g}, is above full, {self.full:g}"
+            yield f"critical, {self.critical:g}, is above full, {self.full:g}"
+        if self.full > robot.capacity and not math.isclose(self.full, robot.capacity):
+            yield f"full, {self.full:g}, is above the capacity, {robot.capacity:g}"
+        if self.full <= 1 and self.full < _FIFTH * robot.capacity:
+            yield (
+                f"full is {self.full:g} of {robot.capacity:g}, so these are shares, as it seems; expected energy, as "
+                "in 0.8 * robot.capacity"
+            )
         if self.charger not in CHARGERS:
-            return f"charger is {self.charger!r}, none of {', '.join(CHARGERS)}"
-        if self.swap_time is not None and not 0 <= self.swap_time < math.inf:
-            return f"swap_time is {self.swap_time}, no time"
-        return None
+            yield f"charger is {shown(self.charger)}, none of {', '.join(CHARGERS)}"
+        if self.swap_time is not None and self.swap_time < 0:
+            yield f"swap_time is {self.swap_time:g}, below 0"
 
 
 class Travel(Protocol):

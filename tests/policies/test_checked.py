@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from desim_warehouse import ModelError, PolicyError, load, simulate
-from desim_warehouse.policies.catalogue import OURS, problems
+from desim_warehouse.policies.catalogue import METHODS, OURS, problems
 from desim_warehouse.study.plan import models
 from desim_warehouse.study.reading import read_study
+from tests.policies.test_contracts import KINDS
 
 MULTIBOTS = "models/multibots.yaml"
 
@@ -71,11 +72,63 @@ def test_a_robot_whose_energy_does_not_last_gets_no_task(tmp_path):
             "from desim_warehouse.policies import Levels; return Levels(1, 1, 9, 8)",
             r"sufficient, 9, is above full, 8",
         ),
+        (
+            "charging",
+            "levels(self, robot)",
+            "from desim_warehouse.policies import Levels; return Levels('3', 5, 8, 10)",
+            r"charging \(Mine\).*robot \d: critical is '3', expected a finite number \(levels\(\) in .*mine.py, line 7",
+        ),
+        (
+            "charging",
+            "levels(self, robot)",
+            "from desim_warehouse.policies import Levels; return Levels(3, 5, 8, 10, margin='1')",
+            r"charging \(Mine\).*robot \d: margin is '1', expected a finite number",
+        ),
+        (
+            "charging",
+            "levels(self, robot)",
+            "from desim_warehouse.policies import Levels; return Levels(3, 5, 8, 1.5 * robot.capacity)",
+            r"charging \(Mine\).*robot \d: full, 15, is above the capacity, 10",
+        ),
     ],
 )
 def test_answers_of_the_other_kinds(tmp_path, kind, method, body, message):
     with pytest.raises(PolicyError, match=message):
         simulate(load(MULTIBOTS, {f"policies.{kind}": mine(tmp_path, body, method), "tasks.goods": [1]}))
+
+
+def test_a_full_battery_may_be_computed_with_rounding(tmp_path):
+    body = "from desim_warehouse.policies import Levels; c = robot.capacity; return Levels(1, 1, c, c + 1e-15 * c)"
+    name = mine(tmp_path, body, "levels(self, robot)")
+    assert simulate(load(MULTIBOTS, {"policies.charging": name, "tasks.goods": [1]})).kpis["tasks"] == 1
+
+
+ODD = ["[[]]", "numpy.eye(2)", "given[-1]"]
+"""Answers that no policy may give: they cannot be looked up, cannot be compared, or are what the policy was shown."""
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_an_answer_of_any_type_is_blamed_on_the_policy_that_gave_it(tmp_path, kind):
+    body = f"import numpy; return [{', '.join(ODD)}][self.rank]"
+    name = mine(tmp_path, body, f"{METHODS[kind]}(self, *given)", "rank: int")
+    model = load(KINDS[kind].model)
+    for rank in range(len(ODD)):
+        with pytest.raises(PolicyError, match=rf"^policies\.{kind} \(Mine\) at time .* in .*mine.py, line 7"):
+            simulate(model.replace({f"policies.{kind}": {"name": name, "rank": rank}}))
+
+
+def test_tasks_of_a_batch_that_are_no_list_are_blamed_on_the_batching_policy(tmp_path):
+    body = "from desim_warehouse.policies import TaskBatch; return [TaskBatch(3)]"
+    name = mine(tmp_path, body, "batches(self, waiting)")
+    with pytest.raises(PolicyError, match=r"^policies\.batching \(Mine\) at time .*no len.* in .*mine.py, line 7"):
+        simulate(load(KINDS["batching"].model, {"policies.batching": name}))
+
+
+def test_a_batching_policy_may_answer_in_numbers_of_numpy(tmp_path):
+    body = """from desim_warehouse.policies import TaskBatch; import numpy
+        return [TaskBatch(numpy.array([task.number]), numpy.float32(0)) for task in waiting.tasks]"""
+    run = simulate(load(KINDS["batching"].model, {"policies.batching": mine(tmp_path, body, "batches(self, waiting)")}))
+    assert {type(row.task) for row in run.history.rows("batched")} == {int}
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,11 @@
 """Ask and tell, and the Gymnasium environment made from it."""
 
+import numpy as np
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse import PolicyError, StallError
+from tests.world.ring import RING
 
 MODEL = dw.load("models/multibots.yaml", {"tasks.goods": [11, 8, 39, 28, 53, 1, 69, 42, 79, 6, 3, 4]})
 
@@ -56,6 +58,49 @@ def test_faults_are_named():
         next(steps)
 
 
+def rows_after(steps):
+    """The log of a run whose decisions are answered from here on."""
+    for decision in steps:
+        answered(decision)
+    return steps.run.record.rows
+
+
+@pytest.mark.parametrize(
+    "refused",
+    [
+        [(0, 999)],
+        [(0, 0), (1, 1), (0, 999)],  # two that could be carried out come first
+        [(0, 0), (1, 1), (99, 2)],
+        [(0, 0), (1, 1), (2, 0)],
+        [(0, 0), (1, 1), "two"],
+    ],
+)
+def test_a_refused_answer_changes_nothing_and_can_be_given_anew(refused):
+    steps = dw.steps(MODEL, 4)
+    decision = next(steps)
+    with pytest.raises(PolicyError, match="at time 0"):
+        steps.tell(refused)
+    answered(decision)
+    assert rows_after(steps) == dw.simulate(MODEL, 4).record.rows
+
+
+def test_a_refused_assignment_is_forgotten_and_the_decision_can_be_answered_anew():
+    steps = dw.steps(MODEL, 4)
+    decision = next(steps)
+    decision.assign(0, 99)
+    with pytest.raises(PolicyError, match="task 99 is not open"):
+        next(steps)
+    answered(decision)
+    assert rows_after(steps) == dw.simulate(MODEL, 4).record.rows
+
+
+def test_numbers_of_numpy_are_numbers_of_robots_and_tasks():
+    decision = next(dw.steps(MODEL))
+    decision.assign(np.int64(0), decision.tasks[1])
+    decision.assign(decision.robots[1], np.uint8(0))
+    assert decision.answer == [(0, 1), (1, 0)]
+
+
 def test_no_answers_at_all_end_in_a_stall_that_says_so():
     with pytest.raises(StallError, match=r"0 of 12 tasks are done"):
         for _ in dw.steps(MODEL):
@@ -85,3 +130,20 @@ def test_an_episode_ends_and_its_rewards_sum_up_to_minus_the_cost(choice):
         total += reward
     assert info["kpis"]["tasks"] == 15
     assert total * env.scale == pytest.approx(-info["kpis"]["cost"])
+
+
+def test_rewards_count_the_warm_up_too_and_are_never_positive():
+    """Cost counts time alone: a run of 300 costs 300, of which indicators leave out a warm-up of 120."""
+    pytest.importorskip("gymnasium")
+    from desim_warehouse.learn.rl import AllocationEnv
+
+    changes = {"fleet.size": 1, "tasks.goods": {"saturated": 1}, "run": {"length": 300, "warm_up": 120}}
+    env = AllocationEnv(dw.load(RING, {**changes, "cost": {"distance": 0, "time": 1, "collisions": 0}}), scale=1)
+    env.reset(seed=1)
+    rewards, over = [], False
+    while not over:
+        _, reward, over, _, info = env.step(0)
+        rewards.append(reward)
+    assert max(rewards) <= 0
+    assert sum(rewards) == pytest.approx(-300)
+    assert info["kpis"]["cost"] == pytest.approx(300 - 120)

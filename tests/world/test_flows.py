@@ -275,6 +275,31 @@ def test_a_policy_cannot_give_a_task_to_another_kind():
         steps.tell([(1, 0)])
 
 
+def test_a_decision_with_a_task_for_another_kind_is_refused_as_a_whole():
+    """Robot 0, the truck, could take its load. As robot 1 cannot take the other one, robot 0 stays free."""
+    twice = {"schedule": [{"at": 0, "tasks": 2}]}
+    flows = {"heavy": {"from": "dock", "to": "pack", "arrivals": twice, "kinds": ["truck"]}}
+    changes = {"tasks.flows": flows, "fleet.size": 2, "fleet.kinds": {"truck": {"count": 1}}}
+    steps = dw.steps(dw.load(RING, changes))
+    next(steps)
+    with pytest.raises(dw.PolicyError, match="robot 1 is of no kind that does task 1: truck"):
+        steps.tell([(0, 0), (1, 1)])
+    steps.tell([(0, 1)])
+    assert [task.number for task in next(steps).tasks] == [0]
+
+
+def test_no_task_for_another_kind_can_be_put_into_the_queue_of_a_robot_at_work():
+    flows = {
+        "light": {"from": "dock", "to": "pack", "arrivals": ONCE},
+        "heavy": {"from": "dock", "to": "pack", "arrivals": ONCE, "kinds": ["truck"]},
+    }
+    changes = {"tasks.flows": flows, "fleet.size": 2, "fleet.kinds": {"truck": {"count": 1}}}
+    steps = dw.steps(dw.load(RING, changes))
+    number = {task.flow: task.number for task in next(steps).tasks}
+    with pytest.raises(dw.PolicyError, match="robot 1 is of no kind that does task"):
+        steps.tell([(1, number["light"]), (1, number["heavy"])])
+
+
 # Several at once
 
 DAY = {

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
+from numbers import Real
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import PolicyError, shown
@@ -80,8 +81,8 @@ class Batcher:
             some = list(tasks.values())
             to_come = self.to_come(some[0], self._by_flow)
             view = WaitingTasks(now, some, self._loads(key, some[0]), to_come, self.travel)
-            batches = asked_for_all("batching", policy, now, partial(policy.batches, view), "some TaskBatch")
-            for batch in self._checked(batches, tasks, view.most):
+            ask, check = partial(policy.batches, view), partial(self._checked, tasks, view.most)
+            for batch in asked_for_all("batching", policy, now, ask, check, "some TaskBatch"):
                 if batch.at > now + EPS:
                     then = min(then, batch.at)
                 else:
@@ -97,12 +98,12 @@ class Batcher:
             self._most[key] = max(able, default=1)
         return self._most[key]
 
-    def _checked(self, batches: Iterable[object], tasks: Mapping[int, Task], most: int) -> list[TaskBatch]:
+    def _checked(self, tasks: Mapping[int, Task], most: int, batches: Iterable[object]) -> list[TaskBatch]:
         """Check every batch of the policy's answer, and return them."""
         checked: list[TaskBatch] = []
         seen: set[int] = set()
         for batch in batches:
-            if not isinstance(batch, TaskBatch) or not isinstance(batch.at, int | float) or math.isnan(batch.at):
+            if not isinstance(batch, TaskBatch) or not isinstance(batch.at, Real) or math.isnan(batch.at):
                 raise self._fault(f"{short(batch)} is no TaskBatch of task numbers and a time")
             if not 1 <= len(batch.tasks) <= most:
                 raise self._fault(f"{len(batch.tasks)} tasks in a batch, expected 1 to {most}, as a robot carries")
@@ -112,7 +113,7 @@ class Batcher:
                 if number in seen:
                     raise self._fault(f"task {number} is in two batches")
                 seen.add(number)
-            checked.append(batch)
+            checked.append(TaskBatch(tuple(tasks[number].number for number in batch.tasks), float(batch.at)))
         return checked
 
     def _fault(self, text: str) -> PolicyError:

@@ -44,7 +44,7 @@ class Dispatcher:
 
     So the policy sees robots that become free at the same instant together, by number, and tasks in the order of the
     list. With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at
-    every decision (`waiting`) until `decide` is called with the answer.
+    every decision until `decide` is called with the answer.
     """
 
     def __init__(
@@ -83,7 +83,6 @@ class Dispatcher:
         self.queues: dict[int, deque[Task]] = {}
         self.released = 0
         self.done = 0
-        self.waiting = False
         self._passing: set[int] = set()
         self._seen: dict[int, RobotView] = {}
         self._decides_at = self._looks_at = math.inf
@@ -274,7 +273,7 @@ class Dispatcher:
         if not able:
             self._pass()
         elif self._gives_only and self.stations.out_of_room(able):
-            self.decide(())
+            self._carry_out(())
         else:
             self._ask()
 
@@ -282,13 +281,13 @@ class Dispatcher:
         """Ask the allocation policy, unless all tasks are held back because stations or ways to them are closed."""
         situation, policy = self.situation(), self.allocation
         if not situation.tasks:
-            self.decide(())
+            self._carry_out(())
         elif policy is None:
-            self.waiting = True
             raise StopSimulation(None)
         else:
             now = self.env.now
-            self.decide(asked_for_all("allocation", policy, now, lambda: policy.assign(situation), _PAIRS))
+            pairs = asked_for_all("allocation", policy, now, lambda: policy.assign(situation), self._checked, _PAIRS)
+            self._carry_out(pairs)
 
     def _look_again(self) -> None:
         """Schedule a decision for when the first task held back by a closed station or way can be given out."""
@@ -329,24 +328,41 @@ class Dispatcher:
         ]
 
     def decide(self, pairs: Iterable[Any]) -> None:
-        """Carry out a decision: pairs of robot number and task number, checked one by one."""
-        self.waiting = False
-        assigned: set[int] = set()
-        before = len(self.open)
+        """Carry out a decision made outside: pairs of robot number and task number.
+
+        Raises PolicyError if it cannot be carried out; nothing has changed then.
+        """
+        self._carry_out(self._checked(pairs))
+
+    def _checked(self, pairs: Iterable[Any]) -> list[tuple[int, int]]:
+        """Return the pairs of a decision as numbers; raises PolicyError if one of them cannot be carried out."""
+        robots: dict[int, int] = {}
         for pair in pairs:
             try:
                 number, task_number = (int(part) for part in pair)
             except (TypeError, ValueError, OverflowError):
                 raise self._fault(f"{short(pair)} is no pair (robot number, task number){_objects(pair)}") from None
-            if task_number in assigned:
+            if task_number in robots:
                 raise self._fault(f"task {task_number} is given out twice")
             if not 0 <= number < len(self.robots):
                 raise self._fault(f"there is no robot {number}, only 0 to {len(self.robots) - 1}")
             if task_number not in self.open:
                 raise self._fault(f"task {task_number} is not open")
-            assigned.add(task_number)
+            robot, task = self.robots[number], self.open[task_number]
+            if number not in self.free and robot.job is None:
+                raise self._fault(f"robot {number} is not free and has no task, it cannot take task {task_number}")
+            view = self._view(number) if number in self.free else robot.view()
+            if not may_do(view, task):
+                raise self._fault(f"robot {number} {_unfit(view, task)}")
+            robots[task_number] = number
+        return [(number, task_number) for task_number, number in robots.items()]
+
+    def _carry_out(self, pairs: Iterable[tuple[int, int]]) -> None:
+        """Carry out a checked decision."""
+        before = len(self.open)
+        for rank, (number, task_number) in enumerate(pairs):
             if number in self.free:
-                self._assign(number, task_number, first=len(assigned) == 1)
+                self._assign(number, task_number, first=rank == 0)
             else:
                 self._queue(number, task_number)
         self._pass()
@@ -408,9 +424,6 @@ class Dispatcher:
         return fault("allocation", self.allocation, self.env.now, text)
 
     def _queue(self, number: int, task_number: int) -> None:
-        robot = self.robots[number]
-        if robot.job is None:
-            raise self._fault(f"robot {number} is not free and has no task, it cannot take task {task_number}")
         if not self.departures.duty.has(number):
             return  # its hours end before it could begin: the task stays on the list
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
@@ -439,14 +452,13 @@ class Dispatcher:
             return  # the cap under way is reached: robot and task wait for the next decision
         robot, event = self.free[number]
         task, view = self.open[task_number], self._view(number)
-        if not may_do(view, task):
-            raise self._fault(f"robot {number} {_unfit(view, task)}")
         node = self.stations.choose(view, task)
         if not self.stations.has_room(view, task, node) or not self.reach.openings.admit(view, task, node):
             return  # taken by another pair of this decision, or closed: robot and task wait for the next
         if not self.reach.may_take(view, task, node):
             if not first:
                 return  # another pair of this decision took the slot at a nearer station
+            # No other pair has been carried out, so the whole decision is refused.
             raise self._fault(
                 f"robot {number} may not take task {task_number}: its energy, {view.energy:g}, does not let it by "
                 f"policies.charging ({self.charging})"

@@ -14,7 +14,7 @@ import math
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from simpy.events import Timeout
 
@@ -45,6 +45,8 @@ from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.traffic.events import Clock, Steps
+
+Choice = TypeVar("Choice")
 
 
 class Pod:
@@ -206,12 +208,17 @@ class Pods:
         self.called: Counter[str] = Counter()
         self._wakes_at = 0.0
 
-    def _ask(self, kind: str, call: Any, allowed: Collection[int | str]) -> Any:
-        policy = getattr(self.policies, kind)
-        answer = asked(kind, policy, self.env.now, lambda: policy.choose(call))
-        if answer not in allowed:
-            raise fault(kind, policy, self.env.now, f"{short(answer)} is none of those given")
-        return answer
+    def _ask(self, kind: str, call: Any, choices: Mapping[Any, Choice]) -> Choice:
+        """Return what the policy of a decision chooses, by its number or node."""
+        policy, now = getattr(self.policies, kind), self.env.now
+
+        def chosen(answer: object) -> Choice:
+            try:
+                return choices[answer]
+            except (KeyError, TypeError):  # some views cannot be looked up
+                raise fault(kind, policy, now, f"{short(answer)} is none of those given") from None
+
+        return asked(kind, policy, now, lambda: policy.choose(call), chosen)
 
     def _draw(self, kind: str) -> float:
         draw: Callable[[], float] | None = self._draws.get(kind)
@@ -251,7 +258,7 @@ class Pods:
     def _station_for(self, lines: Sequence[Task], nodes: Sequence[str]) -> str:
         views = [StationView(node, self.orders[node], self.items[node]) for node in nodes]
         call = OrderCall(self.env.now, lines, views, self._draw("order_station"))
-        return str(self._ask("order_station", call, nodes))
+        return self._ask("order_station", call, {node: node for node in nodes})
 
     def _open(self, line: Task, node: str) -> None:
         """Add a line to the first pod bound for its station that has its item, or let it wait for a call."""
@@ -270,7 +277,7 @@ class Pods:
         pods = [pod for pod in self.shelves.pods if pod.bound == node or (pod.stands and pod.bound is None)]
         pods = pods or self.shelves.pods
         call = PutCall(self.env.now, node, line.item, [self.shelves.view(pod) for pod in pods], self._draw("put"))
-        pod = self.shelves.pods[self._ask("put", call, {pod.number for pod in pods})]
+        pod = self._ask("put", call, {pod.number: pod for pod in pods})
         pod.coming += self.spec.bundle
         if pod.bound == node:
             self._promise(pod, line)
@@ -330,7 +337,7 @@ class Pods:
             if candidates:
                 views = [self.shelves.view(pod, lines) for pod, lines in candidates.items()]
                 call = PodCall(self.env.now, node, views, nodes, self.travel, self._draw("pod"))
-                pod = self.shelves.pods[self._ask("pod", call, {pod.number for pod in candidates})]
+                pod = self._ask("pod", call, {pod.number: pod for pod in candidates})
                 self._give_out(pod, node, candidates[pod])
                 return True
         return False
@@ -458,7 +465,7 @@ class Pods:
         """Choose the place where a pod is stored, while its robot in the station can still declare its way."""
         views = self.shelves.places_for(pod)
         call = StorageCall(self.env.now, node, self.shelves.view(pod), views, self.travel, self._draw("storage"))
-        number = self._ask("storage", call, {view.number for view in views})
+        number = self._ask("storage", call, {view.number: view.number for view in views})
         self.shelves.reserve(pod, number)
         place = self.shelves.storage[number]
         self.stations.redirect(stop, place.edge, place.offset)

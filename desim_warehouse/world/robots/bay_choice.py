@@ -43,11 +43,14 @@ class BayChoice:
         policy, now = self.policy, self.env.now
         bays = self._theirs(robot, bays)
         views = [_view(bay) for bay in bays]
-        node = asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel))
-        for bay in bays:
-            if bay.node == node:
-                return bay
-        raise fault("parking", policy, now, f"{short(node)} is no bay with a free slot for robot {robot.number}")
+
+        def bay_at(node: object) -> Bay:
+            for bay in bays:
+                if bay.node == node:
+                    return bay
+            raise fault("parking", policy, now, f"{short(node)} is no bay with a free slot for robot {robot.number}")
+
+        return asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel), bay_at)
 
     def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
         """Return the bays where a robot blocks no other: bays with chargers for other kinds alone come last.

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from desim_warehouse.policies import Levels, RobotView
 from desim_warehouse.policies.asked import asked, fault, short
 from desim_warehouse.world.traffic.events import Clock
-
-_FIFTH = 0.2
-"""A share of capacity below any that a policy means by "full"."""
 
 
 class ChargingLevels:
@@ -30,24 +28,16 @@ class ChargingLevels:
         if self._fixed is not None:
             return self._fixed
         policy = self.policy
-        levels: object = asked("charging", policy, self.env.now, lambda: policy.levels(robot))
-        if not isinstance(levels, Levels):
-            raise fault("charging", policy, self.env.now, f"robot {robot.number}: {short(levels)} are no Levels")
-        wrong = levels.fault() or _shares(levels, robot)
-        if wrong is not None:
-            raise fault("charging", policy, self.env.now, f"robot {robot.number}: {wrong}")
+        levels = asked("charging", policy, self.env.now, lambda: policy.levels(robot), partial(self._checked, robot))
         self._fixed = levels if getattr(policy, "fixed", False) else None
         return levels
 
-
-def _shares(levels: Levels, robot: RobotView) -> str | None:
-    """Return the hint that charging levels seem to be shares of the capacity; None if they do not.
-
-    No policy charges only to a fifth of a battery, so levels below that are taken for shares.
-    """
-    if levels.full <= 1 and levels.full < _FIFTH * robot.capacity:
-        return (
-            f"full is {levels.full:g} of {robot.capacity:g}, so these are shares, as it seems; expected energy, as in "
-            "0.8 * robot.capacity"
-        )
-    return None
+    def _checked(self, robot: RobotView, levels: object) -> Levels:
+        """Check the policy's answer for a robot, and return it."""
+        if isinstance(levels, Levels):
+            wrong = levels.fault(robot)
+            if wrong is None:
+                return levels
+        else:
+            wrong = f"{short(levels)} are no Levels"
+        raise fault("charging", self.policy, self.env.now, f"robot {robot.number}: {wrong}")

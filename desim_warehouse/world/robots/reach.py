@@ -196,6 +196,8 @@ class Reach:
         import numpy as np
 
         table = np.ones((len(robots), len(tasks)), dtype=bool)
+        if not table.size:
+            return table
         if self.kinds:
             shapes = [(robot.kind, robot.carries, robot.loads) for robot in robots]
             alike = dict(zip(shapes, robots, strict=True))

@@ -125,8 +125,12 @@ class Routes:
         return replace(roads, speed=speed, shut_for=shut_for, closed_for=partial(self._closed_later, after))
 
     def _ask(self, origin: str, goal: str, roads: Roads) -> list[Lane]:
-        policy, now = self.policy, self.env.now
-        names = asked_for_all("routing", policy, now, lambda: policy.route(origin, goal, roads), "the nodes of a route")
+        policy, now, check = self.policy, self.env.now, partial(self._checked, origin, goal)
+        nodes = "the nodes of a route"
+        return asked_for_all("routing", policy, now, lambda: policy.route(origin, goal, roads), check, nodes)
+
+    def _checked(self, origin: str, goal: str, names: Sequence[Any]) -> list[Lane]:
+        """Check the nodes of a route from the policy, and return its lanes."""
         try:
             lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes]
         except TypeError:  # names that cannot be looked up
