@@ -1,5 +1,6 @@
 """Processor time of tests: what counts for them, and that a session fails where one has outgrown its mark."""
 
+import os
 import subprocess
 import sys
 import time
@@ -44,7 +45,8 @@ def test_dear():
     work()
 
 def test_program():
-    subprocess.run([sys.executable, "-c", "from test_some import work; work()"], check=True)
+    code = "import time" + chr(10) + "while time.process_time() < 0.25: pass"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 def test_shares(shared):
     pass
@@ -86,9 +88,9 @@ def test_what_outgrows_its_mark_fails_the_session(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_some.py").write_text(TESTS)
     (tmp_path / "pytest.ini").write_text(f"[pytest]\nmarkers = long: a proof\npythonpath = {ROOT} {tmp_path}\n")
-    plugins = [part for name in ("cacheprovider", "hypothesispytest", "randomly") for part in ("-p", f"no:{name}")]
-    command = [sys.executable, "-m", "pytest", *plugins, "-n", "1", "--costs", "costs.csv", "-m", "not long"]
-    daily = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "pytest", "-p", "xdist", "-n", "1", "--costs", "costs.csv", "-m", "not long"]
+    alone = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    daily = subprocess.run(command, cwd=tmp_path, env=alone, capture_output=True, text=True, check=False)
     assert daily.returncode == pytest.ExitCode.TESTS_FAILED
     assert "4 passed" in daily.stdout
     named = {line.split()[1] for line in daily.stdout.splitlines() if line.startswith("OUTGROWN")}
