@@ -27,6 +27,9 @@ from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 
+_MAY_PILE_UP = "As demand exceeds capacity, work may pile up in a longer run (--set run.length=24h)."
+"""Said of the named fleet, of whose runs a target such as one on utilisation does not ask whether it keeps up."""
+
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
     """Put the sizes of a fleet into words; `guesses`: keys of the model whose values are guesses, None if unknown."""
@@ -282,12 +285,15 @@ class _Planned:
         return words.named_policy(self.plan.own)
 
     def _busiest(self) -> list[str]:
-        """Return the sentence on the busiest resource with the fleet of the answer."""
+        """Return the sentence on the busiest resource with the fleet of the answer, and whether demand exceeds it."""
         sized = self.answered
         if sized is None or sized.best is None:
             return []
         busy = busiest.are(sized.loads, _time(sized), f"with {self._fleet(sized.best.counts)}")
-        return [sentence(busy)] if busy else []
+        if not busy:
+            return []
+        exceeds = any(load.mean > 1 for load in sized.loads)
+        return [sentence(busy), *([_MAY_PILE_UP] if exceeds else [])]
 
     def _promise(self) -> str:
         plan = self.plan

@@ -31,9 +31,9 @@ def fleet(robots, verdict, days, mean, low, high, *, least=33, worst=None):
     return Shown((robots, 1), {"fleet.size": robots}, found, seen, None, None, days=worst)
 
 
-def answer(best, *below, target="on_time >= 95 %", model=None):
+def answer(best, *below, target="on_time >= 95 %", model=None, busy=BUSY):
     """The answer of a plan with these fleets, of one to four robots."""
-    sized = Sized("today", 1.0, 60.0, best, below, BUSY, False, {}, counts=COUNTS)
+    sized = Sized("today", 1.0, 60.0, best, below, busy, False, {}, counts=COUNTS)
     base = model or example()
     goal = read_target(target)
     return worded(FleetSizes(base, goal, 0.01, 0.95, "nearest", (sized,), (), None, Designs(base), 99)).answer
@@ -45,6 +45,13 @@ GOOD = fleet(3, "meets", 33, 0.98, 0.96, 0.99, worst=Days(33, 0.35, 4, 0.98, 7, 
 def test_the_worst_day_and_the_days_missed_stand_beside_the_mean():
     first, *_ = answer(GOOD, fleet(2, "fails", 8, 0.8, 0.7, 0.85)).answer
     assert first.endswith(": 98 % (96 to 99) on time. The worst of 33 days had 35 %; 4 were below 95 %.")
+
+
+@pytest.mark.parametrize(("load", "warned"), [(0.8, False), (1.15, True)])
+def test_a_fleet_that_is_enough_though_demand_exceeds_what_it_can_do_may_not_last(load, warned):
+    busy = {Load(Group("robots"), load): Estimate(10, load, None, 0.01, load, {}, True, 0.95)}
+    lines = answer(GOOD, fleet(2, "fails", 8, 0.8, 0.7, 0.85), busy=busy).answer
+    assert ("As demand exceeds capacity, work may pile up in a longer run (--set run.length=24h)." in lines) == warned
 
 
 def test_days_are_counted_by_the_sense_of_the_target():
