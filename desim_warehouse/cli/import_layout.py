@@ -82,12 +82,13 @@ def command(
     made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **chosen)
     if out is None and made.orders:
         raise click.UsageError("the tasks of this file are written beside the model; name one with -o")
+    in_short = made.in_short()
     if out is None:
-        click.echo(made.in_short(), err=True)
+        click.echo(in_short, err=True)
         click.echo(made.text(), nl=False)
     else:
         write_files(made.files(Path(out)), force=force)
-        click.echo(f"{out}: {made.in_short()}")
+        click.echo(f"{out}: {in_short}")
     show_remarks(made.remarks, err=out is None)
 
 
