@@ -79,10 +79,25 @@ def test_what_a_function_raises_is_told_with_its_line():
         study(wrong).run()
 
 
-@pytest.mark.parametrize("name", ["T", "seed", "on_time@11:30-13:00"])
-def test_names_of_ours_are_refused(name):
-    with pytest.raises(dw.StudyError, match="there is one of this name already"):
-        dw.Study(MODEL, indicators={name: per_task})
+@pytest.mark.parametrize(
+    ("name", "holder"),
+    [
+        ("T", "an indicator"),
+        ("on_time@11:30-13:00", "an indicator"),
+        ("seed", "a column of its tables"),
+        ("fleet.size", "a factor"),
+        ("hours", "a factor"),
+    ],
+)
+def test_the_name_of_another_column_is_refused(name, holder):
+    factors = {"fleet.size": [1, 2], "hours": {"cases": {"short": {"run.length": 100}, "long": {"run.length": 200}}}}
+    with pytest.raises(dw.StudyError, match=f"indicators, {name}: the name of {holder}, expected another"):
+        dw.Study(MODEL, factors, indicators={name: per_task})
+
+
+def test_the_name_is_a_text():
+    with pytest.raises(dw.StudyError, match="indicators, 3: expected a name in quotes"):
+        dw.Study(MODEL, indicators={3: per_task})
 
 
 def test_a_function_that_is_none_is_refused():

@@ -15,11 +15,7 @@ from types import CodeType
 from typing import Any
 
 from desim_warehouse.errors import PASSED_ON, StudyError, shown
-from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.run import RunData
-
-_COLUMNS = ("replication", "seed", "deterministic", "run_time", "error")
-"""Columns of a study's table that are not indicators."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +62,11 @@ def own_indicators(
     """Make the indicators of a study from functions.
 
     Raises:
-        StudyError: a name that a built-in indicator or another column has, or a value that is not a function.
+        StudyError: a name that is not a text, or a value that is not a function.
     """
     for name, function in functions.items():
-        if look_up(name) is not None or name in _COLUMNS:
-            raise StudyError(f"indicators, {name}: there is one of this name already, expected another")
+        if not isinstance(name, str):
+            raise StudyError(f"indicators, {shown(name):.60}: expected a name in quotes")
         if not callable(function):
             raise StudyError(f"indicators, {name}: {shown(function):.60}, expected a function of a run")
     return tuple(OwnIndicator(name, _digest(function), function, as_given) for name, function in functions.items())
