@@ -27,12 +27,7 @@ class Decision:
 
     def assign(self, robot: RobotView | int, task: Task | int) -> None:
         """Assign a task to a robot, by views or numbers; robots and tasks that are not assigned stay free and open."""
-        self.answer.append(
-            (
-                robot if isinstance(robot, int) else robot.number,
-                task if isinstance(task, int) else task.number,
-            )
-        )
+        self.answer.append((getattr(robot, "number", robot), getattr(task, "number", task)))
 
     def __repr__(self) -> str:
         return f"Decision(time={self.time:g}, {len(self.robots)} free robots, {len(self.tasks)} open tasks)"

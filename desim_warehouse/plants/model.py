@@ -25,7 +25,7 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any
 
-from desim_warehouse.errors import LayoutError, ModelError, number_of
+from desim_warehouse.errors import LayoutError, ModelError, number_of, shown
 from desim_warehouse.layout.zones import examine
 from desim_warehouse.model import Model, load
 from desim_warehouse.model.messages import Keys, Outline
@@ -37,6 +37,7 @@ from desim_warehouse.plants.levels import DOORS, RIDE, make_room_for_cabins
 from desim_warehouse.plants.plant import Area, Plant, Remark, Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
+from desim_warehouse.values.arguments import is_whole
 from desim_warehouse.values.fields import Part
 
 Content = dict[str, Any]
@@ -128,6 +129,8 @@ def imported(
     Raises:
         ModelError: robots could do nothing on such a plant, or the mapping does not fit.
     """
+    if robots is not None and not (is_whole(robots) and robots > 0):
+        raise ModelError([f"{plant.source}: robots {shown(robots):.60}: expected a whole number above 0"])
     put_right(plant)
     if plant.lifts:
         make_room_for_cabins(plant, _contact(plant, robot or {}))
