@@ -27,7 +27,12 @@ class Decision:
 
     def assign(self, robot: RobotView | int, task: Task | int) -> None:
         """Assign a task to a robot, by views or numbers; robots and tasks that are not assigned stay free and open."""
-        self.answer.append((getattr(robot, "number", robot), getattr(task, "number", task)))
+        self.answer.append(
+            (
+                robot.number if isinstance(robot, RobotView) else robot,
+                task.number if isinstance(task, Task) else task,
+            )
+        )
 
     def __repr__(self) -> str:
         return f"Decision(time={self.time:g}, {len(self.robots)} free robots, {len(self.tasks)} open tasks)"

@@ -5,7 +5,7 @@ For functions called from Python, which refuse anything else in their own words 
 
 from __future__ import annotations
 
-import sys
+import math
 from numbers import Integral, Real
 
 
@@ -15,5 +15,8 @@ def is_whole(value: object) -> bool:
 
 
 def is_finite(value: object) -> bool:
-    """Whether a value is a number that a float can hold; a truth value is none, and neither is NaN."""
-    return isinstance(value, Real) and not isinstance(value, bool) and bool(abs(value) <= sys.float_info.max)
+    """Whether a value is a finite number that a float can hold; a truth value is none."""
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
