@@ -71,7 +71,7 @@ class Format:
     most: int = LIMITS["bytes"][0]
 
 
-CELLS = 0.01, 1000.0
+CELLS = 0.01, 1000
 """The smallest and the largest side of a cell of a grid, in metres."""
 FORMATS = (
     Format("CSV", "tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),

@@ -57,7 +57,7 @@ def replay(
     if beside is not None:
         part = history.model.units.seconds / beside.model.units.seconds
         windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
-    runs = [run.since(_counted_from(run, *shown)) for run, shown in zip(runs, windows, strict=True)]
+    runs = [run.since(_counted_from(run, *times)) for run, times in zip(runs, windows, strict=True)]
     result = Replay(f"{history.model.name}: replay", page(runs, windows, palette))
     if path is not None:
         result.save(path)

@@ -248,10 +248,10 @@ class RunData:
         import numpy as np
         import pandas as pd
 
-        given = list(times) if isinstance(times, Iterable) else [times]
-        if strange := [time for time in given if not is_finite(time)]:
+        listed = list(times) if isinstance(times, Iterable) else [times]
+        if strange := [time for time in listed if not is_finite(time)]:
             raise ReportError(f"positions at time {shown(strange[0]):.60}: expected a finite number")
-        tracks, asked = self._positions, np.array(given, dtype=float)
+        tracks, asked = self._positions, np.array(listed, dtype=float)
         robots = len(tracks.legs.first) - 1
         edge, along = np.empty((len(asked), robots), np.int64), np.empty((len(asked), robots))
         for robot in range(robots):

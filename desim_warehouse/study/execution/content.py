@@ -74,8 +74,8 @@ class _Content(pickle.Pickler):
 
 def _of_function(function: FunctionType) -> tuple[object, ...]:
     closed = [cell.cell_contents for cell in function.__closure__ or ()]
-    given = function.__defaults__, function.__kwdefaults__, function.__dict__
-    return "function", function.__code__, given, closed, _globals_of(function)
+    defaults = function.__defaults__, function.__kwdefaults__
+    return "function", function.__code__, defaults, closed, function.__dict__, _globals_of(function)
 
 
 def _of_class(kind: type) -> tuple[object, ...]:
