@@ -175,6 +175,7 @@ def test_what_nobody_can_look_into_equals_nothing(with_helpers):
         made("lambda run, lock=lock: run.T", "import threading\nlock = threading.Lock()"),
         made("lambda run: lock.locked()", "import threading\nlock = threading.Lock()"),
         made("held(n for n in range(3))"),
+        made("one", "class One:\n    def __reduce__(self):\n        return 'one'\none = One()"),
         with_helpers(HELPERS, "import helpers\ndef measure(run):\n    return getattr(helpers, 'mean')(run.robots)"),
         with_helpers(HELPERS, "def measure(run):\n    from helpers import mean\n    return mean(run.robots)"),
         threading.Lock().acquire,

@@ -7,6 +7,7 @@ or part of Python counts by its name.
 
 from __future__ import annotations
 
+import copyreg
 import dis
 import functools
 import hashlib
@@ -16,10 +17,11 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType, SimpleNamespace
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 _LENGTH = 12
+_PROTOCOL = 5
 _CODE = (
     *("co_code", "co_exceptiontable", "co_consts", "co_names", "co_varnames", "co_freevars", "co_cellvars"),
     *("co_flags", "co_argcount", "co_posonlyargcount", "co_kwonlyargcount"),
@@ -46,7 +48,7 @@ class _Content(pickle.Pickler):
     """A pickler for digests: functions and classes are written by content, sets in order, and equal values alike."""
 
     def __init__(self, write: Callable[[bytes], object]) -> None:
-        super().__init__(SimpleNamespace(write=write), protocol=5)
+        super().__init__(SimpleNamespace(write=write), protocol=_PROTOCOL)
         self.fast = True  # an object is written in full each time, so that copies of it are no different
         self.begun: list[object] = []  # functions and classes, which may use themselves
 
@@ -70,6 +72,15 @@ class _Content(pickle.Pickler):
             self.begun.append(value)
             content = _of_function(value) if isinstance(value, FunctionType) else _of_class(value)
         return content
+
+    def reducer_override(self, value: Any) -> Any:
+        """Return how an object is pickled; raise PicklingError for one of the user's that counts by its name alone."""
+        if isinstance(value, FunctionType | BuiltinFunctionType | type) or type(value) in copyreg.dispatch_table:
+            return NotImplemented
+        reduced = value.__reduce_ex__(_PROTOCOL)
+        if isinstance(reduced, str):
+            _installed(value.__module__)
+        return reduced
 
 
 def _of_function(function: FunctionType) -> tuple[object, ...]:
