@@ -10,7 +10,7 @@ import click
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_force, write_files
 from desim_warehouse.cli.tables import show_remarks
-from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
+from desim_warehouse.plants.formats import CELLS, FORMATS, TASK_FILES, names_with, titles
 
 _HELP = f"""Convert FILE, a layout from another program, into a model.
 
@@ -59,7 +59,7 @@ because the file does not specify it.
 @click.option("--two-way", is_flag=True, default=None, help=f"{names_with('two_way')}: make every edge two-way.")
 @click.option(
     "--cell",
-    type=click.FloatRange(0.01, 1000),
+    type=click.FloatRange(*CELLS),
     metavar="METRES",
     help=f"{names_with('cell')}: side length of a cell.  [default: 1]",
 )
@@ -82,12 +82,13 @@ def command(
     made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **chosen)
     if out is None and made.orders:
         raise click.UsageError("the tasks of this file are written beside the model; name one with -o")
+    in_short = made.in_short()
     if out is None:
-        click.echo(made.in_short(), err=True)
+        click.echo(in_short, err=True)
         click.echo(made.text(), nl=False)
     else:
         write_files(made.files(Path(out)), force=force)
-        click.echo(f"{out}: {made.in_short()}")
+        click.echo(f"{out}: {in_short}")
     show_remarks(made.remarks, err=out is None)
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, SimulationError, first_of, number_of, spoken
+from desim_warehouse.errors import ReportError, SimulationError, first_of, number_of, shown, spoken
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, MeasuredDay, measured, parts_of
@@ -23,6 +23,8 @@ from desim_warehouse.fleet_log.table import DROP, PICK, FleetLog
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.run import RunData
+from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
+from desim_warehouse.values.arguments import is_finite, is_whole
 from desim_warehouse.values.arrays import Floats
 from desim_warehouse.values.dates import Slashes
 
@@ -125,7 +127,12 @@ class Validation:
         """Return the number of days needed to detect an error of this share in a measure with a power of 80 %.
 
         None: over 1,000.
+
+        Raises:
+            ReportError: an error that is not above 0.
         """
+        if not (is_finite(error) and error > 0):
+            raise ReportError(f"error {shown(error):.60}: expected a share above 0, such as 0.1")
         values = self.measures.simulated[:, :, self.names.index(name)]
         mean, spread = abs(float(values.mean())), float(values.std(axis=1, ddof=1).mean())
         days = math.ceil(((self.measures.bound + _POWER) * spread / (error * mean)) ** 2) if mean else _MOST + 1
@@ -182,8 +189,10 @@ def validate(
         ReportError: fewer runs, not as many files of orders as logs, or logs that cannot be read.
         SimulationError: a model that cannot simulate a day.
     """
-    if runs < math.ceil(2 / LEVEL) - 1:
-        raise ReportError(f"{runs} runs can refute nothing, expected at least {math.ceil(2 / LEVEL) - 1}")
+    least = math.ceil(2 / LEVEL) - 1
+    if not (is_whole(runs) and least <= runs <= MOST_REPLICATIONS):
+        limits = f"from {least}, as fewer can refute nothing, to {MOST_REPLICATIONS:,}"
+        raise ReportError(f"runs {shown(runs):.60}: expected {limits}")
     if orders and len(orders) != len(logs):
         raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
     base = as_model(model)

@@ -67,8 +67,19 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
     widths = _widths(graph, spec)
     layout = Layout(graph, storage, bays, stations, size, _names(spec, storage), lifts, widths, spec.floors)
+    _one_label_each(layout)
     _one_name_each(layout)
     return layout
+
+
+def _one_label_each(layout: Layout) -> None:
+    """Raise LayoutError for two edges with the same label, by which logs and tables could not tell them apart."""
+    edges: dict[str, Edge] = {}
+    for label, edge in layout.labels:
+        other = edges.setdefault(label, edge)
+        if other != edge:
+            both = " and ".join(f"[{', '.join(ends)}]" for ends in (other, edge))
+            raise LayoutError([f"layout: edges {both} have one name in tables, {label}; rename one of their nodes"])
 
 
 def _one_name_each(layout: Layout) -> None:

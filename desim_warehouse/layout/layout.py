@@ -182,6 +182,12 @@ class Layout:
         edges = self.graph.edges(data=True)
         return tuple(((a, b), data["length"], data["speed"], bool(data.get("two_way"))) for a, b, data in edges)
 
+    @property
+    def labels(self) -> list[tuple[str, Edge]]:
+        """The edges that a log may name, each with its label `A>B` there; goods at a node are at its edge to itself."""
+        at_nodes = dict.fromkeys(place.edge for place in self.storage if place.edge[0] == place.edge[1])
+        return [(">".join(edge), edge) for edge in (*self.graph.edges, *at_nodes)]
+
     @cached_property
     def has_limits(self) -> bool:
         """Whether any edge has a finite speed limit."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from operator import index
 from typing import Self, SupportsIndex
 
 from desim_warehouse.errors import PolicyError
@@ -21,7 +20,7 @@ class Decision:
         self.time = situation.time
         self.robots: Sequence[RobotView] = situation.robots
         self.tasks: Sequence[Task] = tuple(situation.tasks)
-        self.answer: list[tuple[int, int]] = []
+        self.answer: list[tuple[SupportsIndex, SupportsIndex]] = []
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
         """Whether the charging policy allows the robot to take the task, and the station has a free slot."""
@@ -31,8 +30,8 @@ class Decision:
         """Assign a task to a robot, by views or numbers; robots and tasks that are not assigned stay free and open."""
         self.answer.append(
             (
-                robot.number if isinstance(robot, RobotView) else index(robot),
-                task.number if isinstance(task, Task) else index(task),
+                robot.number if isinstance(robot, RobotView) else robot,
+                task.number if isinstance(task, Task) else task,
             )
         )
 
@@ -74,7 +73,7 @@ class Steps:
         self._pending = Decision(self._world.dispatcher.situation())
         return self._pending
 
-    def tell(self, pairs: Iterable[tuple[int, int]]) -> Self:
+    def tell(self, pairs: Iterable[tuple[SupportsIndex, SupportsIndex]]) -> Self:
         """Answer the pending decision with pairs (robot number, task number).
 
         Raises PolicyError if no decision is pending, or if the answer cannot be carried out. Nothing of such an answer

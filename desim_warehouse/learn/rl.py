@@ -18,9 +18,11 @@ except ModuleNotFoundError as error:
 
 from collections.abc import Mapping
 
+from desim_warehouse.errors import ModelError, shown
 from desim_warehouse.learn.asktell import Decision
 from desim_warehouse.model import Model
 from desim_warehouse.policies import RobotView, Task
+from desim_warehouse.values.arguments import is_finite, is_whole
 
 FEATURES = 5
 FAR = 1e6
@@ -46,6 +48,9 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
         overrides: as for `load`.
         slots: number of open tasks shown, from the front of the list.
         scale: divisor of times and costs.
+
+    Raises:
+        ModelError: no model, or `slots` or `scale` that are no numbers above 0.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as gymnasium declares it
@@ -60,6 +65,10 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
     ) -> None:
         from desim_warehouse.model import load
 
+        if not (is_whole(slots) and slots > 0):
+            raise ModelError([f"slots {shown(slots):.60}: expected a whole number above 0"])
+        if not (is_finite(scale) and scale > 0):
+            raise ModelError([f"scale {shown(scale):.60}: expected a number above 0"])
         if isinstance(model, str | Path):
             model = load(model, overrides)
         elif overrides:

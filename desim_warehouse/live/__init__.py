@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from desim_warehouse.answer import words
-from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.errors import StudyError, reason, shown
 from desim_warehouse.feasibility.mistakes.unused import has_due
 from desim_warehouse.folders import make_folder
 from desim_warehouse.live.answers import CONFIDENCE
@@ -33,8 +33,10 @@ from desim_warehouse.study.execution.progress import in_notebook
 from desim_warehouse.study.rare import days_needed
 from desim_warehouse.study.statistics.judge import looks_by
 from desim_warehouse.study.target import read_target
+from desim_warehouse.values.arguments import is_whole
 
 HOME = "127.0.0.1"
+_LAST_PORT = 65535
 _NOTEBOOKS = ("http://localhost:*", "http://127.0.0.1:*")
 _END = 2.0  # seconds that open calls may take at the end
 
@@ -156,14 +158,15 @@ def serve(
 
 
 def _bound(port: int) -> socket.socket:
+    if not (is_whole(port) and 0 <= port <= _LAST_PORT):
+        raise StudyError(f"port {shown(port):.60}: expected a whole number from 0 to {_LAST_PORT}; 0 takes a free one")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((HOME, port))
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         listening.close()
-        why = reason(error) if isinstance(error, OSError) else "expected 0 to 65535"
-        raise StudyError(f"port {port}: cannot be used ({why}); --port 0 takes a free one") from None
+        raise StudyError(f"port {port}: cannot be used ({reason(error)}); --port 0 takes a free one") from None
     return listening
 
 

@@ -15,13 +15,14 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.errors import ModelError, reason, shown
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.order_lines import OrderLine, Problems, Reading
 from desim_warehouse.orders.cells import ExportRows
 from desim_warehouse.orders.export import read_export
+from desim_warehouse.values.arguments import is_whole
 from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
@@ -148,8 +149,11 @@ def order_day(
         The orders by good row, and what is wrong with the others.
 
     Raises:
-        ModelError: where the file or the model cannot be read. Rows with problems are in the result.
+        ModelError: where the file or the model cannot be read, or `pieces_per_load` is no number of pieces. Rows with
+            problems are in the result.
     """
+    if pieces_per_load is not None and not (is_whole(pieces_per_load) and pieces_per_load > 0):
+        raise ModelError([f"pieces_per_load {shown(pieces_per_load):.60}: expected a whole number above 0"])
     loaded = model if isinstance(model, Model) else _without_orders(Path(model))
     how, path, problems = reading(loaded, loaded.floor), Path(file), Problems(str(file))
     export = read_export(path, columns or {}, sheet)

@@ -327,10 +327,6 @@ class Log:
         """Iterate over the rows, with their columns by name."""
         return map(LogRow._make, self.rows)
 
-    def edge_of_rows(self) -> list[tuple[str, str] | None]:
-        """Return the edge of each row, or None, in the order of `frame`."""
-        return [row.edge for row in map(LogRow._make, self.rows)]
-
     def frame(self) -> pd.DataFrame:
         """Return the rows as a table with the columns of `LogRow`: edges as `A>B`, -1 for no robot, task or other."""
         import pandas as pd

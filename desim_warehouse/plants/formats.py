@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from desim_warehouse.errors import ModelError, spoken
+from desim_warehouse.errors import ModelError, shown, spoken
 from desim_warehouse.plants import (
     dxf,
     geojson,
@@ -30,6 +30,7 @@ from desim_warehouse.plants import (
 )
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Plant
+from desim_warehouse.values.arguments import is_finite, is_whole
 from desim_warehouse.values.fields import LIMITS
 
 _START = 4096  # bytes that show what a file is
@@ -70,6 +71,8 @@ class Format:
     most: int = LIMITS["bytes"][0]
 
 
+CELLS = 0.01, 1000
+"""The smallest and the largest side of a cell of a grid, in metres."""
 FORMATS = (
     Format("CSV", "tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
     Format(
@@ -137,6 +140,11 @@ def read_plant(path: str | Path, **options: Any) -> Plant:
     for option in sorted(options.keys() - set(form.options)):
         has = f"one of {', '.join(form.options)}" if form.options else "no option"
         raise ModelError([f"{path}: option {option!r}: there is none for {form.title}, expected {has}"])
+    cell, graph = options.get("cell", 1.0), options.get("graph", 0)
+    if not (is_finite(cell) and CELLS[0] <= cell <= CELLS[1]):
+        raise ModelError([f"{path}: cell {shown(cell):.60}: expected metres from {CELLS[0]:g} to {CELLS[1]:g}"])
+    if not (is_whole(graph) and graph >= 0):
+        raise ModelError([f"{path}: graph {shown(graph):.60}: expected a whole number from 0 on"])
     plant: Plant = form.read(path, content, **options)
     plant.note_unknown()
     plant.options = form.options

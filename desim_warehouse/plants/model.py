@@ -25,7 +25,7 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any
 
-from desim_warehouse.errors import ModelError, number_of
+from desim_warehouse.errors import LayoutError, ModelError, number_of, shown
 from desim_warehouse.layout.zones import examine
 from desim_warehouse.model import Model, load
 from desim_warehouse.model.messages import Keys, Outline
@@ -37,6 +37,7 @@ from desim_warehouse.plants.levels import DOORS, RIDE, make_room_for_cabins
 from desim_warehouse.plants.plant import Area, Plant, Remark, Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
+from desim_warehouse.values.arguments import is_whole
 from desim_warehouse.values.fields import Part
 
 Content = dict[str, Any]
@@ -75,7 +76,8 @@ class Imported:
     @cached_property
     def model(self) -> Model:
         """The model, checked as a file is; a file of its orders is kept until the process ends."""
-        return load(self.with_orders(kept(self.orders, f"{id(self)}.csv")) if self.orders else self.content)
+        whole = self.with_orders(kept(self.orders, f"{id(self)}.csv")) if self.orders else self.content
+        return _buildable(whole, self.plant)
 
     def in_short(self) -> str:
         """Return the sizes of the layout in one line; a floor of implausible size reveals a wrong unit."""
@@ -127,6 +129,8 @@ def imported(
     Raises:
         ModelError: robots could do nothing on such a plant, or the mapping does not fit.
     """
+    if robots is not None and not (is_whole(robots) and robots > 0):
+        raise ModelError([f"{plant.source}: robots {shown(robots):.60}: expected a whole number above 0"])
     put_right(plant)
     if plant.lifts:
         make_room_for_cabins(plant, _contact(plant, robot or {}))
@@ -501,7 +505,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
         "load_time": 0,
         "unload_time": 0,
     }  # tasks from orders stand in a file
-    model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
+    model = _buildable({**content, "tasks": any_work, "traffic": {"zones": zones}}, plant) if zones else None
     if model is not None:
         for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):
             name = finding.place.removeprefix("traffic.zones.")
@@ -512,6 +516,16 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
     kept = [area for area in ends_too if area.name in zones]
     plant.note_parts("changed", "block", kept, "the points at the ends of its paths belong to it, too")
     return zones
+
+
+def _buildable(content: Content, plant: Plant) -> Model:
+    """Return the model with this content; raises ModelError, naming the source, if its layout cannot be built."""
+    model = load(content)
+    try:
+        model.floor  # noqa: B018 - the layout
+    except LayoutError as error:
+        raise ModelError([f"{plant.source}: {problem}" for problem in error.problems]) from None
+    return model
 
 
 def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, shown
 from desim_warehouse.fleet_log.validate import Validation
 from desim_warehouse.layout import Layout
 from desim_warehouse.look import palette
@@ -19,6 +19,7 @@ from desim_warehouse.plot import floor as plan
 from desim_warehouse.plot import style as look
 from desim_warehouse.plot.names import Name, write_names
 from desim_warehouse.study.fit import Fitted
+from desim_warehouse.values.arguments import is_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,6 +65,9 @@ def real_day(
     """
     if number is None:
         number = farthest(validation)
+    days = len(validation.days)
+    if not (is_whole(number) and 0 <= number < days):
+        raise ReportError(f"day {shown(number):.60}: there are days 0 to {days - 1}")
     ranks, parts = validation.drops[number], validation.parts[number] / validation.model.units.hour
     low, high = ranks.band(0)
     with look.drawing(ax, style, title, (_WIDTH, 3.3), f"Drops an hour: {validation.days[number]}") as axes:

@@ -10,12 +10,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.answer import words
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, shown
 from desim_warehouse.look import palette
 from desim_warehouse.model import Model
 from desim_warehouse.plot import style as look
 from desim_warehouse.study.table import Cell, averaged_over, cells, is_numeric, order, usable
 from desim_warehouse.study.table import levels as levels_of
+from desim_warehouse.values.arguments import is_finite
 from desim_warehouse.values.labels import plain
 
 if TYPE_CHECKING:
@@ -72,6 +73,8 @@ def by_factor(
     if seconds and units is None:
         raise ReportError("seconds: expected a model, which says how many seconds a time unit has")
     scale = units.seconds if seconds and units and words.indicator_kind(indicator) == "time" else 1.0
+    if target is not None and not is_finite(target):
+        raise ReportError(f"target {shown(target):.60}: expected a number")
     keys = [factor] if group is None else [group, factor]
     estimates = cells(table, keys, indicator, confidence, scale)
     levels = _merged([cell.levels[-1] for cell in estimates])

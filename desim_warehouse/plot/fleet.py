@@ -5,17 +5,18 @@ For `plot.utilisation`, `gantt` and `battery`, in notebooks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.answer import words
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, shown
 from desim_warehouse.look import palette
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts import charging
 from desim_warehouse.plot import style as look
 from desim_warehouse.run import RunData
 from desim_warehouse.study.table import averaged_over, cells
+from desim_warehouse.values.arguments import is_finite, is_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -116,15 +117,16 @@ def part_shown(
     Raises:
         ReportError: an empty window, or a robot that is not there.
     """
-    begin, until = start or 0.0, run.record.end if end is None else end
-    if not begin < until:
-        raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
+    begin, until = 0.0 if start is None else start, run.record.end if end is None else end
+    if not (is_finite(begin) and is_finite(until) and begin < until):
+        raise ReportError(f"window from {shown(begin):.60} to {shown(until):.60}: expected it to have a length")
     size = run.model.fleet.size
-    shown = list(range(size) if robots is None else robots)
-    strange = [number for number in shown if not 0 <= number < size]
+    robots = range(size) if robots is None else robots
+    numbers = list(robots) if isinstance(robots, Iterable) else [robots]
+    strange = [number for number in numbers if not (is_whole(number) and 0 <= number < size)]
     if strange:
-        raise ReportError(f"robot {strange[0]}: there are robots 0 to {size - 1}")
-    return begin, until, shown
+        raise ReportError(f"robot {shown(strange[0]):.60}: there are robots 0 to {size - 1}")
+    return begin, until, numbers
 
 
 def gantt(

@@ -16,6 +16,7 @@ from desim_warehouse.plot import style as look
 from desim_warehouse.run import RunData
 from desim_warehouse.study.statistics.warmup import WarmUp
 from desim_warehouse.study.warm_up import Settling
+from desim_warehouse.values.arguments import is_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +57,7 @@ def warm_up(
     if isinstance(source, RunData):
         label = label or f"Cycle time ({source.model.units.time})"
         values: Sequence[float] | NDArray[np.float64] = cycle_times(source)
-        if len(values) < 6 * batch:
+        if is_whole(batch) and len(values) < 6 * batch:
             raise ReportError(f"warm-up: {len(values)} tasks delivered, expected at least {6 * batch}")
         what = "Tasks delivered"
     else:
@@ -98,7 +99,7 @@ def welch(
     settling = None if isinstance(source, list | tuple) or hasattr(source, "shape") else cast("Settling", source)
     series = averaged(cast("Any", source)) if settling is None else settling.series
     width = 1.0 if settling is None else settling.width
-    windows = [window] if window else [max(1, round(share * series.size)) for share in _WINDOWS]
+    windows = [window] if window is not None else [max(1, round(share * series.size)) for share in _WINDOWS]
     curves = [(w, smooth(series, w)) for w in windows]
     with look.drawing(ax, style, title, (6.4, 3.6), "Welch's plot: moving averages over time") as axes:
         axes.plot(width * (np.arange(series.size) + 0.5), series, color=palette.FAINT, linewidth=0.8, alpha=0.6)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, shown
 from desim_warehouse.look.palette import PALETTES
 from desim_warehouse.look.web import WebPage
+from desim_warehouse.values.arguments import is_finite
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
@@ -56,7 +56,7 @@ def replay(
     if beside is not None:
         part = history.model.units.seconds / beside.model.units.seconds
         windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
-    runs = [run.since(_counted_from(run, *shown)) for run, shown in zip(runs, windows, strict=True)]
+    runs = [run.since(_counted_from(run, *times)) for run, times in zip(runs, windows, strict=True)]
     result = Replay(f"{history.model.name}: replay", page(runs, windows, palette))
     if path is not None:
         result.save(path)
@@ -68,6 +68,8 @@ def part(history: History, seconds: float) -> dict[str, Any]:
     from desim_warehouse.replay.columns import pack
     from desim_warehouse.replay.payload import payload
 
+    if not is_finite(seconds):
+        raise ReportError(f"a replay of {shown(seconds):.60} seconds: expected a number above 0")
     start = history.begin if history.begin < history.log.end else 0.0
     header, columns = payload(history, *window(history, start, start + seconds / history.model.units.seconds))
     index, text = pack(columns)
@@ -82,11 +84,11 @@ def _counted_from(history: History, start: float, end: float) -> float:
 def window(history: History, start: float | None, end: float | None) -> tuple[float, float]:
     """Return start and end of the part of a run between two times; raise ReportError if it is empty."""
     last = float(history.log.end)
-    begin = 0.0 if start is None else float(start)
-    finish = last if end is None else float(end)
-    if not (math.isfinite(begin) and math.isfinite(finish)) or begin < 0 or begin >= finish or begin >= last:
+    begin = 0.0 if start is None else start
+    finish = last if end is None else end
+    if not (is_finite(begin) and is_finite(finish) and 0 <= begin < min(finish, last)):
         raise ReportError(
-            f"a replay from {begin:g} to {finish:g} shows nothing: the run lasts from 0 to {last:g} "
+            f"a replay from {shown(begin):.60} to {shown(finish):.60} shows nothing: the run lasts from 0 to {last:g} "
             f"{history.model.units.time}"
         )
-    return begin, min(finish, last)
+    return float(begin), min(float(finish), last)

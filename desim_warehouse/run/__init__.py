@@ -6,17 +6,20 @@ For `desim run`, `replay` and `report`, and for the runs of a study; users hold 
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterable
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from desim_warehouse.errors import ModelError, ReportError, shown
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
+from desim_warehouse.values.arguments import is_finite
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     import pandas as pd
 
@@ -65,6 +68,8 @@ class RunData:
         from desim_warehouse.world.robots.settled import OF_THIS_PROCESS
 
         model = as_model(model)
+        if until is not None and not (is_finite(until) and until > 0):
+            raise ModelError([f"until {shown(until):.60}: expected a time above 0, such as 600"])
         with _no_collector():
             world = World(model, seed, heed=None if stop is None else stop.obey, fleets=fleets or OF_THIS_PROCESS)
             world.run(until)
@@ -246,12 +251,15 @@ class RunData:
             last. A robot in a slot of a bay or station is drawn beside its node.
 
         Raises:
-            ReportError: a run without `log: all`.
+            ReportError: a run without `log: all`, or a time that is not a finite number.
         """
         import numpy as np
         import pandas as pd
 
-        tracks, asked = self._positions, np.fromiter(times, dtype=float)
+        listed = list(times) if isinstance(times, Iterable) else [times]
+        if strange := [time for time in listed if not is_finite(time)]:
+            raise ReportError(f"positions at time {shown(strange[0]):.60}: expected a finite number")
+        tracks, asked = self._positions, np.array(listed, dtype=float)
         robots = len(tracks.legs.first) - 1
         edge, along = np.empty((len(asked), robots), np.int64), np.empty((len(asked), robots))
         for robot in range(robots):

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import ReportError, reason, spoken
+from desim_warehouse.errors import LayoutError, ModelError, ReportError, reason, spoken
 from desim_warehouse.folders import RUN, STUDY, make_folder, refuse_theirs, sha256, too_old, write_whole
 from desim_warehouse.run.spreadsheet import as_csv
 
@@ -29,8 +29,6 @@ FORMAT = 1
 LOG, KPIS = "log.parquet", "kpis.json"
 TABLES = ("robots", "edges", "nodes")
 """Tables that are written as CSV."""
-NUMBER = "edge_number"
-"""Column of the log with the edges' numbers, for layouts in which two edges share a name."""
 _NEEDED = {
     **dict.fromkeys(("parked", "docked"), ("node",)),
     "enter": ("edge",),
@@ -38,6 +36,8 @@ _NEEDED = {
     "drive": ("edge", "value", "until"),
 }
 """Columns that every row of a kind has."""
+_DAMAGED = (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, ModelError, LayoutError)
+"""What reading a damaged folder raises."""
 R = TypeVar("R")
 
 
@@ -82,10 +82,6 @@ def save_run(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> 
 def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
     log = run.log
     table = log.frame()
-    edges = _edges(run.layout)
-    if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
-        number = {edge: i for i, edge in enumerate(edges)}
-        table[NUMBER] = [-1 if edge is None else number[edge] for edge in log.edge_of_rows()]
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     texts = {KPIS: json.dumps(kpis, indent=2) + "\n"}
     texts |= {f"{name}.csv": as_csv(tables[name], index=True) for name in TABLES}
@@ -120,12 +116,6 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
     for name, text in texts.items():
         write_whole(folder / name, text)
     return folder
-
-
-def _edges(layout: Layout) -> list[tuple[str, str]]:
-    """Return the edges that rows may name: the edges of the layout, and of storage places on nodes."""
-    on_nodes = (place.edge for place in layout.storage if place.edge[0] == place.edge[1])
-    return [*layout.graph.edges, *dict.fromkeys(on_nodes)]
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -189,18 +179,10 @@ def _rows(table: pd.DataFrame, layout: Layout, *, ours: bool) -> list[Any]:
     missing = set(LogRow._fields) - set(table) if ours else set()
     if missing:
         raise ValueError(f"{LOG} has no column {spoken(sorted(missing))}")
-    edges = _edges(layout)
-    numbers = table.pop(NUMBER) if NUMBER in table else None
     table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
     table = table.astype(object).where(table.notna(), None)
-    named: list[tuple[str, str] | None]
-    if numbers is None:
-        by_name: dict[str | None, tuple[str, str] | None] = {">".join(edge): edge for edge in edges}
-        by_name[None] = None
-        named = [by_name[name] for name in table["edge"]]
-    else:
-        named = [None if number < 0 else edges[number] for number in numbers]
-    table["edge"] = pd.Series(named, index=table.index, dtype=object)
+    edges: dict[str | None, tuple[str, str] | None] = {None: None, **dict(layout.labels)}
+    table["edge"] = pd.Series([edges[label] for label in table["edge"]], index=table.index, dtype=object)
     return [tuple(row) for row in table.to_numpy().tolist()]
 
 
@@ -244,7 +226,7 @@ def read_run(folder: Path, make: Callable[[KeptRun], R]) -> R:
         _check(log, model, layout)
         kpis = {} if log.version == __version__ else _kpis(folder)
         return make(KeptRun(model, content["seed"], log, layout, content["deterministic"], kpis))
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+    except _DAMAGED as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
@@ -18,13 +18,19 @@ from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.model.messages import Keys
 from desim_warehouse.model.schema import OUTLINE
+from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.study.statistics.limits import MOST_LEVELS
 from desim_warehouse.values.fields import Forms, Part, all_wrong, form, wrong
 
 Label: TypeAlias = str | int | float | bool | None
 
 RESERVED = ("replication", "seed", "deterministic", "run_time", "error")
-"""Columns of the table that are no factors."""
+"""Columns of the table of runs that are neither factors nor indicators."""
+_STATISTICS = (
+    *("indicator", "n", "failed", "mean", "half_width", "low", "high", "median", "q05", "q25", "q75", "q95"),
+    *("baseline", "difference", "difference_low", "difference_high", "p", "differs", "runs", "missing"),
+)
+"""Columns of the tables of means and of differences that are no factors."""
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _DASHED = re.compile(r"\s*(\d+\.?\d*)\s*[-–]\s*(\d+\.?\d*)\s*")
 _DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
@@ -51,6 +57,15 @@ class Factor:
 
     key: str
     levels: tuple[Level, ...]
+
+
+def holder_of(name: str, factors: Iterable[str] = ()) -> str:
+    """Return in words what has a name in the tables of a study, so that no other column may; empty if nothing has."""
+    if name in factors:
+        return "a factor"
+    if look_up(name) is not None:
+        return "an indicator"
+    return "a column of its tables" if name in {*RESERVED, *_STATISTICS} else ""
 
 
 def label(value: Any) -> Label:
@@ -234,8 +249,8 @@ def _form(content: Any) -> str | None:
 def _of_a_key(item: tuple[str, Any]) -> Any:
     """Check the key of a factor, which models must have unless there are cases, and return its content."""
     key, content = item
-    if key in RESERVED:
-        raise wrong("a name that tables use, expected another", "[key]")
+    if holder := holder_of(key):
+        raise wrong(f"the name of {holder}, expected another with cases", "[key]")
     section = isinstance(content, Mapping)
     if not (section and "cases" in content):
         _check_key(key, "[key]")

@@ -5,18 +5,19 @@ For `desim study`, `desim what-if` and all questions that do a study.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
-from typing import Literal
+from typing import Any, Literal
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import Model
 from desim_warehouse.model.messages import FilePositions
+from desim_warehouse.run import RunData
 from desim_warehouse.study.design import Point, Rule, points
-from desim_warehouse.study.execution.own_indicators import OwnIndicator
-from desim_warehouse.study.factors import Factor, Label, hint
+from desim_warehouse.study.execution.own_indicators import OwnIndicator, own_indicators
+from desim_warehouse.study.factors import Factor, Label, hint, holder_of
 from desim_warehouse.study.file import Until
 
 
@@ -62,6 +63,20 @@ class StudyPlan:
         apart = self.scouts and model.battery is not None and model.fleet.start_energy == "settled"
         own = "".join(f"-{indicator.name}-{indicator.digest}" for indicator in self.own)
         return f"{model.digest()}{f'-own-{sha256(own.encode()).hexdigest()[:12]}' * bool(own)}{'-scout' * apart}"
+
+    def measuring(
+        self, functions: Mapping[str, Callable[[Any], float]], as_given: Callable[[RunData], Any] | None
+    ) -> StudyPlan:
+        """Return this plan with indicators of the user's own.
+
+        Raises:
+            StudyError: a name that another column of a table has, or a value that is not a function.
+        """
+        own = own_indicators(functions, as_given)
+        for name in functions:
+            if holder := holder_of(name, [factor.key for factor in self.factors]):
+                raise StudyError(f"indicators, {name}: the name of {holder}, expected another")
+        return replace(self, own=own)
 
     def unreplicated(self) -> StudyPlan:
         """This plan with no runs of its own, for procedures that ask for the runs they need."""

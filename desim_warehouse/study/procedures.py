@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
@@ -30,6 +30,7 @@ from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import check_zone, first_look
+from desim_warehouse.values.arguments import is_finite
 
 FLEET = "fleet.size"
 """The key for which indicators declare in which direction they usually move."""
@@ -83,8 +84,8 @@ def race(
     if is_own and maximise is None:
         raise StudyError(f"indicator {indicator!r}: of one of your own, expected maximise=False or True")
     measure = None if is_own else find(indicator)
-    if delta is not None and not delta >= LEAST_DELTA:
-        raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
+    if delta is not None and not (is_finite(delta) and delta >= LEAST_DELTA):
+        raise StudyError(f"delta {shown(delta):.60}: expected an indifference zone of at least {LEAST_DELTA:g}")
     if delta is not None and measure is not None:
         check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise

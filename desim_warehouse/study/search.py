@@ -8,10 +8,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import StudyError, path_of, reason
+from desim_warehouse.errors import StudyError, path_of, reason, shown
 from desim_warehouse.folders import ANSWER, JOURNAL, LOCK, RESULTS, STUDY, refuse_theirs
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.statistics.checks import check_confidence
+from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS, MOST_RUNS
+from desim_warehouse.values.arguments import is_finite, is_whole
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
@@ -41,7 +43,7 @@ class Search:
         crew: processes shared by several studies; see `together`. None: each study starts its own processes.
 
     Raises:
-        StudyError: a cap below `first`, an invalid confidence, too many workers, or a folder that is not ours.
+        StudyError: a number that no search can have, a cap below `first`, or a folder that is not ours.
         ModelError: an invalid seed.
     """
 
@@ -61,8 +63,15 @@ class Search:
 
     def __post_init__(self) -> None:
         """Refuse settings that no search can have."""
-        if self.first is not None and self.cap is not None and not 2 <= self.first <= self.cap:  # noqa: PLR2004
-            raise StudyError(f"first {self.first}, cap {self.cap}: expected 2 <= first <= cap")
+        counts = (("first", 2, MOST_REPLICATIONS), ("cap", 2, MOST_REPLICATIONS), ("runs", 1, MOST_RUNS))
+        for name, least, most in counts:
+            count = getattr(self, name)
+            if count is not None and not (is_whole(count) and least <= count <= most):
+                raise StudyError(f"{name} {shown(count):.60}: expected a whole number from {least} to {most:,}")
+        if self.first is not None and self.cap is not None and self.first > self.cap:
+            raise StudyError(f"first {self.first}, cap {self.cap}: expected first <= cap")
+        if self.timeout is not None and not (is_finite(self.timeout) and self.timeout > 0):
+            raise StudyError(f"timeout {shown(self.timeout):.60}: expected seconds above 0")
         check_confidence(self.confidence)
         whole_seed(self.seed)
         worker_count(self.workers)

@@ -15,7 +15,6 @@ from desim_warehouse.folders import ANSWER, JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution import Executor
-from desim_warehouse.study.execution.own_indicators import own_indicators
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.factors import Level
@@ -107,7 +106,7 @@ class StudyEngine:
             },
         )
         if isinstance(indicators, Mapping):
-            self.plan = replace(self.plan, own=own_indicators(indicators, self._as_given))
+            self.plan = self.plan.measuring(indicators, self._as_given)
         self._start()
 
     @classmethod

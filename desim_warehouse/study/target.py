@@ -18,6 +18,7 @@ from desim_warehouse.outcome.indicators import Indicator, refuse_unknown, split
 from desim_warehouse.outcome.targets import Target, amount_of, parse_target
 from desim_warehouse.study.statistics.checks import is_constant
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
+from desim_warehouse.values.arguments import is_finite
 from desim_warehouse.values.units import SECONDS, UnitNames
 
 
@@ -70,8 +71,10 @@ def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> Non
         aim: the target; None: there is none, and only shares have a largest zone.
 
     Raises:
-        StudyError: above a fifth of the target, or of all there is of a share.
+        StudyError: no number from 0 on, or above a fifth of the target, or of all there is of a share.
     """
+    if not (is_finite(zone) and zone >= 0):
+        raise StudyError(f"indifference zone {shown(zone):.60} of {measure.name}: expected a number from 0 on")
     share = measure.is_share
     most = MOST_ZONE if share else math.inf if aim is None else MOST_ZONE * abs(aim)
     if zone <= most:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import operator
 import zlib
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, shown
+from desim_warehouse.values.arguments import is_whole
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -14,13 +14,9 @@ if TYPE_CHECKING:
 
 def whole_seed(seed: int) -> int:
     """Return a seed, refused where no run could be repeated with it; raises ModelError."""
-    try:
-        number = -1 if isinstance(seed, bool) else operator.index(seed)
-    except TypeError:
-        number = -1
-    if number < 0:
+    if not (is_whole(seed) and seed >= 0):
         raise ModelError([f"seed {shown(seed):.60}: expected a whole number from 0 on, such as 1"])
-    return number
+    return int(seed)
 
 
 class Streams:

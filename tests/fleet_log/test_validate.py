@@ -1,5 +1,6 @@
 """Does a day refute a model? Right models hardly ever, wrong ones soon."""
 
+import math
 import re
 from dataclasses import replace
 
@@ -50,6 +51,9 @@ def test_the_right_model_is_not_refuted(days):
     assert not right.refuted
     assert right.unlike == ()
     assert right.lines()[0].startswith("not refuted (1 day, 39 simulated")
+    for error in (0, -0.1, math.nan, "10 %"):
+        with pytest.raises(ReportError, match="expected a share above 0"):
+            right.days_for("travel", error)
     assert "to notice a 10 % error, with a chance of 80 %, takes " in right.lines()[-1]
 
 
@@ -64,7 +68,7 @@ def test_measures_of_a_run_are_its_indicators(days):
 
 
 def test_too_few_runs_and_orders_are_refused(a_plant):
-    with pytest.raises(ReportError, match="20 runs can refute nothing, expected at least 39"):
+    with pytest.raises(ReportError, match="runs 20: expected from 39, as fewer can refute nothing, to 100,000"):
         validate(a_plant.sheet, [a_plant.log], runs=20)
     with pytest.raises(ReportError, match="2 files of orders for 1 logs"):
         validate(a_plant.sheet, [a_plant.log], orders=["a", "b"])

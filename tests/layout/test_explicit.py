@@ -42,6 +42,22 @@ def test_storage_places_are_numbered_as_listed_and_stand_at_their_offset():
     assert (second.number, second.x, second.y, second.popularity) == (1, 15, 20, 4)
 
 
+def test_two_edges_of_one_label_are_refused():
+    square = {"nodes": {"a": [0, 0], "b>c": [20, 0], "a>b": [20, 20], "c": [0, 20]}}
+    ring = [["a", "b>c"], ["b>c", "a>b"], ["a>b", "c"], ["c", "a"]]
+    text = r"layout: edges \[a, b>c\] and \[a>b, c\] have one name in tables, a>b>c; rename one of their nodes"
+    with pytest.raises(LayoutError, match=text):
+        layout(**square, edges=ring)
+    assert layout(**square, edges=ring[:2]).graph.has_edge("a", "b>c")  # a name with > alone is none of that
+
+
+def test_goods_at_a_node_of_the_label_of_an_edge_are_refused():
+    """Logs write a>b>a>b where goods of node a>b are picked, too."""
+    places = {"nodes": {"a": [0, 0], "b>a>b": [20, 0], "a>b": [20, 20]}, "edges": [["a", "b>a>b"]]}
+    with pytest.raises(LayoutError, match=r"edges \[a, b>a>b\] and \[a>b, a>b\] have one name in tables, a>b>a>b"):
+        layout(**places, storage=[{"node": "a>b"}])
+
+
 def test_headings_are_angles_from_the_x_axis_towards_y():
     floor = layout()
     assert floor.headings["A", "B"] == math.atan2(40, 30)

@@ -8,6 +8,7 @@ import httpx
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.live import _bound
 from desim_warehouse.live.messages import openapi
 from tests.live.client import TUTORIAL, client
 
@@ -183,5 +184,8 @@ def test_what_cannot_be_served_says_why(tmp_path):
         taken.listen()
         with pytest.raises(dw.StudyError, match=r"port \d+: cannot be used"):
             dw.serve(TUTORIAL, out=tmp_path, port=taken.getsockname()[1])
+    for port in (-1, 65536, 1.5, "x", True):
+        with pytest.raises(dw.StudyError, match=f"port {port!r}: expected a whole number from 0 to 65535"):
+            _bound(port)
     with pytest.raises(dw.StudyError, match="on_tim"):
         dw.serve(TUTORIAL, target="on_tim >= 95 %", out=tmp_path)

@@ -298,6 +298,12 @@ def test_words_that_are_no_month_and_units_that_are_no_pieces_are_refused(hall, 
     assert "release: not a time (2 rows from row 3 on, 2 values: '2 Foo 2026', '31 Feb 2026')" in dated
 
 
+@pytest.mark.parametrize("pieces", [0, -1, 1.5, float("nan"), "two", True])
+def test_pieces_on_a_load_are_a_whole_number(pieces, hall):
+    with pytest.raises(dw.ModelError, match=r"^pieces_per_load .*: expected a whole number above 0$"):
+        dw.order_day("day.csv", hall, pieces_per_load=pieces)
+
+
 def test_what_was_assumed_is_said(hall, tmp_path):
     path = tmp_path / "day.csv"
     path.write_bytes(MESSY["Windows, umlauts"][1])

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import time
 
 import networkx as nx
@@ -44,6 +45,12 @@ def test_cells_have_the_size_that_is_given(tmp_path):
     model = dw.read_layout(written(tmp_path, "yard.map", MAP), cell=0.8)
     assert model.layout.nodes["r2c1"] == (0.8, 1.6)
     assert (model.fleet.robot.radius, model.fleet.robot.speed) == (0.4, 0.8)
+    for cell in (0, -1, math.nan, math.inf, "1 m", True):
+        with pytest.raises(dw.ModelError, match=r"yard\.map: cell .*: expected metres from 0\.01 to 1000"):
+            dw.read_layout(tmp_path / "yard.map", cell=cell)
+    for robots in (0, -1, 1.5, "two", True):
+        with pytest.raises(dw.ModelError, match=r"yard\.map .*: robots .*: expected a whole number above 0"):
+            dw.read_layout(tmp_path / "yard.map", robots=robots)
 
 
 def test_the_league_marks_where_goods_are_picked_and_delivered(tmp_path):

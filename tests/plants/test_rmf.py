@@ -96,6 +96,9 @@ def test_another_graph_has_lanes_of_its_own(tmp_path):
     assert set(plant.points) == {"gate", "vertex 12", "A"}
     with pytest.raises(dw.ModelError, match="no lanes of graph 2, expected one of 0, 1"):
         read_plant(CLINIC, graph=2)
+    for graph in (-1, 0.5, "one", [1], True):
+        with pytest.raises(dw.ModelError, match=r"graph .*: expected a whole number from 0 on"):
+            read_plant(CLINIC, graph=graph)
 
 
 def test_distances_that_differ_are_doubted(tmp_path):

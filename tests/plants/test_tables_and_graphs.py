@@ -2,8 +2,10 @@
 
 import networkx as nx
 import pytest
+from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.cli import desim
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout
 from tests.plants.damage import one_message
@@ -205,6 +207,19 @@ def test_what_is_wrong_with_a_graph_is_one_message(change, said):
     graph = yard()
     change(graph)
     assert said in one_message(graph)
+
+
+def test_a_graph_with_two_edges_of_one_label_is_refused_before_a_model_is_written(tmp_path):
+    """Edges from A to B>C and from A>B to C are both A>B>C in tables."""
+    drawn, model = tmp_path / "ring.graphml", tmp_path / "ring.yaml"
+    graph = nx.DiGraph([("A", "B>C"), ("B>C", "A>B"), ("A>B", "C"), ("C", "A")])
+    for node, x, y in (("A", 0, 0), ("B>C", 9, 0), ("A>B", 9, 9), ("C", 0, 9)):
+        graph.add_node(node, x=x, y=y)
+    nx.write_graphml(graph, drawn)
+    refused = CliRunner().invoke(desim, ["import", str(drawn), "-o", str(model)]).exception
+    assert str(refused) == one_message(drawn)
+    assert "ring.graphml (GraphML): layout: edges [A, B>C] and [A>B, C] have one name" in str(refused)
+    assert not model.exists()
 
 
 @pytest.mark.parametrize(

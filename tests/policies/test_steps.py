@@ -56,6 +56,10 @@ def test_faults_are_named():
     decision.assign(0, 99)
     with pytest.raises(PolicyError, match=r"allocation \(the answer\) at time 0: task 99 is not open"):
         next(steps)
+    steps = dw.steps(MODEL)
+    next(steps).assign(None, 0)
+    with pytest.raises(PolicyError, match=r"\(None, 0\) is no pair \(robot number, task number\)"):
+        next(steps)
 
 
 def rows_after(steps):
@@ -112,6 +116,17 @@ def test_the_environment_passes_gymnasiums_own_check():
     from desim_warehouse.learn.rl import AllocationEnv
 
     checker.check_env(AllocationEnv(MODEL, {"tasks.goods": {"random": 8}}), skip_render_check=True)
+
+
+@pytest.mark.parametrize("number", [0, -1, float("nan"), "many", None, True])
+def test_the_environment_needs_slots_and_a_scale(number):
+    pytest.importorskip("gymnasium")
+    from desim_warehouse.learn.rl import AllocationEnv
+
+    with pytest.raises(dw.ModelError, match=r"^slots .*: expected a whole number above 0$"):
+        AllocationEnv(MODEL, slots=number)
+    with pytest.raises(dw.ModelError, match=r"^scale .*: expected a number above 0$"):
+        AllocationEnv(MODEL, scale=number)
 
 
 @pytest.mark.parametrize("choice", ["first", "none", "random"])

@@ -64,6 +64,9 @@ def test_the_line_of_a_right_day_lies_in_the_band(right):
     assert ((low <= line) & (line <= high)).all()
     assert line.sum() > 0
     assert len(plot.real_day(right).lines) == 0
+    for number in (-1, len(right.days), 0.5, "a"):
+        with pytest.raises(dw.ReportError, match=f"day {number!r}: there are days 0 to"):
+            plot.real_day(right, number)
     assert not right.refuted
 
 

@@ -1,6 +1,7 @@
 """Figures by their data: what stands where, not how it looks."""
 
 import io
+import math
 
 import matplotlib as mpl
 import numpy as np
@@ -182,10 +183,12 @@ def test_a_gantt_of_a_window_and_some_robots(run):
     ax = plot.gantt(run, start=200, end=400, robots=[4, 1])
     assert ax.get_xlim() == (200, 400)
     assert [tick.get_text() for tick in ax.get_yticklabels()] == ["4", "1"]
-    with pytest.raises(ReportError, match="robots 0 to 5"):
-        plot.gantt(run, robots=[6])
-    with pytest.raises(ReportError, match="expected it to have a length"):
-        plot.gantt(run, start=400, end=400)
+    for robots in ([6], [-1], ["a"], [1.5], [True], math.nan):
+        with pytest.raises(ReportError, match="robots 0 to 5"):
+            plot.gantt(run, robots=robots)
+    for start, end in ((400, 400), (0, math.inf), (math.nan, 400), ("a", 400), (0, [1])):
+        with pytest.raises(ReportError, match="expected it to have a length"):
+            plot.gantt(run, start=start, end=end)
 
 
 def test_batteries_are_as_the_log_says_at_every_change(lifelong):
@@ -299,6 +302,8 @@ def test_the_warm_up_is_cut_where_mser_says(lifelong):
 def test_a_run_too_short_for_a_warm_up_says_so(run):
     with pytest.raises(ReportError, match="10 tasks delivered, expected at least 30"):
         plot.warm_up(run)
+    with pytest.raises(dw.StudyError, match="batch 'five': expected a whole number"):
+        plot.warm_up(run, "five")
 
 
 @pytest.mark.parametrize("kind", ["light", "print"])
@@ -339,6 +344,8 @@ def test_jupyter_shows_the_figure_with_words_for_those_who_cannot_see_it(runs):
         (lambda t: plot.by_factor(t, "fleet", "T"), "no column fleet; the table has fleet.size"),
         (lambda t: plot.by_factor(t.assign(T=np.nan), "fleet.size", "T"), "no run has a value"),
         (lambda t: plot.by_factor(t, "fleet.size", "T", style="dark"), "expected one of light, print"),
+        (lambda t: plot.by_factor(t, "fleet.size", "T", target=math.inf), "target inf: expected a number"),
+        (lambda t: plot.by_factor(t, "fleet.size", "T", target="much"), "target 'much': expected a number"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(runs, call, message):

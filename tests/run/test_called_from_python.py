@@ -1,6 +1,7 @@
 """What commands take Python takes, or it says in one sentence what it expects: models, seeds, growth, indicators."""
 
 import json
+import math
 import pickle
 from pathlib import Path
 
@@ -48,6 +49,35 @@ def test_what_is_no_model_is_refused_in_a_line(call, source):
 def test_a_seed_that_no_run_could_be_repeated_with_is_refused(model, call, seed):
     with pytest.raises(dw.ModelError, match=r"^seed .*: expected a whole number from 0 on"):
         call(model, seed)
+
+
+NUMBERS = {
+    "until": lambda number, model: dw.simulate(model, until=number),
+    "first": lambda number, _: dw.Search(first=number),
+    "cap": lambda number, _: dw.Search(cap=number),
+    "runs": lambda number, _: dw.Search(runs=number),
+    "timeout": lambda number, _: dw.Search(timeout=number),
+    "workers": lambda number, _: dw.Search(workers=number),
+    "confidence": lambda number, _: dw.Search(confidence=number),
+    "years": lambda number, model: dw.plan(model, "S <= 1", growth="5 %/year", years=number),
+    "zone": lambda number, model: dw.size(dw.Study(model, {"fleet.size": [1, 2]}), "T <= 9", zone=number),
+    "delta": lambda number, model: dw.best(dw.Study(model, {"fleet.size": [1, 2]}), "T", number),
+    "place-chargers": lambda number, model: dw.best(model, "T", place_chargers=number),
+    "runs of validate": lambda number, model: dw.validate(model, [], runs=number),
+}
+
+
+@pytest.mark.parametrize("number", [True, "x", math.nan, math.inf, -math.inf, -1, [1]])
+@pytest.mark.parametrize("name", NUMBERS)
+def test_what_is_no_number_to_work_with_is_refused_in_a_line(model, name, number):
+    with pytest.raises(dw.WarehouseError, match=rf"^[^\n]*{name.split()[0]}[^\n]*(expected|not a time)[^\n]*$"):
+        NUMBERS[name](number, model)
+
+
+def test_a_time_that_no_clock_can_show_is_refused(model):
+    with pytest.raises(dw.ModelError, match=r"^until 10*: expected a time above 0, such as 600$"):
+        dw.simulate(model, until=10**400)
+    assert dw.simulate(model, until=np.int64(9)).record.end == 9
 
 
 def test_seeds_of_numpy_are_whole_numbers(model):

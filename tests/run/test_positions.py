@@ -33,3 +33,10 @@ def test_it_needs_the_whole_log():
     done = dw.simulate(dw.load(MODEL, {"log": "tasks", "fleet.size": 1}))
     with pytest.raises(dw.ReportError, match="where robots are needs log: all"):
         done.positions([0])
+
+
+@pytest.mark.parametrize("time", [float("nan"), float("inf"), "5", None, [5], True])
+def test_a_time_is_a_finite_number(time):
+    done = dw.simulate(dw.load(MODEL, {"log": "all", "fleet.size": 1}))
+    with pytest.raises(dw.ReportError, match=r"positions at time .*: expected a finite number"):
+        done.positions([0, time])

@@ -5,12 +5,9 @@ from pathlib import Path
 import desim_warehouse as dw
 
 MODEL = dw.load(Path(__file__).parents[2] / "models" / "tutorial.yaml")
-calls = []
-"""The seeds of the runs that were measured in this process."""
 
 
 def per_task(run: dw.Run) -> float:
-    calls.append(run.seed)
     assert isinstance(run, dw.Run)
     return float(run.robots["distance"].sum() / run.kpis["tasks"])
 

@@ -1,16 +1,18 @@
 """Indicators of the user's own: the table has them, they are kept and resumed, and every way to simulate agrees."""
 
 import concurrent.futures
+import functools
 import io
 import multiprocessing
 import pickle
+import threading
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from tests.study.measuring import MODEL, calls, per_task, row_of
+from tests.study.measuring import MODEL, per_task, row_of
 
 
 def wrong(run):
@@ -46,23 +48,45 @@ def test_it_is_a_column_like_the_others(table):
     assert made.main_effects("per_task").factors[0].swing > 0
 
 
+def kept(folder):
+    """How many runs a folder has, those of other functions too."""
+    return len((folder / "runs.jsonl").read_bytes().splitlines())
+
+
 def test_it_is_kept_in_the_folder_and_resumed(tmp_path, table):
     study().run(out=tmp_path)
-    calls.clear()
     pd.testing.assert_frame_equal(plain(study().run(out=tmp_path).table), table)
-    assert not calls
     opened = dw.Study.open(tmp_path)
     pd.testing.assert_frame_equal(plain(opened.run(out=tmp_path).table), table)
-    assert not calls
+    assert kept(tmp_path) == 6
     more = dw.Study(MODEL, {"fleet.size": [1, 2]}, replications=4, indicators={"per_task": per_task}).run(out=tmp_path)
-    assert len(calls) == 2
-    assert len(more.table) == 8
+    assert kept(tmp_path) == len(more.table) == 8
 
 
 def test_a_changed_function_is_another_indicator(tmp_path):
     study().run(out=tmp_path)
     twice = study(lambda run: 2 * per_task(run)).run(out=tmp_path)
     assert twice.table["per_task"].iloc[4] == 2 * by_hand(int(twice.table["seed"].iloc[4]))
+
+
+def test_so_is_one_with_other_arguments(tmp_path):
+    for by in (2, 3):
+        made = study(functools.partial(lambda run, by: by * per_task(run), by=by)).run(out=tmp_path)
+        assert made.table["per_task"].iloc[4] == by * by_hand(int(made.table["seed"].iloc[4]))
+    assert kept(tmp_path) == 12
+
+
+def test_what_nobody_can_look_into_is_simulated_anew_by_each_study(tmp_path):
+    def locked(run, lock=threading.Lock()):  # noqa: B008 - as it is
+        with lock:
+            return per_task(run)
+
+    made = study(locked)
+    for runs in (6, 6):
+        made.run(out=tmp_path)
+        assert kept(tmp_path) == runs
+    study(locked).run(out=tmp_path)
+    assert kept(tmp_path) == 12
 
 
 def test_a_folder_says_that_it_has_no_function(tmp_path):
@@ -79,10 +103,25 @@ def test_what_a_function_raises_is_told_with_its_line():
         study(wrong).run()
 
 
-@pytest.mark.parametrize("name", ["T", "seed", "on_time@11:30-13:00"])
-def test_names_of_ours_are_refused(name):
-    with pytest.raises(dw.StudyError, match="there is one of this name already"):
-        dw.Study(MODEL, indicators={name: per_task})
+@pytest.mark.parametrize(
+    ("name", "holder"),
+    [
+        ("T", "an indicator"),
+        ("on_time@11:30-13:00", "an indicator"),
+        ("seed", "a column of its tables"),
+        ("fleet.size", "a factor"),
+        ("hours", "a factor"),
+    ],
+)
+def test_the_name_of_another_column_is_refused(name, holder):
+    factors = {"fleet.size": [1, 2], "hours": {"cases": {"short": {"run.length": 100}, "long": {"run.length": 200}}}}
+    with pytest.raises(dw.StudyError, match=f"indicators, {name}: the name of {holder}, expected another"):
+        dw.Study(MODEL, factors, indicators={name: per_task})
+
+
+def test_the_name_is_a_text():
+    with pytest.raises(dw.StudyError, match="indicators, 3: expected a name in quotes"):
+        dw.Study(MODEL, indicators={3: per_task})
 
 
 def test_a_function_that_is_none_is_refused():

@@ -99,8 +99,8 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
         (lambda: race(study({"fleet.size": [1, 2]}), "Tt", 1), "indicator 'Tt': there is none"),
         (lambda: race(study({"fleet.size": [1]}), "T", 1), "expected factors with several values"),
         (lambda: race(study({"fleet.size": [1, 2]}), "T", 0), "indifference zone"),
-        (lambda: race(study({"fleet.size": [1, 2]}), "T", 1e-300), "must be at least 1e-09"),
-        (lambda: race(study({"fleet.size": [1, 2]}), "T", float("nan")), "must be at least 1e-09"),
+        (lambda: race(study({"fleet.size": [1, 2]}), "T", 1e-300), "zone of at least 1e-09"),
+        (lambda: race(study({"fleet.size": [1, 2]}), "T", float("nan")), "zone of at least 1e-09"),
         (
             lambda: dw.size(study({"fleet.size": [1, 2]}), "on_time >= 95"),
             "on_time is a share, expected a number from 0 to 1, or a %; did you mean 95 %",
@@ -109,7 +109,7 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
         (lambda: dw.size(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
         (lambda: dw.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
         (lambda: dw.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
-        (lambda: dw.Search(first=10, cap=4), "first 10, cap 4: expected 2 <= first <= cap"),
+        (lambda: dw.Search(first=10, cap=4), "first 10, cap 4: expected first <= cap"),
         (lambda: dw.Search(confidence=95), "confidence 95: expected a number between 0 and 1, did you mean 0.95"),
         (
             lambda: race(study({"fleet.size": [1, 2]}), "T", 1, search=dw.Search(seed=3)),

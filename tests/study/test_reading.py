@@ -148,7 +148,11 @@ BAD = {
     "timeout": ("model: MODEL\ntimeout: 0\n", "2:10: timeout: should be greater than 0 (got 0)"),
     "name of a column": (
         "model: MODEL\nfactors:\n  seed: {cases: {a: {}}}\n",
-        "3:3: factors.seed: a name that tables use, expected another",
+        "3:3: factors.seed: the name of a column of its tables, expected another with cases",
+    ),
+    "name of an indicator": (
+        "model: MODEL\nfactors:\n  T: {cases: {one: {fleet.size: 1}, two: {fleet.size: 2}}}\n",
+        "3:3: factors.T: the name of an indicator, expected another with cases",
     ),
     "key of a case": (
         "model: MODEL\nfactors:\n  demand:\n    cases:\n      more: {tasks.good: [1]}\n",

@@ -8,6 +8,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.study.execution import pool
+from desim_warehouse.study.factors import holder_of
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.intervals import estimate
@@ -67,6 +68,13 @@ def test_factors_of_any_kind_are_columns(tmp_path):
     assert table["policies.charging"].unique().tolist() == ["threshold", "reach-aware(margin=0.2)"]
     assert table["tasks.unload_at"].unique().tolist() == ['["M"]', '["N"]']
     assert table.groupby("load")["tasks"].first().to_dict() == {"heavy": 4, "light": 2}
+
+
+def test_a_factor_has_the_name_of_no_other_column_of_a_table():
+    made = study(replications=2).run()
+    columns = {*made.table, *made.summary(["T"]), *made.compare("T").table}
+    assert {name for name in columns if not holder_of(name)} == {"fleet.size"}
+    assert holder_of("fleet.size", made.results.factors) == "a factor"
 
 
 def test_finished_runs_are_used_again_when_values_and_replications_are_added(tmp_path):

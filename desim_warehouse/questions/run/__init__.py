@@ -55,12 +55,13 @@ def as_run(data: RunData) -> Run:
 def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None) -> Run:
     """Simulate a model, or its file, once; equal models and seeds give equal logs.
 
-    `stop` ends the run from another thread. `until` limits the clock, in the model's time unit.
+    `stop` ends the run from another thread. `until`, above 0, limits the clock, in the model's time unit.
 
     Returns:
         The run; indicators in the units of the model.
 
     Raises:
+        ModelError: no model, or a `seed` or `until` that is not such a number.
         LayoutError: a layout on which work could stop for good.
         CheckError: another error of `check` that the model does not accept.
         PolicyError: a policy that cannot be loaded, or whose answer cannot be carried out.

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from random import Random
 from typing import Any, Protocol, TypeAlias
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.layout.turnable import Way
 from desim_warehouse.model import Model
 from desim_warehouse.study.designs.directions import Floor
 from desim_warehouse.study.designs.local_search import Space
 from desim_warehouse.study.factors import Factor, Label
 from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.values.arguments import is_whole
 
 Combined: TypeAlias = "tuple[Any, ...]"
 """A choice of each part of a design."""
@@ -115,9 +116,9 @@ class ChargerNodes:
         }
         taken = {*floor.stations, *floor.bays}.difference(self.now, *self.parking.values())
         self.nodes = tuple(node for node in floor.graph if node not in taken)
-        if not 0 < count <= len(self.nodes):
+        if not (is_whole(count) and 0 < count <= len(self.nodes)):
             most = f"expected 1 to {len(self.nodes)}, as many as nodes without stations"
-            raise StudyError(f"--place-chargers {count}: no such number of nodes, {most}")
+            raise StudyError(f"--place-chargers {shown(count):.60}: no such number of nodes, {most}")
         self.count = count
         self.points = floor.points
 

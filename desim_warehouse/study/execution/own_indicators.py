@@ -5,26 +5,21 @@ For `indicators` of `Study` in Python.
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from types import CodeType
 from typing import Any
 
 from desim_warehouse.errors import PASSED_ON, StudyError, shown
-from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.run import RunData
-
-_COLUMNS = ("replication", "seed", "deterministic", "run_time", "error")
-"""Columns of a study's table that are not indicators."""
+from desim_warehouse.study.execution.content import digest_of
 
 
 @dataclass(frozen=True)
 class OwnIndicator:
-    """A user-defined indicator, identified by its name and a digest of its code and of the values it closes over.
+    """A user-defined indicator, identified by its name and a digest of what its function computes (`content`).
 
     `function` is None if only its values are available, as in the folder of a study, and bytes in another process until
     a run needs it. `as_given`: converts a run to the argument of the function.
@@ -66,31 +61,14 @@ def own_indicators(
     """Make the indicators of a study from functions.
 
     Raises:
-        StudyError: a name that a built-in indicator or another column has, or a value that is not a function.
+        StudyError: a name that is not a text, or a value that is not a function.
     """
     for name, function in functions.items():
-        if look_up(name) is not None or name in _COLUMNS:
-            raise StudyError(f"indicators, {name}: there is one of this name already, expected another")
+        if not isinstance(name, str):
+            raise StudyError(f"indicators, {shown(name):.60}: expected a name in quotes")
         if not callable(function):
             raise StudyError(f"indicators, {name}: {shown(function):.60}, expected a function of a run")
-    return tuple(OwnIndicator(name, _digest(function), function, as_given) for name, function in functions.items())
-
-
-def _digest(function: Callable[[Any], float]) -> str:
-    """Return the digest of a function's own code; functions that it calls are not looked into."""
-    code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
-    closed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
-    content = repr(
-        (_content(code), getattr(function, "__defaults__", None), closed, getattr(function, "__dict__", None))
-    )
-    return hashlib.sha256(content.encode(errors="backslashreplace")).hexdigest()[:12]
-
-
-def _content(code: CodeType | None) -> object:
-    if code is None:
-        return None
-    constants = tuple(_content(constant) if isinstance(constant, CodeType) else constant for constant in code.co_consts)
-    return code.co_code, constants, code.co_names, code.co_varnames
+    return tuple(OwnIndicator(name, digest_of(function), function, as_given) for name, function in functions.items())
 
 
 def _packed(name: str, function: Callable[[Any], float]) -> bytes:

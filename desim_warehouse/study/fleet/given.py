@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from desim_warehouse.errors import StudyError, got
+from desim_warehouse.errors import StudyError, got, shown
 from desim_warehouse.model import Model
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.outcome.indicators import refuse_unknown
@@ -14,6 +14,7 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.factors import listed
 from desim_warehouse.study.statistics.limits import MOST_YEARS
 from desim_warehouse.study.target import indifference, read_targets
+from desim_warehouse.values.arguments import is_whole
 from desim_warehouse.values.units import UnitNames, quantity
 
 MOST_TIMES = 10.0
@@ -55,8 +56,8 @@ def demands_of(growth: float | str | None, years: int | None, named: str) -> lis
     if years is None:
         times = growth_of(growth, named)
         return [] if times is None else [times]
-    if not 1 <= years <= MOST_YEARS:
-        raise StudyError(f"years: {years}, expected 1 to {MOST_YEARS}")
+    if not (is_whole(years) and 1 <= years <= MOST_YEARS):
+        raise StudyError(f"years: {shown(years):.60}, expected a whole number from 1 to {MOST_YEARS}")
     times = growth_of(each, named)
     if times is None or times <= 1:
         raise StudyError(f"{named}: {text}: expected demand that grows, such as 20%/year")

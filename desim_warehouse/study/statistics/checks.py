@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, shown
+from desim_warehouse.values.arguments import is_finite
 from desim_warehouse.values.arrays import Floats
 
 ROUNDING = 1e-12  # a spread below this share of the values is rounding, not randomness
@@ -36,15 +37,16 @@ def check_confidence(confidence: float) -> None:
     Raises:
         StudyError: if it does not, with a hint if it looks like a percentage.
     """
-    if not 0.0 < confidence < 1.0:
-        hint = f", did you mean {confidence / 100:g}?" if 1.0 < confidence < 100.0 else ""  # noqa: PLR2004
-        raise StudyError(f"confidence {confidence!r}: expected a number between 0 and 1{hint}")
+    number = confidence if is_finite(confidence) else 0.0
+    if not 0.0 < number < 1.0:
+        hint = f", did you mean {number / 100:g}?" if 1.0 < number < 100.0 else ""  # noqa: PLR2004
+        raise StudyError(f"confidence {shown(confidence):.60}: expected a number between 0 and 1{hint}")
 
 
 def check_share(share: float) -> None:
     """Raise StudyError unless the share that defines a quantile lies strictly between 0 and 1."""
-    if not 0.0 < share < 1.0:
-        raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
+    if not (is_finite(share) and 0.0 < share < 1.0):
+        raise StudyError(f"quantile {shown(share):.60}: expected a share between 0 and 1, such as 0.95")
 
 
 def check_same(values: Floats) -> None:

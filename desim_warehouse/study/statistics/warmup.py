@@ -11,8 +11,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.study.statistics.checks import finite
+from desim_warehouse.values.arguments import is_whole
 from desim_warehouse.values.arrays import Floats, Ints
 
 Series: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | Floats"
@@ -62,8 +63,10 @@ def mser(values: Series, batch: int = 5) -> WarmUp:
     Assumes: the output settles to a steady state; one that ends (a fixed list of tasks) or cycles (shifts)
     has none.
     """
+    if not (is_whole(batch) and batch > 0):
+        raise StudyError(f"batch {shown(batch):.60}: expected a whole number of observations above 0")
     series = averaged(values)
-    m = series.size // batch if batch > 0 else 0
+    m = series.size // batch
     if m <= TAIL:
         raise StudyError(f"warm-up from {series.size} observations: expected at least {TAIL + 1} batches of {batch}")
     means = series[: m * batch].reshape(m, batch).mean(axis=1)
@@ -95,9 +98,9 @@ def welch(values: Series, window: int) -> Floats:
     with which the curve is reasonably smooth.
     """
     series = averaged(values)
-    if not 1 <= window <= series.size // 4:
+    if not (is_whole(window) and 1 <= window <= series.size // 4):
         raise StudyError(
-            f"window {window}: expected at least 1 and at most a quarter of the {series.size} observations"
+            f"window {shown(window):.60}: expected at least 1 and at most a quarter of the {series.size} observations"
         )
     sums = np.concatenate(([0.0], np.cumsum(series)))
     middle = np.arange(series.size - window)

@@ -1,6 +1,7 @@
 """What the page is given: read back as the page reads it, it is the run."""
 
 import json
+import math
 import re
 
 import numpy as np
@@ -249,10 +250,19 @@ def test_the_page_knows_lifts_and_the_floor_of_each_node():
     assert named == [(low, ("hall", low)), (high, (low, high)), (high, ("ward", high)), (low, (high, low))]
 
 
-@pytest.mark.parametrize(("start", "end"), [(5.0, 5.0), (7.0, 3.0), (-1.0, 5.0), (1e9, None), (0.0, float("nan"))])
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [(5.0, 5.0), (7.0, 3.0), (-1.0, 5.0), (1e9, None), (0.0, float("nan")), (0.0, math.inf), ("a", None), ([1], None)],
+)
 def test_a_window_that_shows_nothing_is_refused(start, end):
     with pytest.raises(ReportError, match="shows nothing"):
         replay(paper_run().history, start=start, end=end)
+
+
+@pytest.mark.parametrize("seconds", [0, -1, float("nan"), math.inf, "a", None, [1], True])
+def test_so_are_first_minutes_that_are_none(seconds):
+    with pytest.raises(ReportError, match=r"shows nothing|expected a number above 0"):
+        paper_run().floor(seconds)
 
 
 def test_a_palette_that_is_not_known_is_refused():

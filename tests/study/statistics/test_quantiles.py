@@ -50,7 +50,9 @@ def test_intervals_cover_at_least_as_often_as_they_say_whatever_the_values_follo
         (lambda: quantile([1.0, np.nan], 0.95), "position 1"),
         (lambda: quantile([1.0, 2.0], 95), "quantile 95: expected a share between 0 and 1"),
         (lambda: quantile([1.0, 2.0], 1.0), "quantile 1.0: expected a share between 0 and 1"),
+        (lambda: quantile([1.0, 2.0], "0.5"), "quantile '0.5': expected a share between 0 and 1"),
         (lambda: quantile([1.0, 2.0], 0.5, 95), "did you mean 0.95"),
+        (lambda: quantile([1.0, 2.0], 0.5, None), "confidence None: expected a number between 0 and 1"),
         (lambda: quantile([1.0, 2.0], 0.5, deterministic=True), "deterministic model gave values from 1 to 2"),
     ],
 )

@@ -79,7 +79,6 @@ def test_an_exponential_start_is_cut_near_its_end():
     ("values", "batch", "message"),
     [
         ([1.0] * 29, 5, "29 observations: expected at least 6 batches of 5"),
-        ([1.0] * 40, 0, "batches of 0"),
         ([1.0] * 40 + [np.nan], 5, "position 40"),
         ([], 5, "no values"),
     ],
@@ -131,7 +130,13 @@ def test_the_running_sums_equal_the_definition(values, w):
     assert welch(values, w) == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.parametrize("window", [0, 11])
+@pytest.mark.parametrize("batch", [0, -5, 2.5, "five", None, True])
+def test_a_batch_is_a_number_of_observations(batch):
+    with pytest.raises(StudyError, match=f"batch {batch!r}: expected a whole number of observations above 0"):
+        mser([1.0] * 40, batch)
+
+
+@pytest.mark.parametrize("window", [0, 11, 2.5, "a", True])
 def test_windows_that_smooth_nothing_or_everything_are_refused(window):
-    with pytest.raises(StudyError, match=f"window {window}: expected at least 1 and at most a quarter of the 40"):
+    with pytest.raises(StudyError, match=f"window {window!r}: expected at least 1 and at most a quarter of the 40"):
         welch([1.0] * 40, window)
