@@ -15,7 +15,7 @@ from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not,
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.model.facts.people import COUNTED
-from desim_warehouse.outcome.indicators import AT, find
+from desim_warehouse.outcome.indicators import AT, find, is_of_due
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
 from desim_warehouse.questions.sentences import capped
@@ -26,6 +26,7 @@ from desim_warehouse.study.fleet.loads import TRIP
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.target import is_cycle_time
 
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:
@@ -233,11 +234,12 @@ class _Planned:
         return f" {more} better, but not here: the smallest {self.noun} is enough and the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
-        """Return the time of a trip beside the time allowed, if no resource is scarce."""
-        due = due_within(self.model)
-        scale = words.scale(TRIP, self.model, (trip.mean,))
-        limit = "" if due is None else f", and {scale.value(due)} are allowed"
-        return f"Robots are not the limit: a trip takes {scale.value(trip.mean)}, waits included{limit}."
+        """Return the time of a trip beside the time that the target allows, if no resource is scarce."""
+        allowed = due_within(self.model) if is_of_due(self.goal.indicator) else None
+        allowed = self.goal.value if is_cycle_time(self.goal) else allowed
+        scale = words.scale(TRIP, self.model, (trip.mean if allowed is None else allowed,))
+        limit = "" if allowed is None else f", and the time allowed is {scale.value(allowed)}"
+        return f"Robots are not the limit: a trip takes {scale.value(trip.mean)} on average, waits included{limit}."
 
     def _worse(self, sized: Sized) -> str:
         """Return the larger designs that do worse than a smaller design."""
