@@ -286,6 +286,9 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
     assert found.strategy.label == "hungarian"
     said = "The strategy is hungarian, which needs fewer than in-order."
     assert said in found.answer.answer
+    rows = {option.name: option.set.get("policies.allocation", "in-order") for option in found.answer.options}
+    assert all(name.endswith(f", {strategy}") for name, strategy in rows.items())
+    assert set(rows.values()) == {"hungarian", "in-order"}
     own = plan_fleet(model, "T <= 4140", strategies={}, robots=[3, 4, 5, 6])
     assert own.today.best.robots > found.today.best.robots
 
