@@ -17,13 +17,13 @@ from desim_warehouse.draft.words import (
     MOST_FLOORS,
     MOST_LIFTS,
     MOST_ROBOTS,
-    UNLOAD_TIME,
     Draft,
     floor_of,
     read_orders,
     read_packers,
     read_size,
     sized,
+    staff,
 )
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.model import Model
@@ -60,7 +60,7 @@ def _worked_out(words: Draft) -> Draft:
     _see_floors(words)
     floor = floor_of(words)
     words = replace(words, aisles=floor.aisles)
-    stations, packers = _staff(words, floor.aisles)
+    stations, packers = staff(words, floor.aisles)
     words = replace(words, stations=stations, packers=packers)
     problems = [
         f"--{name} {value}: out of range, expected 1 to {most}"
@@ -119,18 +119,6 @@ def _with_lifts(words: Draft) -> Draft:
         text = f"takes {lifts} lifts, expected fewer orders, or --lifts, at most {MOST_LIFTS}"
         raise ModelError([f"--orders {words.orders:g}/h: {text}"])
     return replace(words, lifts=lifts)
-
-
-def _staff(words: Draft, aisles: int) -> tuple[int, int]:
-    """Return the packing stations, one in an aisle at most, and the people in all of them."""
-    need = words.orders * UNLOAD_TIME / 3600 / BUSY
-    stations, packers = words.stations, words.packers
-    if stations is None:
-        stations = min(max(math.ceil(need), 1), aisles)
-        if packers is not None:
-            stations = max(n for n in range(1, stations + 1) if packers % n == 0)
-    each = max(math.ceil(need / max(stations, 1)), 1)
-    return stations, each * stations if packers is None else packers
 
 
 def _fits(words: Draft, wanted_robots: int | None) -> None:

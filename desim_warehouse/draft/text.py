@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from desim_warehouse.draft.words import (
     BUSY,
@@ -18,6 +19,7 @@ from desim_warehouse.draft.words import (
     DraftFloor,
     floor_of,
     sized,
+    staff,
 )
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.naming import block_nodes
@@ -113,16 +115,18 @@ log: tasks                    # --set log=all records every move, for replays an
 
 def in_full(words: Draft) -> str:
     """Describe a complete draft in a sentence: everything that was given or worked out."""
-    assert words.stations is not None and words.packers is not None  # noqa: PT018
+    assert words.aisles is not None and words.stations is not None and words.packers is not None  # noqa: PT018
     packers = {"packer": words.packers} if words.people else {}
     lifts = {"lift": words.lifts} if words.floors > 1 else {}
     parts = {**lifts, "packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
-    counted = ", ".join(number_of(number or 0, name) for name, number in parts.items())
+    counts = {name: number_of(number or 0, name) for name, number in parts.items()}
+    _, enough = staff(replace(words, packers=None), words.aisles)
+    if words.people and words.packers < enough:
+        counts["packer"] += f" (the busiest hour needs {enough})"
     size = f"{sized(words)}, {words.aisles} aisles{' on each' if words.floors > 1 else ''}"
     a_day = f" = {words.orders * words.day.hours:,.0f} orders a day"
-    sentence = (
-        f"{size}, {counted}, {words.orders:.4g} orders an hour{words.day.words()}{a_day}, due in {_minutes(words.due)}"
-    )
+    counted, asked = ", ".join(counts.values()), f"{words.orders:.4g} orders an hour{words.day.words()}"
+    sentence = f"{size}, {counted}, {asked}{a_day}, due in {_minutes(words.due)}"
     if not words.inbound:
         return f"{sentence}."
     loads = words.inbound * WorkingDay(words.day.shifts).hours

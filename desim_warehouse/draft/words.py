@@ -119,6 +119,21 @@ def read_packers(text: str) -> int | None:
     return int(text)
 
 
+def staff(words: Draft, aisles: int) -> tuple[int, int]:
+    """Return the packing stations, one in an aisle at most, and the people in all of them: as many as were given.
+
+    Where their number was not given, there are enough for the busiest hour.
+    """
+    need = words.busiest * UNLOAD_TIME / 3600 / BUSY
+    stations, packers = words.stations, words.packers
+    if stations is None:
+        stations = min(max(math.ceil(need), 1), aisles)
+        if packers is not None:
+            stations = max(n for n in range(1, stations + 1) if packers % n == 0)
+    each = max(math.ceil(need / max(stations, 1)), 1)
+    return stations, each * stations if packers is None else packers
+
+
 @dataclass(frozen=True)
 class DraftFloor:
     """The floor in blocks of storage places."""

@@ -269,6 +269,12 @@ class QuickEstimate:
         return amount(least * hour) if least >= APART * most else f"{amount(least * hour)} to {amount(most * hour)}"
 
 
+def limiting(name: str, staff: str = "") -> str:
+    """Return the words that something limits the fleet: `the chargers are the limit`; `staff`: who works there."""
+    are = name in {CHARGERS, PICKERS} or name.startswith("lifts ")
+    return f"{name}{f' ({staff})' if staff else ''} {'are' if are else 'is'} the limit"
+
+
 @dataclass(frozen=True)
 class Place:
     """A place where robots queue: its service time of a task, and its number of servers.

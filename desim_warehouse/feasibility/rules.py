@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, of_kinds, rest, starts
-from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.feasibility.estimate import QuickEstimate, limiting
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
 from desim_warehouse.feasibility.parts import LiftLoad
@@ -207,10 +207,11 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             f"demand is {asked:g} tasks an hour, but {who} can do {estimate.can_do(hour)}",
-            _robots_needed(estimate),
+            _cure(
+                estimate, max(estimate.robots_busy, estimate.robots_needed or 0.0), ", each with a place at a station"
+            ),
         )
     elif estimate.peak is not None and estimate.peak > estimate.peak_capacity:
-        need = estimate.robots_for(estimate.peak, at_peak=True)
         yield Finding(
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
@@ -219,17 +220,21 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
                 f"{number_of(estimate.robots, 'robot')} can do {amount(estimate.peak_capacity * hour)}, so work piles "
                 "up until it is over"
             ),
-            f"at least {math.ceil(need)} robots are needed to keep up with it" if math.isfinite(need) else NO_NUMBER,
+            _cure(estimate, estimate.robots_for(estimate.peak, at_peak=True), " to keep up with it"),
         )
     yield from _demand_of_stations(model, estimate)
     yield from _demand_of_lifts(model, estimate, estimate.rate)
 
 
-def _robots_needed(estimate: QuickEstimate) -> str:
-    need = max(estimate.robots_busy or 0.0, estimate.robots_needed or 0.0)
+def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
+    """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
     if math.isinf(need):
         return NO_NUMBER
-    return f"at least {math.ceil(need)} robots are needed, each with a place at a station"
+    robots, limit = estimate.knee
+    if need <= robots:
+        return f"at least {math.ceil(need)} robots are needed{how}"
+    staff = {station.doing: station.staff for station in estimate.stations}
+    return f"more than about {number_of(robots, 'robot')} hardly do more, as {limiting(limit, staff.get(limit, ''))}"
 
 
 def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:

@@ -350,7 +350,8 @@ INDICATORS = {
             "backlog_growth_per_hour",
             "Backlog growth",
             "tasks per hour",
-            "tasks released minus tasks done in the counted time, per hour; only where tasks arrive at random",
+            "tasks released minus tasks done in the counted time, per hour; only where tasks arrive at random "
+            "(`poisson` or `profile`)",
             "less",
             measures.backlog_growth,
             measures.has_arrivals,
@@ -362,7 +363,8 @@ INDICATORS = {
             "Tardiness, mean",
             "time",
             "mean of `max(time when it was done − due, 0)` over the tasks that `on_time` is a share of; a task that "
-            "is not done counts up to the end of the run; only where tasks have due times",
+            "is not done counts up to the end of the run; only where tasks have due times "
+            "(`due`, `due_within` or `due_at`)",
             "less",
             measures.tardiness,
             measures.has_due_times,
@@ -374,10 +376,10 @@ INDICATORS = {
             "Done on time",
             "share of tasks",
             "share of the tasks coming due in the counted time, its end included, that are done (`tasks.done_when`) "
-            "by their due time; only where tasks have due times. Tasks that came due in the warm-up are left out, done "
-            "or not, and so are those due after the end, unless the run ends because all its work is done. Over "
-            "several runs it is the mean of their shares, with equal weights: if busy days are late more often, the "
-            "share of all tasks of all runs is smaller",
+            "by their due time; only where tasks have due times (`due`, `due_within` or `due_at`). Tasks that came due "
+            "in the warm-up are left out, done or not, and so are those due after the end, unless the run ends because "
+            "all its work is done. Over several runs it is the mean of their shares, with equal weights: if busy days "
+            "are late more often, the share of all tasks of all runs is smaller",
             "more",
             measures.on_time,
             measures.has_due_times,
@@ -389,7 +391,8 @@ INDICATORS = {
             "tasks_due",
             "Tasks come due",
             "count",
-            "number of tasks that `on_time` is a share of; only where tasks have due times",
+            "number of tasks that `on_time` is a share of; only where tasks have due times "
+            "(`due`, `due_within` or `due_at`)",
             None,
             measures.tasks_due,
             measures.has_due_times,
@@ -401,7 +404,7 @@ INDICATORS = {
             "Lead before departures",
             "time",
             "longest time before its departure (`due_at`) at which a task came that missed it, 0 if none did: all "
-            "that came earlier were in time. Only where tasks of flows with `due_at` come due in the counted time",
+            "that came earlier were in time; only where tasks of flows with `due_at` come due in the counted time",
             "less",
             measures.departure_lead,
             measures.has_departures,
@@ -424,7 +427,7 @@ INDICATORS = {
             "share of load units",
             "share of the load units for stations with workers, coming due in the counted time, on which work is "
             "finished by their due time; one that comes due before it is put down is also late, if it can go nowhere "
-            "else; only where loads have due times",
+            "else; only where loads have due times (`due`, `due_within` or `due_at`)",
             "more",
             measures.worked_on_time,
             measures.has_due_work,
@@ -435,7 +438,8 @@ INDICATORS = {
             "loads_due",
             "Loads come due",
             "count",
-            "number of load units that `worked_on_time` is a share of; only where loads have due times",
+            "number of load units that `worked_on_time` is a share of; only where loads have due times "
+            "(`due`, `due_within` or `due_at`)",
             None,
             measures.loads_due,
             measures.has_due_work,
@@ -446,7 +450,7 @@ INDICATORS = {
             "Worker utilisation",
             "share of workers' time",
             "share of the time of all workers, in the hours of their stations, in which they work on a load unit; "
-            "for a flow, on its load units",
+            "for a flow, on its load units; only where a station has `work_time`",
             None,
             measures.worker_utilisation,
             measures.has_work,
@@ -458,7 +462,7 @@ INDICATORS = {
             "Server utilisation",
             "share of capacity",
             "share of the time of all servers of stations, in the hours of their stations, in which a robot loads or "
-            "unloads there; only with stations",
+            "unloads there; only with `layout.stations`",
             None,
             measures.server_utilisation,
             measures.has_stations,
@@ -469,7 +473,7 @@ INDICATORS = {
             "Lift utilisation",
             "share of capacity",
             "share of the time of all lifts in which a robot holds them, from the call of the cabin until the doors "
-            "have closed behind it; only with lifts",
+            "have closed behind it; only with `layout.lifts`",
             None,
             measures.lift_utilisation,
             lambda history: bool(history.layout.lifts),
@@ -490,7 +494,8 @@ INDICATORS = {
             "worker_wait",
             "Time waited for a worker",
             "time",
-            "total time from when load units were put down until work on them began",
+            "total time from when load units were put down until work on them began; only where a station has "
+            "`work_time`",
             "less",
             measures.worker_wait,
             measures.has_work,
@@ -500,7 +505,7 @@ INDICATORS = {
             "work_backlog",
             "Loads not worked on",
             "tasks",
-            "load units put down but not yet worked on at the end",
+            "load units put down but not yet worked on at the end; only where a station has `work_time`",
             "less",
             measures.work_backlog,
             measures.has_work,
@@ -599,7 +604,8 @@ INDICATORS = {
             "Orders on time",
             "share of orders",
             "share of orders of which every task was done by its due time; an order comes due with the first of its "
-            "tasks that is late, otherwise with the last; only with orders that have due times",
+            "tasks that is late, otherwise with the last; only with orders that have due times "
+            "(`due`, `due_within` or `due_at`)",
             "more",
             lambda history: measures.met(history.order_deadlines),
             measures.has_due_orders,
@@ -609,7 +615,8 @@ INDICATORS = {
             "orders_due",
             "Orders come due",
             "count",
-            "number of orders that `orders_on_time` is a share of; only with orders that have due times",
+            "number of orders that `orders_on_time` is a share of; only with orders that have due times "
+            "(`due`, `due_within` or `due_at`)",
             None,
             lambda history: len(history.order_deadlines),
             measures.has_due_orders,
@@ -618,7 +625,7 @@ INDICATORS = {
             "energy_lowest",
             "Lowest battery level",
             "share of capacity",
-            "lowest level of any robot's battery, as a share of its capacity; only with batteries",
+            "lowest level of any robot's battery, as a share of its capacity; only with `battery`",
             "more",
             measures.energy_lowest,
             measures.has_batteries,
@@ -630,7 +637,7 @@ INDICATORS = {
             "Battery drift",
             "capacity per hour",
             "change of the fleet's mean battery level over the counted time, as a share of the capacity per hour; only "
-            "with batteries",
+            "with `battery`",
             "more",
             measures.energy_drift,
             measures.has_batteries,
@@ -640,7 +647,7 @@ INDICATORS = {
             "charger_utilisation",
             "Charger utilisation",
             "share of charger time",
-            "share of the time of all chargers in which a robot is charged; only with batteries and chargers",
+            "share of the time of all chargers in which a robot is charged; only with `battery` and `chargers` of bays",
             None,
             measures.charger_utilisation,
             measures.has_chargers,
@@ -650,7 +657,7 @@ INDICATORS = {
             "charger_wait",
             "Time queued for a charger",
             "time",
-            "time waiting in a bay for a charger, all robots together; only with batteries and chargers",
+            "time waiting in a bay for a charger, all robots together; only with `battery` and `chargers` of bays",
             "less",
             lambda history: history.charger_wait,
             measures.has_chargers,
@@ -660,7 +667,7 @@ INDICATORS = {
             "station_wait",
             "Time queued for a server",
             "time",
-            "time waiting in a station for a server, all robots together; only with stations",
+            "time waiting in a station for a server, all robots together; only with `layout.stations`",
             "less",
             measures.station_wait,
             measures.has_stations,
@@ -702,7 +709,7 @@ INDICATORS = {
             "breakdowns",
             "Breakdowns",
             "count",
-            "breakdowns of robots; only with breakdowns",
+            "breakdowns of robots; only with `breakdowns`",
             "less",
             measures.count("breakdowns"),
             measures.breaks_down,
@@ -713,7 +720,7 @@ INDICATORS = {
             "Availability",
             "share of operating time",
             "time in operation (driving, loading and unloading, waits not counted) as a share of that and the time in "
-            "which robots are broken down; only with breakdowns",
+            "which robots are broken down; only with `breakdowns`",
             "more",
             measures.availability,
             measures.breaks_down,
@@ -723,7 +730,7 @@ INDICATORS = {
             "Annual cost",
             "money per year",
             "yearly cost of robots, chargers, energy, people of stations and late orders at the prices of the "
-            "section `prices`, for a year of its `hours` like the counted time; only with prices",
+            "section `prices`, for a year of its `hours` like the counted time; only with `prices`",
             "less",
             money.annual_cost,
             measures.has_prices,
@@ -733,7 +740,7 @@ INDICATORS = {
             "cost_per_task",
             "Cost per task",
             "money per task",
-            "`annual_cost` / the tasks that such a year delivers; only with prices",
+            "`annual_cost` / the tasks that such a year delivers; only with `prices`",
             "less",
             money.cost_per_task,
             measures.has_prices,
@@ -801,8 +808,9 @@ def no_run_has(name: str, has: Collection[str]) -> str:
     """Return the message for an indicator that no run has: the condition for it, or the nearest name."""
     indicator = look_up(name)
     condition = None if indicator is None else _CONDITION.search(indicator.meaning)
-    missing = hint(name, has) if condition is None else f"which is there {condition[1]}"
-    return f"indicator {name!r}: no run has it, {missing}"
+    if condition is None:
+        return f"indicator {name!r}: no run has it, {hint(name, has)}"
+    return f"indicator {name!r}: no run has it; it is there {condition[1]}: add that to the model file, or with --set"
 
 
 def why_no_value(name: str) -> str:

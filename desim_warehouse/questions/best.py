@@ -378,7 +378,10 @@ def _numbers(searched: SearchedDesigns, candidate: JudgedDesign) -> list[ShownNu
         means[searched.target.indicator] = (candidate.reached, searched.target.value)
     return [
         judged.within(
-            name, words.scale(name, searched.model, [mean.mean]), (mean.mean, *(mean.interval or (None, None))), aim
+            name,
+            words.scale(name, searched.model, [mean.mean if aim is None else aim]),
+            (mean.mean, *(mean.interval or (None, None))),
+            aim,
         )
         for name, (mean, aim) in means.items()
         if mean is not None

@@ -21,11 +21,16 @@ from desim_warehouse.study.target import Days
 
 def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> ShownNumber:
     """Return the mean of a judged design, with the bounds of its verdict."""
-    scale = words.scale(target.indicator, model, (verdict.mean,))
-    shown = within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
+    mean_and_ends = verdict.mean, verdict.low, verdict.high
+    shown = within(target.indicator, scale_of(target, model), mean_and_ends, target.value)
     if not verdict.agrees:
         return shown
     return shown.model_copy(update={"text": f"{shown.text} (the same in all {verdict.n} runs)"})
+
+
+def scale_of(target: Target, model: Model) -> Scale:
+    """Return the scale of all numbers beside a target: times have the unit in which the target is written."""
+    return words.scale(target.indicator, model, (target.value,))
 
 
 def within(
@@ -114,7 +119,7 @@ def in_row(shown: Days | None, goal: Target, model: Model) -> str:
 
 
 def _worst(shown: Days, goal: Target, model: Model) -> str:
-    return words.scale(goal.indicator, model, (shown.worst,)).value(shown.worst).replace(".0 %", " %")
+    return scale_of(goal, model).value(shown.worst).replace(".0 %", " %")
 
 
 def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list[str]:
@@ -169,8 +174,7 @@ def about(name: str, model: Model, seed: int, days: tuple[Days, Target] | None =
     all_days, goal = days
 
     def day(which: str, value: float, run: int) -> ShownDay:
-        text = words.scale(goal.indicator, model, (value,)).value(value)
-        reached = words.reached(goal.indicator, text)
+        reached = words.reached(goal.indicator, scale_of(goal, model).value(value))
         return ShownDay(words=f"the {which} of {all_days.days} days, {reached}", seed=run_seed(seed, run))
 
     median = day("median", all_days.median, all_days.median_run)

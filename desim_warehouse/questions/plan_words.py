@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not,
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.model.facts.people import COUNTED
-from desim_warehouse.outcome.indicators import AT, find
+from desim_warehouse.outcome.indicators import AT, find, is_of_due
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
 from desim_warehouse.questions.sentences import capped
@@ -26,6 +26,7 @@ from desim_warehouse.study.fleet.loads import TRIP
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.target import is_cycle_time
 
 _MAY_PILE_UP = "As demand exceeds capacity, work may pile up in a longer run (--set run.length=24h)."
 """Said of the named fleet, of whose runs a target such as one on utilisation does not ask whether it keeps up."""
@@ -43,7 +44,11 @@ def more_orders(growth: float) -> str:
 
 
 class _Planned:
-    """A plan with the last demand that has an answer, which is the only demand that a page draws."""
+    """A plan with the last demand that has an answer, which is the only demand that a page draws.
+
+    `chosen`: the name of the strategy that is better than the model's; empty if none is. `with_own`: the answer for the
+    last demand with the model's strategy.
+    """
 
     def __init__(self, plan: FleetSizes, guesses: Sequence[str] | None) -> None:
         self.guesses = guesses
@@ -52,6 +57,8 @@ class _Planned:
         self.noun = "fleet" if plan.designs.is_fleet else "value"
         self.yearly = plan.today.year is not None
         self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
+        self.chosen = "" if plan.strategy is None else plan_sheet.choice(plan.strategy)
+        self.with_own = plan.with_own or self.demands[-1]
         self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
 
     def answer(self) -> Answer:
@@ -236,11 +243,12 @@ class _Planned:
         return f" {more} better, but not here: the smallest {self.noun} is enough and the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
-        """Return the time of a trip beside the time allowed, if no resource is scarce."""
-        due = due_within(self.model)
-        scale = words.scale(TRIP, self.model, (trip.mean,))
-        limit = "" if due is None else f", and {scale.value(due)} are allowed"
-        return f"Robots are not the limit: a trip takes {scale.value(trip.mean)}, waits included{limit}."
+        """Return the time of a trip beside the time that the target allows, if no resource is scarce."""
+        allowed = due_within(self.model) if is_of_due(self.goal.indicator) else None
+        allowed = self.goal.value if is_cycle_time(self.goal) else allowed
+        scale = words.scale(TRIP, self.model, (trip.mean if allowed is None else allowed,))
+        limit = "" if allowed is None else f", and the time allowed is {scale.value(allowed)}"
+        return f"Robots are not the limit: a trip takes {scale.value(trip.mean)} on average, waits included{limit}."
 
     def _worse(self, sized: Sized) -> str:
         """Return the larger designs that do worse than a smaller design."""
@@ -384,32 +392,35 @@ class _Planned:
 
     def _options(self, sized: Sized) -> list[Option]:
         """Return the fleets that show the answer, for the last demand also with other strategies."""
-        last = sized is self.demands[-1]
-        options = []
         tried = [*([sized.best] if sized.best else []), *sized.below]
-        for shown in tried if self.key is None else sorted(tried, key=lambda shown: shown.counts):
-            same = [item.label for item in self.plan.strategies if shown.counts in item.same]
-            options.append(self._option(sized, shown, self._fleet(shown.counts), sized.overrides, same if last else []))
+        if self.key is not None:
+            tried.sort(key=lambda shown: shown.counts)
+        options = [self._option(sized, shown, self.chosen) for shown in tried]
         if sized.capped is not None:
             options.append(self._capped(sized))
-        for strategy in self.plan.strategies if last else ():
-            for shown in strategy.shown:
-                changes = {**self._without_better(sized), **strategy.overrides}
-                name = f"{self._fleet(shown.counts)}, {plan_sheet.choice(strategy)}"
-                options.append(self._option(sized, shown, name, changes, []))
+        if sized is not self.demands[-1]:
+            return options
+        if sized is not self.with_own:
+            options += [self._option(self.with_own, shown, self._own()) for shown in self.with_own.below]
+        for strategy in self.plan.strategies:
+            changed = replace(self.with_own, overrides={**self.with_own.overrides, **strategy.overrides})
+            listed = {shown.counts for shown in tried} if strategy is self.plan.strategy else set()
+            name = plan_sheet.choice(strategy)
+            options += [self._option(changed, shown, name) for shown in strategy.shown if shown.counts not in listed]
         return options
 
-    def _without_better(self, sized: Sized) -> dict[str, Any]:
-        """Return the overrides of a demand without the overrides of a better strategy."""
-        better = {} if self.plan.strategy is None else self.plan.strategy.overrides
-        return {key: value for key, value in sized.overrides.items() if key not in better}
+    def _design(self, shown: Shown, strategy: str) -> str:
+        """Return a design in words, with the name of its strategy unless this is empty."""
+        return f"{self._fleet(shown.counts)}, {strategy}" if strategy else self._fleet(shown.counts)
 
-    def _option(self, sized: Sized, shown: Shown, name: str, changes: Mapping[str, Any], same: Sequence[str]) -> Option:
+    def _option(self, sized: Sized, shown: Shown, strategy: str) -> Option:
+        """Return the row of a design; `strategy`: its strategy by name, empty for the model's if no other is better."""
+        strategies = self.plan.strategies if sized is self.with_own else ()
         lasting = self._lasting(shown)
         fails = shown.estimate is None or shown.vetoed is not None
         has_number = lasting is None and not fails
         return Option(
-            name=name,
+            name=self._design(shown, strategy),
             standing=lasting or ("fails" if fails else judged.standing_of(shown.verdict, self.goal)),
             number=judged.number(shown.verdict, self.goal, self.model) if has_number else None,
             also=tuple(self._also(shown)) if has_number else (),
@@ -418,8 +429,8 @@ class _Planned:
             runs=shown.verdict.n,
             cost=shown.cost,
             group=self._when(sized) if len(self.demands) > 1 else "",
-            set={**changes, **shown.overrides},
-            same=tuple(same),
+            set={**sized.overrides, **shown.overrides},
+            same=tuple(item.label for item in strategies if shown.counts in item.same),
         )
 
     def _also(self, shown: Shown) -> list[ShownNumber]:
@@ -433,7 +444,7 @@ class _Planned:
         assert cap is not None
         scale = words.scale(self.goal.indicator, self.model, (cap.mean,))
         return Option(
-            name=f"{self._fleet(largest.counts)}, at most {cap.cap} under way",
+            name=f"{self._design(largest, self.chosen)}, at most {cap.cap} under way",
             standing="known",
             number=judged.within(self.goal.indicator, scale, (cap.mean, None, None)),
             runs=cap.gain.n,

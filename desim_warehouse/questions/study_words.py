@@ -68,6 +68,8 @@ class _Studied:
         self.scales: dict[str, Scale] = {
             name: words.scale_of(name, self.base, study.estimates(name).values()) for name in shown
         }
+        if self.goal is not None:
+            self.scales[self.goal.indicator] = judged.scale_of(self.goal, self.base)
         self.tried = [design for design in study.designs if study.runs(design) and design not in study.same]
         self.options = {design: self._option(design) for design in self.tried}
 

@@ -204,7 +204,7 @@ class _Held:
         per = f", {_PER}" if any(suspect.dose is not None for suspect, _ in near) else ""
         runs = number_of(self.competing[0][1].n, "run")
         unclear = f"{runs} do not yet show what helps most. Gain in {self.of}{per}: {listed}."
-        return unclear + self._largest([suspect for suspect, _ in near])
+        return unclear + self._largest(near[0][0])
 
     def _best(self, suspect: Suspect, most: Gain) -> str:
         """Return the sentences on the gain of the best change, and on the most that any other change gains."""
@@ -215,23 +215,24 @@ class _Held:
         if costs.is_held_up:
             line = f"{capital(suspect.name)} {_is(suspect.name)} the main bottleneck. {line}"
         rest = max((gain.each.high for other, gain in self.competing if other.name != suspect.name), default=None)
+        per_dose = " per 10 %" * any(other.dose is not None for other, _ in self.competing)
         if rest is not None and rest >= most.each.low:
-            line += "; on the same days every other change gains less"
+            line += f"; on the same days every other ranked change gains less{per_dose}"
         elif rest is not None:
-            doses = any(other.dose is not None for other, _ in self.competing)
-            line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
+            line += f"; no other ranked change gains more than {self._at_most(rest)}{per_dose}"
         elif len(costs.ranked) > 1 and all(gain.same for _, gain in costs.ranked[1:]):
             line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
         whole = f" The whole change gains {self._number(most).text}." if suspect.dose is not None else ""
-        return f"{line}.{whole}{self._largest([suspect])}"
+        return f"{line}.{whole}{self._largest(suspect)}"
 
-    def _largest(self, named: list[Suspect]) -> str:
-        """Return the sentence on the change that surely gains most as a whole, unless it was named before."""
+    def _largest(self, named: Suspect) -> str:
+        """Return the sentence on the ranked change that gains most as a whole, unless it was named before."""
         suspect, most = max(self.competing, key=lambda item: item[1].mean)
-        others = [gain for other, gain in self.competing if other in named and other is not suspect]
-        if suspect is named[0] or any(gain.high >= most.low for gain in others):
+        if suspect is named or most.mean <= 0:
             return ""
-        return f" Of whole changes, {suspect.relief} gains most: {self._number(most).text}."
+        surely = all(gain.high < most.low for other, gain in self.competing if other is not suspect)
+        gains = "gains" if surely else "may gain"
+        return f" Of whole changes, {suspect.relief} {gains} most: {self._number(most).text}."
 
     def _at_most(self, value: float) -> str:
         """Return an upper bound in words, rounded up."""

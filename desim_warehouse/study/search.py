@@ -63,7 +63,7 @@ class Search:
 
     def __post_init__(self) -> None:
         """Refuse settings that no search can have."""
-        counts = (("first", 2, MOST_REPLICATIONS), ("cap", 2, MOST_REPLICATIONS), ("runs", 1, MOST_RUNS))
+        counts = (("first", 2, MOST_REPLICATIONS), ("cap", 2, MOST_REPLICATIONS), ("runs", 0, MOST_RUNS))
         for name, least, most in counts:
             count = getattr(self, name)
             if count is not None and not (is_whole(count) and least <= count <= most):

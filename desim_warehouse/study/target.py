@@ -137,6 +137,11 @@ def first_look(goal: Target, cap: int) -> int:
     return min(FIRST if goal.measure.is_share else FIRST_OF_MEANS, cap)
 
 
+def is_cycle_time(goal: Target) -> bool:
+    """Whether a target is about the time of a task, or of an order, from its release until it is done."""
+    return "cycle_time_" in goal.indicator and goal.measure.unit == "time"
+
+
 def too_short(text: str, model: Model) -> str:
     """Return the problem of a target for cycle times below the shortest handling of a task; else an empty text.
 
@@ -148,7 +153,7 @@ def too_short(text: str, model: Model) -> str:
     least = handling_of(model, model.floor).means().least
     _, mark, flow = split(goal.indicator)
     handled = min(map(least, [flow] if mark == ":" else model.tasks.flows or [""]))
-    if "cycle_time_" not in goal.indicator or goal.indicator.endswith("cv") or goal.sign > 0 or goal.value >= handled:
+    if not is_cycle_time(goal) or goal.sign > 0 or goal.value >= handled:
         return ""
     times = ((name, float(SECONDS[name]) / units.seconds) for name in ("min", "h"))
     meant = next((f"; did you mean {goal.value:g} {name}?" for name, size in times if goal.value * size > handled), "")

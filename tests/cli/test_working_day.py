@@ -1,6 +1,7 @@
 """Drafts with a working day: shifts, a peak, packers and goods in."""
 
 import shlex
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.draft import Draft, draft, read_orders
+from desim_warehouse.draft.text import in_full
 from desim_warehouse.feasibility.asked import orders_a_day
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.check import check
@@ -129,6 +131,14 @@ def test_packers_that_are_given_are_spread_evenly(tmp_path):
     assert pages.run_desim(f"desim new {tmp_path / 'w.yaml'} --size 40x30 --orders 300/h --packers 6")[0] == 0
     station = dw.load(str(tmp_path / "w.yaml")).layout.stations["packing"]
     assert station.servers * len(station.at) == 6
+
+
+def test_packers_that_are_too_few_for_the_peak_are_told_how_many_it_needs():
+    """165 orders of 20 s in the busiest hour take 55 min, and a packer is busy for 45 min of an hour at most."""
+    day = WorkingDay(((360, 840),), Peak((660, 780), 1.1))
+    words = Draft(orders=150, aisles=5, stations=1, robots=8, chargers=1, day=day, people=True)
+    assert "1 packing station, 1 packer (the busiest hour needs 2), 8 robots, " in in_full(replace(words, packers=1))
+    assert "1 packing station, 2 packers, 8 robots, " in in_full(replace(words, packers=2))
 
 
 @given(

@@ -63,6 +63,21 @@ def test_the_busiest_hour_is_worked_out_apart():
     assert checked(quarter, run__length=4500).calculation.peak * 3600 == pytest.approx(40)
 
 
+def test_a_station_that_more_robots_do_not_relieve_is_named_instead_of_their_number():
+    """The server of pack does 60 tasks an hour, of 60 s each: two robots need a third, but four hardly need a fifth."""
+    flow = {"from": "dock", "to": "pack", "unload_time": 60}
+    rates = {"PEAK_ABOVE_FLEET": {"profile": {"per_hour": [20, 58, 20]}}, "DEMAND_ABOVE_FLEET": {"poisson": 58}}
+    cures = {
+        (size, code): found(checked({**flow, "arrivals": arrivals}, fleet__size=size))[code].cure
+        for code, arrivals in rates.items()
+        for size in (2, 4)
+    }
+    station = "more than about 5 robots hardly do more, as unloading at D (1 server) is the limit"
+    assert cures[4, "PEAK_ABOVE_FLEET"] == cures[4, "DEMAND_ABOVE_FLEET"] == station
+    assert cures[2, "PEAK_ABOVE_FLEET"] == "at least 3 robots are needed to keep up with it"
+    assert cures[2, "DEMAND_ABOVE_FLEET"] == "at least 3 robots are needed, each with a place at a station"
+
+
 def test_more_than_the_fleet_can_do():
     report = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 50}})
     assert found(report)["DEMAND_ABOVE_FLEET"].place == "tasks.flows"

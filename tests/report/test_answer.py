@@ -35,7 +35,7 @@ from desim_warehouse.questions.why import why
 from desim_warehouse.questions.why import worded as why_worded
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
-from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
+from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.held_up import HeldUp
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.effects import Gain, Gains
@@ -225,6 +225,30 @@ def test_the_sheet_of_a_plan_has_nearest_misses_what_changes_it_and_what_it_rest
     source = text_of(page(answer))
     assert "What the answer rests on" in source.partition("Everything tried")[0]
     assert "What the answer rests on" not in printed(answer)
+
+
+def test_a_better_strategy_has_its_name_in_each_row_and_each_design_has_one_row():
+    """With earliest-due 4 robots and 1 charger are enough; with nearest 4 and 3 are not, and hungarian is like it."""
+    chance, due = random.Random(7), {"policies.allocation": "earliest-due"}
+    few, enough = ((3, 5), "fails"), ((4, 3), "meets")
+    best, own_best = shown(chance, (4, 1), "meets"), shown(chance, (5, 1), "meets")
+    own_few = tuple(shown(chance, counts, "fails") for counts, _ in (few, enough))
+    today = Sized("today with earliest-due", 1.0, 60.0, best, (shown(chance, *few),), {}, False, due)
+    with_own = Sized("today", 1.0, 60.0, own_best, own_few, {}, False, {})
+    earliest = Strategy("earliest-due", due, (shown(chance, *few), shown(chance, *enough)))
+    hungarian = Strategy("hungarian", {"policies.allocation": "hungarian"}, (), ((3, 5), (4, 3)))
+    sizes = FleetSizes(
+        *(example(), GOAL, 0.01, 0.95, "nearest", (today,), (hungarian, earliest), earliest, Designs(example()), 400),
+        with_own=with_own,
+    )
+    rows = [(option.full_name, option.set.get("policies.allocation")) for option in worded(sizes).answer.options]
+    assert rows == [
+        ("4 robots and 1 charger, earliest-due", "earliest-due"),
+        ("3 robots and 5 chargers, earliest-due", "earliest-due"),
+        ("3 robots and 5 chargers, nearest (same results: hungarian)", None),
+        ("4 robots and 3 chargers, nearest (same results: hungarian)", None),
+        ("4 robots and 3 chargers, earliest-due", "earliest-due"),
+    ]
 
 
 def test_every_open_fleet_is_named_or_counted():

@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.answer import words
-from desim_warehouse.outcome.indicators import INDICATORS, chosen, find
+from desim_warehouse.outcome.indicators import INDICATORS, chosen, find, no_run_has
 from desim_warehouse.outcome.log import COLUMNS, KINDS, STATES, LogRow
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.questions.study import Study
@@ -156,15 +156,25 @@ def test_an_unknown_indicator_is_refused_with_the_nearest():
 @pytest.mark.parametrize(
     ("name", "condition"),
     [
-        ("annual_cost", "only with prices"),
-        ("on_time@11:30-13:00", "only where tasks have due times"),
+        ("annual_cost", "only with `prices`"),
+        ("on_time@11:30-13:00", "only where tasks have due times (`due`, `due_within` or `due_at`)"),
         ("distance_per_task", "only with `pods`"),
         ("waiting_closed", "only with `traffic.closures`"),
+        ("worker_wait", "only where a station has `work_time`"),
     ],
 )
 def test_an_indicator_that_the_model_cannot_have_is_refused_with_what_it_takes(name, condition):
-    with pytest.raises(dw.StudyError, match=f"indicator '{name}': no run has it, which is there {condition}$"):
+    with pytest.raises(dw.StudyError) as refused:
         chosen([name], ["T", "S", "C"])
+    cure = "add that to the model file, or with --set"
+    assert str(refused.value) == f"indicator '{name}': no run has it; it is there {condition}: {cure}"
+
+
+def test_what_an_indicator_takes_is_named_by_the_key_to_add():
+    messages = [no_run_has(name, ["T"]) for name in INDICATORS]
+    conditions = [condition for message in messages if (condition := message.partition("; it is there ")[2])]
+    assert len(conditions) > 30
+    assert [condition for condition in conditions if "`" not in condition] == []
 
 
 def test_a_column_that_is_no_indicator_is_given_no_unit():

@@ -116,7 +116,7 @@ def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
     assert not clear.gains.clear
     assert clear.answer.answer[0] == (
         "The charging policy is the main bottleneck. Charging by a: mean cycle time falls by 70 s (50 to 90); "
-        "nothing else gains more than 20 s per 10 %."
+        "no other ranked change gains more than 20 s per 10 %."
     )
     assert not found(*policies, ("chargers", "one charger more", 0.1, 5, 51)).is_clear
     assert not found(("the charging policy", "charging by a", None, -1, 90)).is_clear

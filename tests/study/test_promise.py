@@ -31,11 +31,11 @@ def fleet(robots, verdict, days, mean, low, high, *, least=33, worst=None):
     return Shown((robots, 1), {"fleet.size": robots}, found, seen, None, None, days=worst)
 
 
-def answer(best, *below, target="on_time >= 95 %", model=None, busy=BUSY):
+def answer(best, *below, target="on_time >= 95 %", model=None, busy=BUSY, trip=None):
     """The answer of a plan with these fleets, of one to four robots."""
-    sized = Sized("today", 1.0, 60.0, best, below, busy, False, {}, counts=COUNTS)
+    sized = Sized("today", 1.0, 60.0, best, below, busy, False, {}, counts=COUNTS, trip=trip)
     base = model or example()
-    goal = read_target(target)
+    goal = read_target(target, base.units.names)
     return worded(FleetSizes(base, goal, 0.01, 0.95, "nearest", (sized,), (), None, Designs(base), 99)).answer
 
 
@@ -52,6 +52,30 @@ def test_a_fleet_that_is_enough_though_demand_exceeds_what_it_can_do_may_not_las
     busy = {Load(Group("robots"), load): Estimate(10, load, None, 0.01, load, {}, True, 0.95)}
     lines = answer(GOOD, fleet(2, "fails", 8, 0.8, 0.7, 0.85), busy=busy).answer
     assert ("As demand exceeds capacity, work may pile up in a longer run (--set run.length=24h)." in lines) == warned
+
+
+def trip_of_111_s(target):
+    """What is said if robots have time to spare and still none of four fleets is enough: a trip takes 111 s."""
+    worst = Days(33, 130.0, 10, 111.0, 7, 2)
+    trip = Estimate(33, 111.0, (99.0, 123.0), 1.0, 111.0, {}, False, 0.95)
+    model = example().replace({"tasks.goods": {"poisson": 60, "due_within": 900}})
+    largest = fleet(4, "fails", 33, 111.0, 99.0, 123.0, worst=worst)
+    return answer(None, largest, target=target, model=model, trip=trip).answer[0]
+
+
+def test_the_time_allowed_is_that_of_the_target_and_in_its_unit():
+    """Of 60 s at most, while tasks are due after 15 min: a day of 130 s is no day of 2.17 min."""
+    line = trip_of_111_s("cycle_time_mean <= 60 s")
+    assert "mean cycle time 111 s (99 to 123). The worst of 33 days had 130 s; 10 were above 60 s. " in line
+    assert line.endswith("a trip takes 111 s on average, waits included, and the time allowed is 60 s.")
+    assert trip_of_111_s("cycle_time_p95 <= 3 min").endswith(
+        "a trip takes 1.85 min on average, waits included, and the time allowed is 3 min."
+    )
+
+
+def test_the_time_until_tasks_are_due_is_allowed_only_where_the_target_counts_tasks_on_time():
+    assert trip_of_111_s("on_time >= 95 %").endswith("waits included, and the time allowed is 15 min.")
+    assert trip_of_111_s("throughput_per_hour >= 200").endswith("a trip takes 1.85 min on average, waits included.")
 
 
 def test_days_are_counted_by_the_sense_of_the_target():

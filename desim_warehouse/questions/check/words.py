@@ -9,7 +9,7 @@ from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, CHARGERS, PICKERS, QuickEstimate
+from desim_warehouse.feasibility.estimate import APART, QuickEstimate, limiting
 from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.feasibility.power import Power
@@ -115,7 +115,7 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
         rate = estimate.rate if math.isinf(mean) else estimate.peak
         asked = f"{numbers.measured((rate or 0.0) * model.units.hour)} {words.loads(model)}"
         asked = f"{asked} an hour" if math.isinf(mean) else f"the {asked} of the busiest hour"
-        return f"Robots: no number is enough for {asked}, as {_limits(estimate.narrowest)}."
+        return f"Robots: no number is enough for {asked}, as {limiting(estimate.narrowest)}."
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
     return f"Robots: {_are(counts, most, most <= estimate.robots)}; you have {estimate.robots:,}."
@@ -177,12 +177,7 @@ def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
     robots, limit = estimate.knee
     if limit:
-        yield f"Beyond about {number_of(robots, 'robot')}, {_limits(limit)}."
-
-
-def _limits(name: str) -> str:
-    are = name in {CHARGERS, PICKERS} or name.startswith("lifts ")
-    return f"{name} {'are' if are else 'is'} the limit"
+        yield f"Beyond about {number_of(robots, 'robot')}, {limiting(limit)}."
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:

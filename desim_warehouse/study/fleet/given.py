@@ -51,8 +51,11 @@ def demands_of(growth: float | str | None, years: int | None, named: str) -> lis
     """
     text = "" if growth is None else f"{growth}".strip()
     each = text.removesuffix(A_YEAR)
-    if (years is None) == (each != text):
-        raise StudyError(f"{named}: {text or 'none'}: years need a growth such as 20%/year, and that how many years")
+    is_yearly = each != text
+    if years is not None and not is_yearly:
+        raise StudyError(f"--years {years}: also needs a yearly growth (--growth 20%/year)")
+    if years is None and is_yearly:
+        raise StudyError(f"--growth {text}: also say for how many years (--years 3)")
     if years is None:
         times = growth_of(growth, named)
         return [] if times is None else [times]

@@ -170,7 +170,9 @@ class Planner:
             key=lambda strategy: max(self.target.sign * shown.verdict.mean for shown in strategy.shown),
             default=None,
         )
+        with_own = None
         if better is not None:
+            with_own = demands[-1]
             self.shared.clear()
             demands = self._sizes(times, better.overrides, f" with {better.label}", yearly=yearly)
         return FleetSizes(
@@ -187,6 +189,7 @@ class Planner:
             self.untried,
             self.search.seed,
             self.beside,
+            with_own,
         )
 
     def _sizes(

@@ -155,7 +155,8 @@ class FleetSizes:
     """The fleet sizes for each demand; `strategy` is the better strategy that they assume, or None for the model's.
 
     `demands`: today's demand first. `untried`: strategies for which the budget of runs did not suffice. `beside`:
-    further targets that a fleet has to meet, with their indifference zones.
+    further targets that a fleet has to meet, with their indifference zones. `with_own`: if a strategy is better, the
+    answer for the last demand with the model's own strategy.
     """
 
     model: Model
@@ -171,6 +172,7 @@ class FleetSizes:
     untried: tuple[str, ...] = ()
     seed: int = 0
     beside: tuple[tuple[Target, float], ...] = ()
+    with_own: Sized | None = None
 
     @property
     def targets(self) -> tuple[Target, ...]:
