@@ -124,7 +124,7 @@ def staff(words: Draft, aisles: int) -> tuple[int, int]:
 
     Where their number was not given, there are enough for the busiest hour.
     """
-    need = words.busiest * UNLOAD_TIME / 3600 / BUSY
+    need = words.orders * words.day.busiest * UNLOAD_TIME / 3600 / BUSY
     stations, packers = words.stations, words.packers
     if stations is None:
         stations = min(max(math.ceil(need), 1), aisles)
