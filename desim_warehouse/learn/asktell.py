@@ -77,7 +77,7 @@ class Steps:
         """Answer the pending decision with pairs (robot number, task number).
 
         Raises PolicyError if no decision is pending, or if the answer cannot be carried out. Nothing of such an answer
-        is carried out, and the decision stays pending.
+        is carried out, and the decision stays pending; a fault of another policy of the model ends the run.
         """
         if self._pending is None:
             raise PolicyError("steps: no decision is pending; next() gives the next one")

@@ -219,7 +219,10 @@ class History:
     @cached_property
     def ended_with_its_work(self) -> bool:
         """Whether the run ended before its length was over because all its work was done."""
-        return not self.model.tasks.never_end and self.end < self.model.run.end and len(self.done) == len(self.tasks)
+        if self.log.finished is None:
+            never_ends, cut = self.model.tasks.never_end, self.end >= self.model.run.end
+            return not never_ends and not cut and len(self.done) == len(self.tasks)
+        return self.log.finished
 
     def falling_due(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
         """Return the deadlines in the evaluation period, ends included, in order of time, whether met, missed or open.

@@ -810,7 +810,7 @@ def no_run_has(name: str, has: Collection[str]) -> str:
     condition = None if indicator is None else _CONDITION.search(indicator.meaning)
     if condition is None:
         return f"indicator {name!r}: no run has it, {hint(name, has)}"
-    return f"indicator {name!r}: no run has it; it is there {condition[1]}: add that to the model file, or with --set"
+    return f"indicator {name!r}: no run has it; it is there {condition[1]}, in the model file or by --set"
 
 
 def why_no_value(name: str) -> str:

@@ -151,7 +151,8 @@ class Log:
     robot's battery at the end, empty without batteries. `for_workers`: tasks whose load units are worked on in a
     station, noted at their release if they can go nowhere else, or else when they are put down; None in logs before
     0.4.0. `people`: visits, their time, and the time shared with robots; empty without people. `version`: the version
-    of desim-warehouse that wrote the log.
+    of desim-warehouse that wrote the log. `finished`: whether the run ended because all its work was done and its
+    robots were back; None in logs before 0.4.0.
     """
 
     level: Detail = "all"
@@ -169,6 +170,7 @@ class Log:
     people: dict[str, float] = field(default_factory=dict)
     begin: float = 0.0
     end: float = 0.0
+    finished: bool | None = None
     version: str = __version__
     knows_moves: InitVar[bool] = False
     """Whether moves are written at any level, to be read before the log is finished (see `forget_moves`)."""

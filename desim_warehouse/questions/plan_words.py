@@ -29,7 +29,7 @@ from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.target import is_cycle_time
 
 _MAY_PILE_UP = "As demand exceeds capacity, work may pile up in a longer run (--set run.length=24h)."
-"""Said of the named fleet, of whose runs a target such as one on utilisation does not ask whether it keeps up."""
+"""A remark on the named fleet, as a target such as one on utilisation does not ask whether it keeps up."""
 
 
 def answer(plan: FleetSizes, guesses: Sequence[str] | None = None) -> Answer:

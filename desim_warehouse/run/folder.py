@@ -95,6 +95,7 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
             "level": log.level,
             "begin": log.begin,
             "end": log.end,
+            "finished": log.finished,
             "rings": log.rings,
             "due": list(log.due.items()),
             "flows": list(log.flows.items()),
@@ -153,6 +154,7 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
         people=kept["people"],
         begin=kept["begin"],
         end=kept["end"],
+        finished=kept.get("finished"),
         version=version,
     )
 

@@ -59,13 +59,13 @@ class Factor:
     levels: tuple[Level, ...]
 
 
-def holder_of(name: str, factors: Iterable[str] = ()) -> str:
+def holder_of(name: str, factors: Iterable[str] = (), columns: Iterable[str] = (*RESERVED, *_STATISTICS)) -> str:
     """Return in words what has a name in the tables of a study, so that no other column may; empty if nothing has."""
     if name in factors:
         return "a factor"
     if look_up(name) is not None:
         return "an indicator"
-    return "a column of its tables" if name in {*RESERVED, *_STATISTICS} else ""
+    return "a column of its tables" if name in columns else ""
 
 
 def label(value: Any) -> Label:

@@ -17,7 +17,7 @@ from desim_warehouse.model.messages import FilePositions
 from desim_warehouse.run import RunData
 from desim_warehouse.study.design import Point, Rule, points
 from desim_warehouse.study.execution.own_indicators import OwnIndicator, own_indicators
-from desim_warehouse.study.factors import Factor, Label, hint, holder_of
+from desim_warehouse.study.factors import RESERVED, Factor, Label, hint, holder_of
 from desim_warehouse.study.file import Until
 
 
@@ -74,7 +74,7 @@ class StudyPlan:
         """
         own = own_indicators(functions, as_given)
         for name in functions:
-            if holder := holder_of(name, [factor.key for factor in self.factors]):
+            if holder := holder_of(name, [factor.key for factor in self.factors], RESERVED):
                 raise StudyError(f"indicators, {name}: the name of {holder}, expected another")
         return replace(self, own=own)
 

@@ -173,7 +173,8 @@ class StudyRunner:
         if row.outcome.error is not None:
             raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
         value = row.measured(indicator)
-        if math.isnan(value) and failed is None:
+        stands_for_failure = failed is not None and math.isnan(failed) and indicator != "T"
+        if math.isnan(value) and not stands_for_failure:
             raise StudyError(
                 f"{self.points[number]}, replication {replication}: no value of {indicator}, as "
                 f"{why_no_value(indicator)}; try a longer run"

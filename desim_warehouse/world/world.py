@@ -392,6 +392,7 @@ class World:
         record_closures(log, self.model, self.layout, now)
         record_visits(log, self.people, now)
         log.close(now)
+        log.finished = self.finished.triggered
         if self.people:
             count_encounters(log, self.people, self.model.fleet.starts(self.layout.bays))
             log.forget_moves()

@@ -73,6 +73,27 @@ def test_a_run_that_is_cut_off_says_that_its_work_is_not_done():
     assert "The run ends before its work is done: 15 loads open at the end." in str(run)
 
 
+def test_a_run_that_is_cut_off_before_all_its_work_has_come_has_no_task_time(tmp_path):
+    """One good at 0, another after two hours: after one hour nothing is open, and still the work is not done."""
+    model = dw.load("models/tutorial.yaml", {"tasks.goods": [{"good": 0}, {"good": 1, "release": 7200}]})
+    run = dw.simulate(model, until=3600)
+    assert "The run ends before its work is done: more was to come, or to return." in str(run)
+    assert math.isnan(dw.load_run(run.save(tmp_path / "run")).T)
+    assert 7200 < dw.simulate(model).T < math.inf
+
+
+def test_a_run_that_is_cut_off_while_robots_return_has_no_task_time():
+    whole = dw.simulate("models/tutorial.yaml", seed=1)
+    delivered = max(task.delivered for task in whole.history.tasks.values())
+    assert delivered < whole.T
+    assert math.isnan(dw.simulate("models/tutorial.yaml", seed=1, until=(delivered + whole.T) / 2).T)
+
+
+def test_a_run_that_is_cut_off_in_its_warm_up_says_so():
+    model = dw.load("models/tutorial.yaml", {"run.warm_up": 600})
+    assert [verdict.code for verdict in dw.simulate(model, until=60).verdicts] == ["ENDS_IN_WARM_UP"]
+
+
 def two_in_turn(**changes):
     """Two robots of a battery of 1000 that start with 400 of it, in a bay with one charger, which gives 10 a second.
 
@@ -166,8 +187,8 @@ def test_an_unknown_indicator_is_refused_with_the_nearest():
 def test_an_indicator_that_the_model_cannot_have_is_refused_with_what_it_takes(name, condition):
     with pytest.raises(dw.StudyError) as refused:
         chosen([name], ["T", "S", "C"])
-    cure = "add that to the model file, or with --set"
-    assert str(refused.value) == f"indicator '{name}': no run has it; it is there {condition}: {cure}"
+    cure = "in the model file or by --set"
+    assert str(refused.value) == f"indicator '{name}': no run has it; it is there {condition}, {cure}"
 
 
 def test_what_an_indicator_takes_is_named_by_the_key_to_add():

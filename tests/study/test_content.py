@@ -184,6 +184,43 @@ def test_what_nobody_can_look_into_equals_nothing(with_helpers):
     assert len({digest_of(value) for value in unknown * 2}) == 2 * len(unknown)
 
 
+CLASSES = """
+import abc, functools, typing
+
+class Abstract(abc.ABC):
+    def measure(self, run):
+        return run.T
+
+class Kept:
+    @functools.cached_property
+    def weight(self):
+        return 2.0
+
+class Form(typing.Protocol):
+    def measure(self, run): ...
+
+def times(self, factor, run):
+    return factor * run.T
+
+class Times:
+    __call__ = functools.partialmethod(times, 2)
+"""
+
+
+@pytest.mark.parametrize(
+    ("form", "before", "after"),
+    [
+        ("Abstract()", "run.T", "run.S"),
+        ("Kept()", "2.0", "3.0"),
+        ("Form", "run)", "run, seed)"),
+        ("Times()", "times, 2", "times, 3"),
+    ],
+)
+def test_classes_count_by_their_methods_of_whatever_kind(form, before, after):
+    assert digest_of(made(form, CLASSES)) == digest_of(made(form, CLASSES))
+    assert digest_of(made(form, CLASSES)) != digest_of(made(form, CLASSES.replace(before, after)))
+
+
 def test_what_is_installed_counts_by_its_name():
     text = "import numpy as np\ndef measure(run):\n    import scipy.stats\n    return np.random.default_rng(run.seed)"
     assert digest_of(made("measure", text)) == digest_of(made("measure", text))

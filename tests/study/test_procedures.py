@@ -76,7 +76,12 @@ def test_a_value_with_which_a_robot_runs_flat_is_too_small():
 
 
 @pytest.mark.parametrize(
-    "ask", [lambda made: dw.size(made, "T <= 600"), lambda made: dw.best(made, "T", maximise=False)]
+    "ask",
+    [
+        lambda made: dw.size(made, "T <= 600"),
+        lambda made: dw.best(made, "T", maximise=False),
+        lambda made: dw.best(made.plan.base, "T", maximise=False, place_chargers=1),
+    ],
 )
 def test_work_that_a_run_cuts_off_has_no_task_time_to_judge(ask):
     """In ten minutes three robots deliver some 40 of 60 goods: 600 s is when the run ends, not when the work does."""

@@ -111,7 +111,10 @@ def _left_open(run: RunData) -> list[str]:
     """Return the sentence on open tasks, which cycle times leave out, if the backlog grows or the work is not done."""
     left = int(run.kpis["backlog"])
     if math.isnan(run.kpis["T"]):
-        return [f"The run ends before its work is done: {number_of(left, words.load(run.model))} open at the end."]
+        loads = (
+            f"{number_of(left, words.load(run.model))} open at the end" if left else "more was to come, or to return"
+        )
+        return [f"The run ends before its work is done: {loads}."]
     if not left or not piles_up(run.verdicts):
         return []
     are, still = "is" if left == 1 else "are", number_of(left, words.load(run.model))

@@ -17,7 +17,7 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType, SimpleNamespace
+from types import BuiltinFunctionType, CodeType, FunctionType, GetSetDescriptorType, ModuleType, SimpleNamespace
 from typing import Any
 
 _LENGTH = 12
@@ -30,7 +30,8 @@ _CODE = (
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
 _ATTRIBUTE = ("LOAD_ATTR", "LOAD_METHOD")
 _CACHED = type(functools.cache(len))
-_METHODS = (FunctionType, staticmethod, classmethod, property, _CACHED)
+_KEPT = {"_abc_impl"}
+"""What Python keeps with a class under a name without underscores at its end."""
 _INSTALLED = {"site-packages", "dist-packages"}
 
 
@@ -61,6 +62,8 @@ class _Content(pickle.Pickler):
             content = "code", [getattr(value, name) for name in _CODE]
         elif isinstance(value, staticmethod | classmethod | _CACHED):
             content = type(value), value.__wrapped__
+        elif isinstance(value, functools.cached_property):
+            content = type(value), value.func
         elif isinstance(value, property):
             content = property, value.fget, value.fset, value.fdel
         elif isinstance(value, ModuleType):
@@ -94,9 +97,16 @@ def _of_class(kind: type) -> tuple[object, ...]:
     attributes = {
         name: value
         for name, value in vars(kind).items()
-        if isinstance(value, _METHODS) or not (name.startswith("__") and name.endswith("__"))
+        if _is_method(value) or not (name in _KEPT or (name.startswith("__") and name.endswith("__")))
     }
     return "class", kind.__qualname__, type(kind), kind.__bases__, attributes
+
+
+def _is_method(value: object) -> bool:
+    """Whether an attribute of a class does something: it is called, or computes what is read."""
+    if isinstance(value, type | GetSetDescriptorType):
+        return False
+    return callable(value) or hasattr(type(value), "__get__")
 
 
 def _globals_of(function: FunctionType) -> dict[str, object]:
