@@ -53,6 +53,7 @@ class _Planned:
     def __init__(self, plan: FleetSizes, guesses: Sequence[str] | None) -> None:
         self.guesses = guesses
         self.plan, self.model, self.goal = plan, plan.model, plan.target
+        self.scale = judged.scale_of(plan.target, plan.model)
         self.key = plan.designs if isinstance(plan.designs, OneKey) else None
         self.noun = "fleet" if plan.designs.is_fleet else "value"
         self.yearly = plan.today.year is not None
@@ -183,7 +184,7 @@ class _Planned:
         if sized.fewer:
             return line
         line += self._most(sized) + self._worse(sized)
-        line += "" if sized.capped is None else f" {capped(sized.capped, self.model)}."
+        line += "" if sized.capped is None else f" {capped(sized.capped, self.scale)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
         return f"{line} {sentence(capital(busiest.are(sized.loads, _time(sized))))}" if sized.loads else line
@@ -244,8 +245,10 @@ class _Planned:
 
     def _trip(self, trip: Estimate) -> str:
         """Return the time of a trip beside the time that the target allows, if no resource is scarce."""
-        allowed = due_within(self.model) if is_of_due(self.goal.indicator) else None
-        allowed = self.goal.value if is_cycle_time(self.goal) else allowed
+        if is_cycle_time(self.goal):
+            allowed: float | None = self.goal.value
+        else:
+            allowed = due_within(self.model) if is_of_due(self.goal.indicator) else None
         scale = words.scale(TRIP, self.model, (trip.mean if allowed is None else allowed,))
         limit = "" if allowed is None else f", and the time allowed is {scale.value(allowed)}"
         return f"Robots are not the limit: a trip takes {scale.value(trip.mean)} on average, waits included{limit}."
@@ -442,11 +445,10 @@ class _Planned:
         """Return the row of the largest fleet with a cap on the robots under way."""
         cap, largest = sized.capped, sized.below[-1]
         assert cap is not None
-        scale = words.scale(self.goal.indicator, self.model, (cap.mean,))
         return Option(
             name=f"{self._design(largest, self.chosen)}, at most {cap.cap} under way",
             standing="known",
-            number=judged.within(self.goal.indicator, scale, (cap.mean, None, None)),
+            number=judged.within(self.goal.indicator, self.scale, (cap.mean, None, None)),
             runs=cap.gain.n,
             group=self._when(sized) if len(self.demands) > 1 else "",
             set={**sized.overrides, **largest.overrides, **cap.overrides},

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.numbers import Scale
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.model import Model
 from desim_warehouse.outcome.verdicts import RULES
 from desim_warehouse.study.fleet.capped import KEY, Capped
 from desim_warehouse.study.results import ResultsData
@@ -108,9 +108,8 @@ def knee_of_throughput(study: ResultsData) -> list[str]:
     ]
 
 
-def capped(tried: Capped, model: Model | None) -> str:
+def capped(tried: Capped, scale: Scale) -> str:
     """Return the sentence on the gain of a cap on the robots under way."""
-    scale = words.scale(tried.indicator, model, (tried.mean,))
     gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"
     return (

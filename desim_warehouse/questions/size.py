@@ -128,4 +128,4 @@ def _of_cap(study: Study, indicator: str, search: Search) -> str:
     model = study.plan.base.replace(largest.overrides)
     first = search.first or FIRST
     best, _ = tried_cap(model, indicator, replace(search.under("cap"), first=first, cap=2 * first))
-    return "" if best is None else f"{sentences.capped(best, model)}."
+    return "" if best is None else f"{sentences.capped(best, words.scale(indicator, model, (best.mean,)))}."

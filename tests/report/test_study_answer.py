@@ -123,6 +123,13 @@ def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_
     assert "Which factor matters" not in source  # there is one
 
 
+def test_times_beside_a_target_have_its_unit():
+    """A robot drives 45 s to the good, 15 s with it and 20 s home, and loads and unloads for 10 s: 90 s of 60."""
+    model = dw.load(RING, {"tasks.goods": [0], "tasks.unload_at": ["pack"]})
+    results = Study(model, {"fleet.size": [1]}, target="T <= 60 s").run(workers=1).results
+    assert results.answer.options[0].text == "90 s"
+
+
 def test_one_run_of_a_share_tells_nothing_of_a_target():
     results = Study(example().replace(LASTING), {"fleet.size": [1, 3]}, target="on_time >= 60 %").run().results
     assert [one.standing for one in results.answer.options] == ["open", "open"]

@@ -7,6 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.answer import words
 from desim_warehouse.cli import desim
 from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study.fleet.capped import Capped, caps, tried_cap, waits_much
@@ -53,12 +54,12 @@ def test_no_cap_gains_where_the_floor_is_not_full():
 def test_what_a_cap_gives_in_words():
     gain = Gain(1, 500.0, 450.0, 550.0, 6)
     found = Capped(60, 30, "throughput_per_hour", 3900.0, gain)
-    assert capped(found, None) == (
+    assert capped(found, words.scale("throughput_per_hour", None)) == (
         "With at most 30 of 60 robots under way, throughput is 3,900 tasks/h: better by 500 tasks/h "
         "(450 to 550); desim size --key traffic.most_out finds the best cap"
     )
     share = Capped(60, 30, "on_time", 0.9, replace(gain, mean=0.1, low=0.1, high=0.1))
-    assert capped(share, None).startswith(
+    assert capped(share, words.scale("on_time", None)).startswith(
         "With at most 30 of 60 robots under way, done on time is 90.0 %: better by 10.0 %; "
     )
 
