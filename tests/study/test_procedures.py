@@ -80,7 +80,6 @@ def test_a_value_with_which_a_robot_runs_flat_is_too_small():
     [
         lambda made: dw.size(made, "T <= 600"),
         lambda made: dw.best(made, "T", maximise=False),
-        lambda made: dw.best(made.plan.base, "T", maximise=False, place_chargers=1),
     ],
 )
 def test_work_that_a_run_cuts_off_has_no_task_time_to_judge(ask):
