@@ -190,7 +190,7 @@ def validate(
         SimulationError: a model that cannot simulate a day.
     """
     least = math.ceil(2 / LEVEL) - 1
-    if not (is_whole(runs) and least <= runs <= MOST_REPLICATIONS):
+    if not is_whole(runs, least, MOST_REPLICATIONS):
         limits = f"from {least}, as fewer can refute nothing, to {MOST_REPLICATIONS:,}"
         raise ReportError(f"runs {shown(runs):.60}: expected {limits}")
     if orders and len(orders) != len(logs):

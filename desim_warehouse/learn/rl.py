@@ -65,7 +65,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
     ) -> None:
         from desim_warehouse.model import load
 
-        if not (is_whole(slots) and slots > 0):
+        if not is_whole(slots, 1):
             raise ModelError([f"slots {shown(slots):.60}: expected a whole number above 0"])
         if not (is_finite(scale) and scale > 0):
             raise ModelError([f"scale {shown(scale):.60}: expected a number above 0"])

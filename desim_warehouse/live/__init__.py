@@ -158,7 +158,7 @@ def serve(
 
 
 def _bound(port: int) -> socket.socket:
-    if not (is_whole(port) and 0 <= port <= _LAST_PORT):
+    if not is_whole(port, 0, _LAST_PORT):
         raise StudyError(f"port {shown(port):.60}: expected a whole number from 0 to {_LAST_PORT}; 0 takes a free one")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:

@@ -152,7 +152,7 @@ def order_day(
         ModelError: where the file or the model cannot be read, or `pieces_per_load` is no number of pieces. Rows with
             problems are in the result.
     """
-    if pieces_per_load is not None and not (is_whole(pieces_per_load) and pieces_per_load > 0):
+    if pieces_per_load is not None and not is_whole(pieces_per_load, 1):
         raise ModelError([f"pieces_per_load {shown(pieces_per_load):.60}: expected a whole number above 0"])
     loaded = model if isinstance(model, Model) else _without_orders(Path(model))
     how, path, problems = reading(loaded, loaded.floor), Path(file), Problems(str(file))

@@ -117,7 +117,7 @@ def _work_piles_up(kpis: Mapping[str, float], model: Model) -> float | None:
 
     Growth that may be due to chance is disregarded, as for random arrivals of tasks (see `_tasks_pile_up`).
     """
-    left, end, counted = kpis.get("work_backlog", 0.0), _end(kpis, model), _counted(kpis, model)
+    left, end, counted = kpis.get("work_backlog", 0.0), end_of_run(kpis, model), _counted(kpis, model)
     if not model.tasks.never_end or not left or not counted:
         return None
     put_down = left + kpis.get("worked", 0.0) * end / counted
@@ -162,11 +162,11 @@ def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
 
 def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
     """Return how long before the end of the warm-up the run ended; None if it ended later."""
-    early = model.run.warm_up - _end(kpis, model)
+    early = model.run.warm_up - end_of_run(kpis, model)
     return early if early > 0 else None
 
 
-def _end(kpis: Mapping[str, float], model: Model) -> float:
+def end_of_run(kpis: Mapping[str, float], model: Model) -> float:
     """Return the time at which a run ended: T, or its length if that cut its work off."""
     time = kpis.get("T", math.nan)
     return model.run.end if math.isnan(time) else time
@@ -174,7 +174,7 @@ def _end(kpis: Mapping[str, float], model: Model) -> float:
 
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
     """Return the length of the evaluation period in time units; of the whole run if it ends within the warm-up."""
-    end, warm_up = _end(kpis, model), model.run.warm_up
+    end, warm_up = end_of_run(kpis, model), model.run.warm_up
     return end - warm_up if end >= warm_up else end
 
 

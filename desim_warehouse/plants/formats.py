@@ -143,7 +143,7 @@ def read_plant(path: str | Path, **options: Any) -> Plant:
     cell, graph = options.get("cell", 1.0), options.get("graph", 0)
     if not (is_finite(cell) and CELLS[0] <= cell <= CELLS[1]):
         raise ModelError([f"{path}: cell {shown(cell):.60}: expected metres from {CELLS[0]:g} to {CELLS[1]:g}"])
-    if not (is_whole(graph) and graph >= 0):
+    if not is_whole(graph, 0):
         raise ModelError([f"{path}: graph {shown(graph):.60}: expected a whole number from 0 on"])
     plant: Plant = form.read(path, content, **options)
     plant.note_unknown()

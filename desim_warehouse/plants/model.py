@@ -129,7 +129,7 @@ def imported(
     Raises:
         ModelError: robots could do nothing on such a plant, or the mapping does not fit.
     """
-    if robots is not None and not (is_whole(robots) and robots > 0):
+    if robots is not None and not is_whole(robots, 1):
         raise ModelError([f"{plant.source}: robots {shown(robots):.60}: expected a whole number above 0"])
     put_right(plant)
     if plant.lifts:

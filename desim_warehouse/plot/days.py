@@ -66,7 +66,7 @@ def real_day(
     if number is None:
         number = farthest(validation)
     days = len(validation.days)
-    if not (is_whole(number) and 0 <= number < days):
+    if not is_whole(number, 0, days - 1):
         raise ReportError(f"day {shown(number):.60}: there are days 0 to {days - 1}")
     ranks, parts = validation.drops[number], validation.parts[number] / validation.model.units.hour
     low, high = ranks.band(0)

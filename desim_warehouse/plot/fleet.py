@@ -123,7 +123,7 @@ def part_shown(
     size = run.model.fleet.size
     robots = range(size) if robots is None else robots
     numbers = list(robots) if isinstance(robots, Iterable) else [robots]
-    strange = [number for number in numbers if not (is_whole(number) and 0 <= number < size)]
+    strange = [number for number in numbers if not is_whole(number, 0, size - 1)]
     if strange:
         raise ReportError(f"robot {shown(strange[0]):.60}: there are robots 0 to {size - 1}")
     return begin, until, numbers

@@ -21,7 +21,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome import targets
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
-from desim_warehouse.outcome.verdicts import Verdict, judge_design
+from desim_warehouse.outcome.verdicts import Verdict, end_of_run, judge_design
 from desim_warehouse.study import rare
 from desim_warehouse.study.design import Point, baseline_point
 from desim_warehouse.study.factors import Label
@@ -225,8 +225,7 @@ class ResultsData:
         """Rare events that the runs so far miss: failures, each for the design with the fewest runs, and closures."""
         remarks: dict[str, None] = {}
         for design, model in self.models.items():
-            ended = [row.value("T") for row in self.runs(design) if not row.outcome.error]
-            times = [model.run.end if math.isnan(time) else time for time in ended]
+            times = [end_of_run(row.indicators, model) for row in self.runs(design) if not row.outcome.error]
             if times:
                 remarks.update(dict.fromkeys(rare.unknown(model, len(times), math.fsum(times) / len(times))))
         return tuple(remarks)

@@ -66,7 +66,7 @@ class Search:
         counts = (("first", 2, MOST_REPLICATIONS), ("cap", 2, MOST_REPLICATIONS), ("runs", 0, MOST_RUNS))
         for name, least, most in counts:
             count = getattr(self, name)
-            if count is not None and not (is_whole(count) and least <= count <= most):
+            if count is not None and not is_whole(count, least, most):
                 raise StudyError(f"{name} {shown(count):.60}: expected a whole number from {least} to {most:,}")
         if self.first is not None and self.cap is not None and self.first > self.cap:
             raise StudyError(f"first {self.first}, cap {self.cap}: expected first <= cap")

@@ -9,9 +9,9 @@ import math
 from numbers import Integral, Real
 
 
-def is_whole(value: object) -> bool:
-    """Whether a value is a whole number; a truth value is none."""
-    return isinstance(value, Integral) and not isinstance(value, bool)
+def is_whole(value: object, least: float = -math.inf, most: float = math.inf) -> bool:
+    """Whether a value is a whole number from `least` to `most`; a truth value is none."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and least <= int(value) <= most
 
 
 def is_finite(value: object) -> bool:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def whole_seed(seed: int) -> int:
     """Return a seed, refused where no run could be repeated with it; raises ModelError."""
-    if not (is_whole(seed) and seed >= 0):
+    if not is_whole(seed, 0):
         raise ModelError([f"seed {shown(seed):.60}: expected a whole number from 0 on, such as 1"])
     return int(seed)
 

@@ -119,6 +119,15 @@ def test_the_name_of_another_column_is_refused(name, holder):
         dw.Study(MODEL, factors, indicators={name: per_task})
 
 
+def test_the_name_of_a_column_of_means_is_free(tmp_path):
+    """There an indicator is a row, not a column."""
+    made = dw.Study(
+        "models/tutorial.yaml", {"fleet.size": [3]}, replications=2, indicators={"missing": lambda run: run.T}
+    )
+    made.run(out=tmp_path / "out")
+    assert made.summary(["missing"])["mean"].tolist() == made.summary(["T"])["mean"].tolist()
+
+
 def test_the_name_is_a_text():
     with pytest.raises(dw.StudyError, match="indicators, 3: expected a name in quotes"):
         dw.Study(MODEL, indicators={3: per_task})

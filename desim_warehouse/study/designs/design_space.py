@@ -116,7 +116,7 @@ class ChargerNodes:
         }
         taken = {*floor.stations, *floor.bays}.difference(self.now, *self.parking.values())
         self.nodes = tuple(node for node in floor.graph if node not in taken)
-        if not (is_whole(count) and 0 < count <= len(self.nodes)):
+        if not is_whole(count, 1, len(self.nodes)):
             most = f"expected 1 to {len(self.nodes)}, as many as nodes without stations"
             raise StudyError(f"--place-chargers {shown(count):.60}: no such number of nodes, {most}")
         self.count = count

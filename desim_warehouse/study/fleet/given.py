@@ -59,7 +59,7 @@ def demands_of(growth: float | str | None, years: int | None, named: str) -> lis
     if years is None:
         times = growth_of(growth, named)
         return [] if times is None else [times]
-    if not (is_whole(years) and 1 <= years <= MOST_YEARS):
+    if not is_whole(years, 1, MOST_YEARS):
         raise StudyError(f"years: {shown(years):.60}, expected a whole number from 1 to {MOST_YEARS}")
     times = growth_of(each, named)
     if times is None or times <= 1:

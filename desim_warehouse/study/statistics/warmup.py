@@ -63,7 +63,7 @@ def mser(values: Series, batch: int = 5) -> WarmUp:
     Assumes: the output settles to a steady state; one that ends (a fixed list of tasks) or cycles (shifts)
     has none.
     """
-    if not (is_whole(batch) and batch > 0):
+    if not is_whole(batch, 1):
         raise StudyError(f"batch {shown(batch):.60}: expected a whole number of observations above 0")
     series = averaged(values)
     m = series.size // batch
@@ -98,7 +98,7 @@ def welch(values: Series, window: int) -> Floats:
     with which the curve is reasonably smooth.
     """
     series = averaged(values)
-    if not (is_whole(window) and 1 <= window <= series.size // 4):
+    if not is_whole(window, 1, series.size // 4):
         raise StudyError(
             f"window {shown(window):.60}: expected at least 1 and at most a quarter of the {series.size} observations"
         )
