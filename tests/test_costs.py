@@ -84,6 +84,15 @@ def test_a_slow_machine_has_more_seconds_and_a_fast_machine_has_no_less(monkeypa
     assert slowness() == pytest.approx(times)
 
 
+def test_a_test_during_which_the_machine_became_slow_is_not_dear(monkeypatch):
+    costs = Costs(SimpleNamespace(getoption=lambda _: "not long"))
+    monkeypatch.setattr(module, "spent", lambda: 6.0)
+    monkeypatch.setattr(module, "reference_work", lambda: 5 * REFERENCE)
+    item = SimpleNamespace(user_properties=[])
+    costs.pytest_runtest_teardown(item)
+    assert item.user_properties == [("processor", pytest.approx(1.2))]
+
+
 def test_what_outgrows_its_mark_fails_the_session(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_some.py").write_text(TESTS)
