@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from collections.abc import Mapping
 
 from desim_warehouse.errors import ModelError, shown
 from desim_warehouse.learn.asktell import Decision
-from desim_warehouse.model import Model
+from desim_warehouse.model import Source, as_model
 from desim_warehouse.policies import RobotView, Task
 from desim_warehouse.values.arguments import is_finite, is_whole
 
@@ -44,7 +43,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
     run, divided by `scale`. With `run.warm_up` this includes the warm-up, which `info["kpis"]["cost"]` leaves out.
 
     Args:
-        model: a Model, or the path of a model file.
+        model: a Model, its content as a mapping, or the path of a model file.
         overrides: as for `load`.
         slots: number of open tasks shown, from the front of the list.
         scale: divisor of times and costs.
@@ -57,23 +56,17 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
 
     def __init__(
         self,
-        model: Model | str | Path,
+        model: Source,
         overrides: Mapping[str, Any] | None = None,
         *,
         slots: int = 10,
         scale: float = 1000.0,
     ) -> None:
-        from desim_warehouse.model import load
-
         if not is_whole(slots, 1):
             raise ModelError([f"slots {shown(slots):.60}: expected a whole number above 0"])
         if not (is_finite(scale) and scale > 0):
             raise ModelError([f"scale {shown(scale):.60}: expected a number above 0"])
-        if isinstance(model, str | Path):
-            model = load(model, overrides)
-        elif overrides:
-            model = model.replace(overrides)
-        self.model = model.replace({"log": "tasks"})
+        self.model = as_model(model, {**(overrides or {}), "log": "tasks"})
         self.slots = slots
         self.scale = scale
         self.action_space = spaces.Discrete(slots + 1)

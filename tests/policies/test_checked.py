@@ -32,6 +32,8 @@ def mine(tmp_path, body, method="assign(self, situation)", fields=""):
         ("return [(0, 0), (1, 0)]", r"task 0 is given out twice"),
         ("return [3]", r"3 is no pair \(robot number, task number\)"),
         ("return [('a', 'b')]", r"is no pair"),
+        ("return [(0, 1.7)]", r"\(0, 1\.7\) is no pair"),
+        ("return [('0', 1)]", r"is no pair"),
         (
             "return None",
             r"returned None, expected pairs \(robot number, task number\) \(assign\(\) in .*mine.py, line 7\)",

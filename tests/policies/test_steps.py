@@ -118,6 +118,16 @@ def test_the_environment_passes_gymnasiums_own_check():
     checker.check_env(AllocationEnv(MODEL, {"tasks.goods": {"random": 8}}), skip_render_check=True)
 
 
+def test_the_environment_takes_a_model_its_content_or_its_file():
+    pytest.importorskip("gymnasium")
+    from desim_warehouse.learn.rl import AllocationEnv
+
+    path = "models/multibots.yaml"
+    given = (path, dw.load(path), dw.load(path).content())
+    models = [AllocationEnv(model, {"fleet.size": 3}).model for model in given]
+    assert models == [dw.load(path, {"fleet.size": 3, "log": "tasks"})] * 3
+
+
 @pytest.mark.parametrize("number", [0, -1, float("nan"), "many", None, True])
 def test_the_environment_needs_slots_and_a_scale(number):
     pytest.importorskip("gymnasium")

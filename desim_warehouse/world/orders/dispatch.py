@@ -339,7 +339,7 @@ class Dispatcher:
         robots: dict[int, int] = {}
         for pair in pairs:
             try:
-                number, task_number = (int(part) for part in pair)
+                number, task_number = (_whole(part) for part in pair)
             except (TypeError, ValueError, OverflowError):
                 raise self._fault(f"{short(pair)} is no pair (robot number, task number){_objects(pair)}") from None
             if task_number in robots:
@@ -477,6 +477,13 @@ class Dispatcher:
         event.succeed()
         if self._pods is None:
             self.demand.taken(task)
+
+
+def _whole(part: Any) -> int:
+    """Return a number of a pair as int; raises ValueError, TypeError or OverflowError if it is no whole number."""
+    if part != int(part):
+        raise ValueError
+    return int(part)
 
 
 def _objects(pair: object) -> str:
