@@ -475,7 +475,7 @@ def test_a_file_in_another_dialect_is_read_with_remarks():
 
 
 @needs_plants
-@pytest.mark.parametrize("count", [60, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [150, pytest.param(300, marks=pytest.mark.long)])
 def test_to_the_letter_is_what_the_schema_says(count):
     jsonschema = pytest.importorskip("jsonschema")
     schema = json.loads(plant_file("lif-vdma/LIF.schema").read_text())
