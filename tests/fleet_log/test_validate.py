@@ -41,7 +41,7 @@ def test_an_error_in_all_days_is_seen_though_no_day_shows_it():
 @pytest.fixture(scope="module")
 def days(a_plant):
     """The real day of a plant, and its true model with a shorter day."""
-    model = dw.load(a_plant.sheet, a_plant.truth | {"run.length": 700})
+    model = dw.load(a_plant.sheet, a_plant.truth | {"run.length": 400})
     return model, from_run(dw.simulate(model, 77))
 
 
@@ -74,20 +74,42 @@ def test_too_few_runs_and_orders_are_refused(a_plant):
         validate(a_plant.sheet, [a_plant.log], orders=["a", "b"])
 
 
-def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
+def told(sheet, log, *options):
+    """What the command says of a sheet and a log."""
+    result = CliRunner().invoke(desim, ["validate", str(sheet), "--against", str(log), "--runs", "39", *options])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+@pytest.mark.parametrize(
+    "with_page",
+    [False, pytest.param(True, marks=pytest.mark.long)],  # has four pictures; that of trips has one
+    ids=["said", "with a page"],
+)
+def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path, with_page):
     lines = [line for line in a_plant.log.read_text(encoding="utf-8").splitlines() if re.search(r"T06:0[0-5]", line)]
     (tmp_path / "short.jsonl").write_text("\n".join(lines))  # six minutes
-    options = ["--against", str(tmp_path / "short.jsonl"), "--runs", "39", "--set", "fleet.robot.speed=9"]
-    options += ["--page", str(tmp_path / "page.html")]
-    result = CliRunner().invoke(desim, ["validate", str(a_plant.sheet), *options])
-    assert result.exit_code == 0, result.output
-    first, *then = result.output.splitlines()
+    page = tmp_path / "page.html"
+    shown = ("--page", str(page)) if with_page else ()
+    said = told(a_plant.sheet, tmp_path / "short.jsonl", "--set", "fleet.robot.speed=9", *shown)
+    first, *then = said.splitlines()
     assert first.startswith("refuted by")
     assert "time driving with a load" in first
     assert any(line.startswith("look at time driving with a load: speed with a load") for line in then)
-    assert "OUTSIDE" in result.output
-    assert then[-1].endswith("page.html: open it in a browser")
-    assert "Look at time driving with a load: speed with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "OUTSIDE" in said
+    if with_page:
+        assert then[-1].endswith("page.html: open it in a browser")
+        assert "Look at time driving with a load: speed with a load" in page.read_text(encoding="utf-8")
+
+
+def test_the_command_writes_a_page_of_trips(a_plant, tmp_path):
+    trips = [f"R1,A,G,{60 * n},{60 * n + 20}" for n in range(5)]
+    (tmp_path / "trips.csv").write_text("\n".join(["robot,pick,drop,start,end", *trips]))
+    page = tmp_path / "page.html"
+    said = told(a_plant.sheet, tmp_path / "trips.csv", "--page", str(page))
+    first, *_, last = said.splitlines()
+    assert last.endswith("page.html: open it in a browser")
+    assert f"{first[0].upper()}{first[1:]}." in page.read_text(encoding="utf-8").replace("\u00a0", " ")
 
 
 def test_a_fleet_of_another_size_is_said_before_any_time_is_blamed(days):

@@ -128,7 +128,7 @@ def test_a_finished_study_is_shown_on_a_page_and_in_tables_without_simulating(ke
     assert {path.name: path.read_bytes() for path in (kept / "study").iterdir()} == before
 
 
-@pytest.mark.long  # with more replications it does every day
+@pytest.mark.long  # one that is not finished is resumed every day
 def test_resuming_a_finished_study_says_that_it_simulates_anew(kept):
     said = called("study", kept / "study", "--out", kept / "study")
     assert f"40 runs are of version 0.3.0 not used again, but kept; {dw.__version__} simulates anew" in said.output
@@ -137,12 +137,24 @@ def test_resuming_a_finished_study_says_that_it_simulates_anew(kept):
     assert len((kept / "study" / "runs.jsonl").read_bytes().splitlines()) == 40 + 40
 
 
-def test_resuming_a_study_with_more_replications_says_that_it_simulates_anew(kept):
-    changed(kept / "study" / "study.json", "  8,\n  4,\n  4\n ]", "  8,\n  4,\n  5\n ]")
-    assert not dw.Results.load(kept / "study").is_whole
-    said = called("study", kept / "study")
-    assert "40 runs are of version 0.3.0 not used again" in said.output
-    assert len(dw.Results.load(kept / "study").rows) == 41
+@pytest.mark.parametrize(
+    ("runs", "replications"),
+    [(2, [1, 2]), pytest.param(40, [8, 8, 8, 8, 4, 5], marks=pytest.mark.long)],
+    ids=["two runs", "all"],
+)
+def test_resuming_a_study_with_more_replications_says_that_it_simulates_anew(kept, runs, replications):
+    """Of two runs it is a study of its first two designs."""
+    folder, designs = kept / "study", len(replications)
+    lines = (folder / "runs.jsonl").read_bytes().splitlines(keepends=True)
+    (folder / "runs.jsonl").write_bytes(b"".join(lines[:runs]))  # the first runs of all designs come first
+    content = json.loads((folder / "study.json").read_text())
+    content["factors"][0]["levels"] = content["factors"][0]["levels"][:designs]
+    content |= {"points": content["points"][:designs], "replications": replications}
+    (folder / "study.json").write_text(json.dumps(content))
+    assert not dw.Results.load(folder).is_whole
+    said = called("study", folder)
+    assert f"{runs} runs are of version 0.3.0 not used again" in said.output
+    assert len(dw.Results.load(folder).rows) == runs + 1
 
 
 def test_a_plan_is_read_with_the_sentences_that_were_saved_with_it():

@@ -126,7 +126,7 @@ def test_a_model_file_that_never_ends():
 
 @pytest.mark.parametrize(
     "text",
-    ["a: " + "[" * 100_000, "a: " + "{b: [" * 100_000, "\n".join(" " * deep + "a:" for deep in range(2000))],
+    ["a: " + "[" * 100_000, "a: " + "{b: [" * 20_000, "\n".join(" " * deep + "a:" for deep in range(2000))],
     ids=["lists", "both", "sections"],
 )
 def test_a_deeply_nested_file_is_refused(text, tmp_path):
@@ -225,9 +225,9 @@ def test_coordinates_of_hundreds_of_digits_are_one_message_and_tiny_ones_are_har
 @pytest.mark.parametrize(
     "lines",
     [
-        "".join(f"k{i}: {i}\n" for i in range(300_000)),
-        "fleet:\n" + "".join(f"  k{i}: {i}\n" for i in range(300_000)),
-        "other: [" + "[1, 2], " * 100_000 + "]\n",
+        "".join(f"k{i}: {i}\n" for i in range(100_000)),
+        "fleet:\n" + "".join(f"  k{i}: {i}\n" for i in range(100_000)),
+        "other: [" + "[1, 2], " * 50_000 + "]\n",
     ],
     ids=["keys", "keys-of-a-section", "values-of-one-key"],
 )
@@ -240,14 +240,14 @@ def test_a_large_file_of_unknown_keys_is_not_read_to_its_end(lines, reader, tmp_
         ModelError, match=r"unknown, as are 1,000 values before it; is this another kind of file\?"
     ) as one:
         reader(file)
-    assert time.process_time() - start < 3
+    assert time.process_time() - start < 1.5
     assert len(one.value.problems) == 1
     assert len(str(one.value)) < 300
 
 
 def test_a_large_model_is_read_as_before_whatever_its_names(tmp_path):
     file = tmp_path / "large.yaml"
-    nodes = "".join(f"    place {n}: [{n % 100}, {n // 100}]\n" for n in range(4_000))
+    nodes = "".join(f"    place {n}: [{n % 100}, {n // 100}]\n" for n in range(1_500))
     file.write_text("layout:\n  nodes:\n" + nodes + "fleet: {size: 1}\nfleets: 1\n")
     with pytest.raises(ModelError) as refused:
         load(file)

@@ -20,7 +20,6 @@ pytestmark = pytest.mark.usefixtures("brief_probes")
 
 MEGABYTES = 1000
 """What reading all hostile files one after the other needs at most."""
-DAMAGED = 30  # files of each format
 
 
 def read_by(path):
@@ -47,23 +46,24 @@ def test_every_drawn_plant_can_be_checked_and_driven_on(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_damaged_files_are_read_or_are_one_message(name, tmp_path):
+@pytest.mark.parametrize("count", [24, pytest.param(60, marks=pytest.mark.long)])
+def test_damaged_files_are_read_or_are_one_message(name, count, tmp_path):
     draw = random.Random(name)
     path = DRAWN[name](tmp_path)
     beside = [one for one in tmp_path.iterdir() if one.is_file()]  # of two tables either may be damaged
     content = {one: one.read_bytes() for one in beside}
     refused = 0
-    for number in range(DAMAGED):
+    for number in range(count):
         hit = beside[number % len(beside)]
         hit.write_bytes(damaged(content[hit], draw))
         refused += outcome(path) is not None
         hit.write_bytes(content[hit])
     assert refused > 0
-    assert refused < DAMAGED or name == "excel"  # an archive, whose parts have checksums
+    assert refused < count or name == "excel"  # an archive, whose parts have checksums
     assert outcome(path) is None
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", some(DRAWN, 2))
 def test_a_file_of_another_format_is_one_message_or_known_for_what_it_is(name, tmp_path):
     (tmp_path / "its").mkdir()
     content = DRAWN[name](tmp_path / "its").read_bytes()

@@ -19,7 +19,8 @@ pytestmark = pytest.mark.usefixtures("brief_probes")
 
 
 def driven(model, robots, hours=1):
-    run = dw.simulate(model.replace({"fleet.size": robots, "run.length": hours * 3600, "log": "all"}))
+    changes = {"fleet.size": robots, "fleet.start_energy": 0.9, "run.length": hours * 3600, "log": "all"}
+    run = dw.simulate(model.replace(changes))
     assert audit(run) == []
     return run
 

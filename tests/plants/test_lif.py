@@ -407,7 +407,7 @@ def damaged(draw, content):
 
 
 def test_a_large_file_is_read_in_a_moment(tmp_path):
-    side = 40
+    side = 25
     cells = [(x, y) for x in range(side) for y in range(side)]
     name = "{}/{}".format
     ways = [((x, y), (x + 1, y)) for x, y in cells if x + 1 < side] + [
@@ -452,7 +452,7 @@ def test_layouts_of_other_publishers_are_read(name):
     with pytest.raises(dw.ModelError, match=r"to the letter of LIF 1\.0"):
         read_plant(path, strict=True)  # as the schema of the same publisher has it
     if why is None:
-        run = dw.simulate(dw.read_layout(path).replace({"run.length": 1800}))
+        run = dw.simulate(dw.read_layout(path).replace({"run.length": 1800, "fleet.start_energy": 0.9}))
         assert audit(run) == []
     else:
         with pytest.raises(dw.ModelError, match=why):
@@ -475,13 +475,14 @@ def test_a_file_in_another_dialect_is_read_with_remarks():
 
 
 @needs_plants
-def test_to_the_letter_is_what_the_schema_says():
+@pytest.mark.parametrize("count", [150, pytest.param(300, marks=pytest.mark.long)])
+def test_to_the_letter_is_what_the_schema_says(count):
     jsonschema = pytest.importorskip("jsonschema")
     schema = json.loads(plant_file("lif-vdma/LIF.schema").read_text())
     check = jsonschema.Draft7Validator(schema)
     files = [json.loads(path.read_text()) for path in sorted(plant_file("lif-vdma").glob("*.json"))]
     draw, verdicts = random.Random(3), []
-    for content in (*files, DOCK, *(damaged(draw, DOCK) for _ in range(300))):
+    for content in (*files, DOCK, *(damaged(draw, DOCK) for _ in range(count))):
         if "1e+308" in json.dumps(content):
             continue  # a number, to the schema
         reader = Reader("file", strict=True)
@@ -492,7 +493,7 @@ def test_to_the_letter_is_what_the_schema_says():
             ours = False
         assert ours == check.is_valid(content), content
         verdicts.append(ours)
-    assert 50 < sum(verdicts) < 250
+    assert count / 6 < sum(verdicts) < count * 5 / 6
 
 
 def test_speeds_of_version_2_count(drawn):

@@ -303,7 +303,7 @@ def test_plants_of_others_can_be_driven_on(name):
     )
     assert found == FOREIGN[name]
     for fleet in (model, dw.read_layout(plant_file(name), robots=12)):
-        run = dw.simulate(fleet.replace({"run.length": 3600}))
+        run = dw.simulate(fleet.replace({"run.length": 1800, "fleet.start_energy": 0.9}))
         assert run.kpis["tasks"] > 0
         assert audit(run) == []
 
@@ -329,6 +329,7 @@ def test_attributes_and_elements_that_nobody_knows_are_told(tmp_path):
     assert remark.names == ("path.maxAcceleration", "lidar")
 
 
+@pytest.mark.usefixtures("brief_probes")
 def test_loads_that_go_nowhere_are_told(tmp_path):
     model = dw.read_layout(yard(tmp_path))
     at = model.layout.storage[0].node

@@ -238,7 +238,8 @@ FOREIGN = {
 
 @needs_plants
 @pytest.mark.parametrize("name", FOREIGN)
-def test_maps_of_others_can_be_driven_in(name):
+@pytest.mark.parametrize("length", [600, pytest.param(1800, marks=pytest.mark.long)])
+def test_maps_of_others_can_be_driven_in(name, length):
     path, (lanes, vertices, points, robots, stations, chargers) = plant_file(f"rmf/{name}.building.yaml"), FOREIGN[name]
     level = read_yaml(path.read_text(), name).data["levels"]["L1"]
     assert (len(level["lanes"]), len(level["vertices"])) == (lanes, vertices)
@@ -251,20 +252,21 @@ def test_maps_of_others_can_be_driven_in(name):
     if stations is not None:
         assert sorted(model.layout.stations) == stations
     done = {}
-    for fleet in (robots, 20, 50):
-        full = {"run.length": 1800, "fleet.start_energy": 1}  # in the long run its four chargers feed 16 robots
-        run = dw.simulate(dw.read_layout(path, robots=fleet).replace(full))
+    for fleet in (robots, 20, 50) if length > 1000 else (robots, 20):
+        full = {"run.length": length, "fleet.start_energy": 1}  # in the long run its four chargers feed 16 robots
+        others = model if fleet == robots else dw.read_layout(path, robots=fleet)
+        run = dw.simulate(others.replace(full))
         assert audit(run) == []
         done[fleet] = run.kpis["tasks"]
-    assert done[robots] > 30
+    assert done[robots] > length / 60
     assert done[20] > done[robots]  # and 50 robots hardly do more: the lanes are full
 
 
 @needs_plants
 def test_a_fleet_of_150_on_a_map_of_others():
     model = dw.read_layout(plant_file("rmf/office.building.yaml"), robots=150)
-    run = dw.simulate(model.replace({"run.length": 1200, "battery": None}))
-    assert run.kpis["tasks"] > 20
+    run = dw.simulate(model.replace({"run.length": 600, "battery": None}))
+    assert run.kpis["tasks"] > 10
     assert audit(run) == []
 
 
@@ -335,7 +337,7 @@ def test_a_site_says_what_its_navigation_graph_would(tmp_path):
     assert ("lane", ("2 - 6 of graph 1",)) in remarks(made, "left out")
     assert model.layout.bays["chargers"].at == ("dock",)
     assert len(read_plant(written(tmp_path, site()), graph=1).links) == 6
-    assert dw.simulate(model.replace({"run.length": 3600})).kpis["tasks"] > 10
+    assert dw.simulate(model.replace({"run.length": 3600, "fleet.start_energy": 0.9})).kpis["tasks"] > 10
 
 
 @pytest.mark.parametrize(

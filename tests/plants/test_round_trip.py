@@ -1,14 +1,18 @@
 """What `desim export` writes of a model, `desim import` reads as the same, as far as the format can carry it."""
 
+from functools import cache
+
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
+from tests.daily import some
 from tests.plants.foreign import needs_plants, plant_file
 from tests.plants.round_trip import FORMATS, carried, models
 
-pytestmark = pytest.mark.parametrize("form", FORMATS)
+in_each_form = pytest.mark.parametrize("form", FORMATS)
+fewer = settings(max_examples=settings.default.max_examples // 2)
 
 
 def there_and_back(model, folder, form):
@@ -27,6 +31,8 @@ def same(one, other):
         assert lanes[1][edge] == (pytest.approx(length, abs=0.011), pytest.approx(speed, abs=1e-3), two_way)
 
 
+@in_each_form
+@fewer
 @given(model=models())
 def test_what_a_format_can_carry_comes_back(model, form, tmp_path_factory):
     remarks, made = there_and_back(model, tmp_path_factory.mktemp(form), form)
@@ -46,6 +52,8 @@ def test_what_a_format_can_carry_comes_back(model, form, tmp_path_factory):
     same(before, after)
 
 
+@in_each_form
+@fewer
 @given(model=models(in_lanes=True))
 def test_a_second_trip_changes_nothing(model, form, tmp_path_factory):
     folder = tmp_path_factory.mktemp(form)
@@ -72,10 +80,16 @@ FOREIGN = (
 )
 
 
+@cache
+def foreign(name):
+    return dw.read_layout(plant_file(name))
+
+
 @needs_plants
-@pytest.mark.parametrize("name", FOREIGN)
-def test_plants_of_others_come_back_from_every_format(form, name, tmp_path):
-    model = dw.read_layout(plant_file(name))
+@pytest.mark.parametrize("trip", some([(name, form) for name in FOREIGN for form in FORMATS], 3), ids="-".join)
+def test_plants_of_others_come_back_from_every_format(trip, tmp_path):
+    name, form = trip
+    model = foreign(name)
     _, made = there_and_back(model, tmp_path, form)
     before, after = carried(model, form), carried(made.model, form)
     assert (before.pop("joined"), after.pop("joined")) == (set(), set())

@@ -62,7 +62,7 @@ def test_a_bug_is_named_with_the_user_s_line(cls):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some(sorted(UNREPRODUCIBLE), 2))
+@pytest.mark.parametrize("name", some(sorted(UNREPRODUCIBLE), 3))
 def test_a_policy_that_is_not_reproducible_is_named(name):
     assert f"{FILE}:{name}: not reproducible, two runs with one seed differ" in told(getattr(planted, name))
 

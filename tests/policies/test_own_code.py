@@ -66,7 +66,7 @@ def test_looking_at_a_run_or_a_study_does_not_run_it(mine, tmp_path):
         "--vary",
         f"policies.allocation={mine},nearest",
         "--replications",
-        3,
+        2,
         "--workers",
         1,
     ]

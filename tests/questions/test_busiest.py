@@ -100,7 +100,7 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", some(CASES, 6))
 def test_plan_names_the_planted_bottleneck(case):
-    model, planted = hall(case).replace({"log": "tasks", "run.length": "3 h"}), CASES[case][1]
+    model, planted = hall(case).replace({"log": "tasks", "run.length": "2 h"}), CASES[case][1]
     robots = [model.fleet.size]
     plan = plan_fleet(model, "throughput_per_hour >= 5", robots=robots, strategies={}, search=dw.Search(runs=60))
     assert named(plan.answer.answer) == set(planted)
@@ -142,7 +142,7 @@ def test_more_is_asked_for_than_can_be_done():
     assert load.mean == pytest.approx(came * 65 / run.history.counted, rel=0.01)
     (line,) = [line for line in words.sentences(run) if "busiest" in line]
     assert re.match(r"The packers were the busiest, with demand at 1[01]\d(\.\d)? % of their capacity\. ", line)
-    plan = plan_fleet(model.replace({"run.length": "5 h"}), "backlog <= 1", robots=[4], search=dw.Search(runs=30))
+    plan = plan_fleet(model.replace({"run.length": "3 h"}), "backlog <= 1", robots=[4], search=dw.Search(runs=30))
     assert "The packers are busiest: demand is 108 % of their capacity" in plan.answer.answer[0]
 
 
@@ -181,7 +181,7 @@ def test_a_design_costs_the_same_a_year_whatever_is_asked(work_time):
     prices = {"hours": 4000, "robot": 6000, "station_hour": 30}
     station = {"at": ["E"], "places": 8, "servers": 1, "work_time": work_time}
     changes = {"prices": prices, "fleet.size": 2, "layout.stations": {"packing": station}, "log": "tasks"}
-    model = dw.load(HALL, {**changes, "run.length": 3600, "run.warm_up": 0})
+    model = dw.load(HALL, {**changes, "run.length": 1200, "run.warm_up": 0})
     goal, search = "throughput_per_hour >= 5", dw.Search(runs=60)
     plans = [
         plan_fleet(model, goal, robots=[2], strategies={}, search=search),
@@ -196,8 +196,8 @@ def test_a_design_costs_the_same_a_year_whatever_is_asked(work_time):
 def test_what_a_plan_says_a_year_costs_is_what_its_runs_cost():
     """With energy and late orders a year depends on the runs."""
     prices = {"hours": 4000, "robot": 6000, "late_order": 2}
-    goods = {"poisson": 60, "due_within": 50}
-    model = dw.load(HALL, {"prices": prices, "tasks.goods": goods, "log": "tasks", "run.length": 9000})
+    goods, short = {"poisson": 60, "due_within": 50}, {"run.length": 3600, "run.warm_up": 900}
+    model = dw.load(HALL, {"prices": prices, "tasks.goods": goods, "log": "tasks", **short})
     plan = plan_fleet(model, "throughput_per_hour >= 5", robots=[4], strategies={}, search=dw.Search(runs=60))
     assert plan.today.best.cost == pytest.approx(4 * 6000 + 2 * 60 * 4000, rel=0.2)  # no task is done in 50 s
 

@@ -173,12 +173,17 @@ def test_a_script_of_a_user_passes_a_strict_type_checker_and_a_misspelt_name_doe
         assert "error: " in checked(script.replace(right, wrong)), wrong
 
 
-@pytest.mark.slow
-def test_a_large_study_prints_what_says_most_and_where_the_rest_is(tmp_path):
+@pytest.fixture(scope="module")
+def large(tmp_path_factory):
     factors = {"fleet.size": range(1, 7), "policies.allocation": ["in-order", "nearest", "regret", "auction"]}
     small = MODEL.replace({"tasks.goods": {"random": 14}})
-    study = dw.Study(small, factors, replications=2, indicators=["T", "S"]).run(out=tmp_path / "study")
-    results, compared = study.results, study.compare("T")
+    made = dw.Study(small, factors, replications=2, indicators=["T", "S"])
+    return made.run(out=tmp_path_factory.mktemp("large") / "study")
+
+
+@pytest.mark.slow
+def test_a_large_study_prints_what_says_most_and_where_the_rest_is(large):
+    results, compared = large.results, large.compare("T")
     for thing in (results, compared):
         assert 1000 < len(str(thing).encode()) <= MOST
     assert re.search(
@@ -189,8 +194,12 @@ def test_a_large_study_prints_what_says_most_and_where_the_rest_is(tmp_path):
     differ = [one.name for one in compared.answer.options if one.standing == "differs"]
     assert differ
     assert all(name in str(compared) for name in differ)
-    assert command("compare", study.folder, "--indicator", "T") == str(compared)
-    assert command("study", study.folder, "--quiet") == str(results)
     many = answer_text.printed_rows("", ("level", "effect"), [(str(level), "+1") for level in range(500)])
     assert len(many.encode()) <= MOST
     assert re.search(r"\d+ more rows are in the table", many)
+
+
+@pytest.mark.long  # of a small one every day
+def test_text_of_a_large_study_is_what_the_command_prints(large):
+    assert command("compare", large.folder, "--indicator", "T") == str(large.compare("T"))
+    assert command("study", large.folder, "--quiet") == str(large.results)

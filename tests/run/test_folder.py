@@ -53,8 +53,9 @@ def test_a_run_with_odd_names_comes_back_as_it_was(tmp_path, level):
 
 
 @pytest.mark.parametrize("features", ["", "tours", "pods", EVERYTHING])
-def test_a_run_of_any_warehouse_comes_back(tmp_path, features):
-    for number in range(3):
+@pytest.mark.parametrize("count", [1, pytest.param(5, marks=pytest.mark.long)])
+def test_a_run_of_any_warehouse_comes_back(tmp_path, features, count):
+    for number in range(count):
         run = dw.simulate(dw.load(warehouse(number, features)), number)
         again = dw.load_run(run.save(tmp_path / f"{number}"))
         same(run, again)

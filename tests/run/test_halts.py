@@ -7,6 +7,7 @@ from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import halts
 from desim_warehouse.questions.run import words
 from desim_warehouse.run.examined import examined
+from tests.daily import some
 from tests.run.halls import RING
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
@@ -125,8 +126,11 @@ WORKS = {
 }
 
 
-@pytest.mark.parametrize("name", STANDS)
-@pytest.mark.parametrize("level", ["all", "tasks"])
+@pytest.mark.parametrize(
+    ("level", "name"),
+    [("all", name) for name in STANDS]
+    + [pytest.param("tasks", case.values[0], marks=case.marks) for case in some(STANDS, 3)],
+)
 def test_a_fleet_that_stands_still_is_seen_with_its_cause(name, level):
     model = dw.load(RING, {**STANDS[name], "log": level})
     if name == "lanes, robots on the way" and level == "tasks":
@@ -148,7 +152,7 @@ def test_robots_without_a_task_stand_still_for_the_one_that_broke_down_with_it()
 
 
 @pytest.mark.parametrize("name", WORKS)
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_there_is_no_false_alarm(name, seed):
     run = dw.simulate(dw.load(RING, WORKS[name]), seed)
     assert not [halt for halt in halts(run.history) if halt.end - halt.start > 0]
@@ -172,7 +176,7 @@ def test_robots_that_rest_at_chargers_of_their_own_have_no_such_state():
     assert "share_too_low" not in dw.simulate(dw.load(RING, OWN_CHARGERS), 1).kpis
 
 
-@pytest.mark.parametrize("name", [*STANDS, *WORKS])
+@pytest.mark.parametrize("name", some([*STANDS, *WORKS], 2))
 def test_a_fleet_that_will_charge_all_at_once_is_foreseen(name):
     """At half of an hour's draw each, 30 % of the capacity are reached after 5,040 s; nobody else is warned."""
     findings, _ = examined(dw.load(RING, {**STANDS, **WORKS}[name]))

@@ -47,7 +47,7 @@ CUT = [100.0, 333.3, 610.0, 905.5, 1200.0]
 """Ends of runs, some of which find robots driving, waiting, handling and charging."""
 
 
-@pytest.mark.parametrize("length", some(CUT, 2))
+@pytest.mark.parametrize("length", some(CUT, 3))
 @pytest.mark.parametrize("taper", [None, {"start": 0.6}])
 @pytest.mark.parametrize(
     "consumption", [0.005, {"standing": 0.001, "empty": 0.005, "loaded": 0.006, "handling": 0.003}]

@@ -89,7 +89,6 @@ def test_a_price_for_a_kind_that_there_is_not():
 def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
     arrivals = {"tasks.flows.flow.arrivals": {"poisson": 60}, "run.length": 3600, "log": "tasks"}
     changes = {**SETTING, **arrivals, "fleet.kinds": {}, "prices.kinds": {}, "prices.late_order": late}
-    changes["fleet.start_energy"] = "settled"
     (tmp_path / "model.yaml").write_text(json.dumps(dw.load(RING, changes).content()), encoding="utf-8")
     study = dw.Study(tmp_path / "model.yaml", {"fleet.size": [2, 4]})
     study.plan = study.plan.unreplicated()

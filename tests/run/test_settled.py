@@ -61,8 +61,8 @@ def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(war
 
 def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     """The README's 8 robots and 2 chargers: 97 % on time in hours 1 to 5, below 95 % in hours 8 to 14."""
-    three_hours = before(warehouse).replace({"run.length": 10_800})  # show it, too
-    study = dw.Study(three_hours, {"fleet.size": [8]}, replications=4, target="on_time >= 50 %")
+    short = before(warehouse).replace({"run.length": 9000})  # shows it, too
+    study = dw.Study(short, {"fleet.size": [8]}, replications=4, target="on_time >= 50 %")
     study.run()
     [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
     assert found.text.startswith("not settled: batteries fall by ")
@@ -73,13 +73,13 @@ def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
 @pytest.mark.parametrize(
     ("run", "replications"),
     [
-        ({"length": 10_800, "warm_up": 3600}, 4),
+        ({"length": 9000, "warm_up": 3600}, 4),
         pytest.param({"length": 21_600, "warm_up": 7200}, 6, marks=pytest.mark.long),
     ],
-    ids=["two hours", "as drafted"],
+    ids=["an hour and a half", "as drafted"],
 )
 def test_a_draft_starts_settled_and_stays_so(warehouse, run, replications):
-    """In two hours of four runs the fleet above, which lives on its stock, is seen to fall."""
+    """In an hour and a half of four runs the fleet above, which lives on its stock, is seen to fall."""
     assert cycle_levels(warehouse) == (30, 95)
     study = dw.Study(
         warehouse.replace({"run": run}), {"fleet.size": [8]}, replications=replications, target="on_time >= 50 %"
@@ -112,7 +112,7 @@ def test_falling_for_good_is_said_once(warehouse):
 def test_a_fleet_that_starts_low_is_said_to_look_worse_than_it_will_be(warehouse):
     low = warehouse.replace({"fleet.start_energy": 0.31, "fleet.size": 9, "layout.bays.charging.total_chargers": 6})
     study = dw.Study(
-        low.replace({"run": {"length": 7200}}), {"fleet.size": [9]}, replications=6, target="on_time >= 5 %"
+        low.replace({"run": {"length": 7200}}), {"fleet.size": [9]}, replications=3, target="on_time >= 5 %"
     )
     study.run()
     [found] = study.results.verdicts["fleet.size=9"]

@@ -10,10 +10,11 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.outcome.verdicts import RULES, judge
 from desim_warehouse.questions.run import words as run_words
+from tests.lasting import LASTING
 from tests.theory.models import robots_that_serve
 
 TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})
-BUSY = {"tasks.goods": {"poisson": 900}, "run": {"length": 7200}, "fleet.start_energy": "settled"}
+BUSY = {"tasks.goods": {"poisson": 900}, "run": {"length": 3600}, **LASTING}
 
 
 def codes(kpis, model=TUTORIAL):
@@ -22,20 +23,21 @@ def codes(kpis, model=TUTORIAL):
 
 # Backlog
 
-SEEDS = [(1, 2), *(pytest.param(robots, 8, marks=pytest.mark.long) for robots in (1, 5))]
+QUEUES = [(1, 2, 1000), *(pytest.param(robots, 8, 2000, marks=pytest.mark.long) for robots in (1, 5))]
+"""Robots, seeds and tasks."""
 
 
-@pytest.mark.parametrize(("robots", "seeds"), SEEDS)
-def test_a_stable_queue_keeps_up_in_every_run(robots, seeds):
-    """M/D/c at 80 % load, 2,000 tasks."""
-    model = dw.load(robots_that_serve(0.8, 1000.0, robots, 2000))
+@pytest.mark.parametrize(("robots", "seeds", "tasks"), QUEUES)
+def test_a_stable_queue_keeps_up_in_every_run(robots, seeds, tasks):
+    """M/D/c at 80 % load."""
+    model = dw.load(robots_that_serve(0.8, 1000.0, robots, tasks))
     assert [dw.simulate(model, seed).verdicts for seed in range(seeds)] == [[]] * seeds
 
 
-@pytest.mark.parametrize(("robots", "seeds"), SEEDS)
-def test_an_overloaded_queue_cannot_keep_up_in_any_run(robots, seeds):
+@pytest.mark.parametrize(("robots", "seeds", "tasks"), QUEUES)
+def test_an_overloaded_queue_cannot_keep_up_in_any_run(robots, seeds, tasks):
     """At 120 % load a sixth of what arrives is left: of 4.32 tasks an hour and robot 0.72."""
-    model = dw.load(robots_that_serve(1.2, 1000.0, robots, 2000))
+    model = dw.load(robots_that_serve(1.2, 1000.0, robots, tasks))
     for seed in range(seeds):
         run = dw.simulate(model, seed)
         assert [verdict.code for verdict in run.verdicts] == ["CANNOT_KEEP_UP"]
@@ -119,7 +121,8 @@ def run_desim(*words):
     return CliRunner().invoke(desim, list(words), catch_exceptions=False).output
 
 
-SETS = ("--set", "tasks.goods={poisson: 900}", "--set", "run={length: 7200}", "--set", "fleet.start_energy=settled")
+SETS = ["--set", "tasks.goods={poisson: 900}", "--set", "run={length: 3600}"]
+SETS += [word for key, value in LASTING.items() for word in ("--set", f"{key}={value}")]
 
 
 def test_a_run_says_its_verdicts_once():
