@@ -22,7 +22,7 @@ COLOURED = re.compile("\x1b\\[(3[0-9])m(.*?)\x1b\\[0m")
 def terminal_of_80(monkeypatch):
     """Take standard output for a terminal of 80 columns."""
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    monkeypatch.setattr(terminal.shutil, "get_terminal_size", lambda: os.terminal_size((80, 24)))
+    monkeypatch.setattr(terminal.shutil, "get_terminal_size", lambda *_, **__: os.terminal_size((80, 24)))
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("TERM", "xterm")
 
