@@ -229,10 +229,10 @@ def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser, tmp_pat
 def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(page, live, browser, tmp_path, back):
     page.done("3 robots")
     shutil.copy(live.folder / "runs.jsonl", tmp_path)
-    with serving(tmp_path, vary=["fleet.size"]) as live:
-        page = LivePage(browser, live.address)
+    with serving(tmp_path, vary=["fleet.size"]) as own:
+        page = LivePage(browser, own.address)
         page.done("3 robots")
-        said, port, token = page.text("said"), live.port, live.token
+        said, port, token = page.text("said"), own.port, own.token
     page.until("live.state === 'offline'")
     assert "Connection lost." in page.text("note")
     assert page.text("said") == said

@@ -203,7 +203,7 @@ def test_a_click_on_the_course_of_the_run_moves_the_floor_there(page):
 
 
 def test_the_standstill_of_a_run_is_the_first_stop_of_its_story(browser, tmp_path):
-    run = dw.simulate(dw.load(RING, LOW_TOGETHER), 1)
+    run = dw.simulate(dw.load(RING, {**LOW_TOGETHER, "run.length": "2 h"}), 1)
     page = Page(browser, run, tmp_path)
     page.click("story")
     page.frame()
@@ -218,7 +218,7 @@ SAID_ALIKE = {"count", "share", "lost", "chargers", "time"}
 """Forms of tiles whose text is that of the run's own table, in the same unit and digits."""
 
 
-@pytest.mark.parametrize("name", some([*RUNS, "due"], 4))
+@pytest.mark.parametrize("name", some([*RUNS, "due"], 6))
 def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)
@@ -456,6 +456,7 @@ def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(br
     assert page.text("counted") == "Counted so far after the warm-up."
 
 
+@pytest.mark.long  # every day without a browser, in tests/js
 def test_a_robot_is_watched_at_a_speed_that_the_eye_can_follow(browser, tmp_path):
     run = busy_run()
     page = Page(browser, run, tmp_path)
@@ -514,7 +515,10 @@ def test_a_station_of_the_table_is_shown_on_the_floor(browser, tmp_path):
     assert page.text("said").startswith(button.text)
 
 
-def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_path):
+@pytest.mark.parametrize(
+    "widths", [(390, 1280), pytest.param((390, 1024, 1280, 1400, 1920), marks=pytest.mark.long)], ids=["two", "all"]
+)
+def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_path, widths):
     layout = busy()["layout"] | {"stations": {"goods_out_at_the_north_gate_2": {"at": ["J"], "places": 3}}}
     run = dw.simulate(dw.load(busy(layout=layout, tasks=busy()["tasks"] | {"unload_at": ["J"] * 16})), seed=1)
     page = Page(browser, run, tmp_path)
@@ -522,7 +526,7 @@ def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_pat
         "return ['#stations table', '#stations section', 'html'].map("
         "(one) => document.querySelector(one).getBoundingClientRect().right)"
     )
-    for width in (390, 1024, 1280, 1400, 1920):
+    for width in widths:
         page.enlarge(width, 900, mobile=width == 390)
         table, box, screen = page.browser.execute_script(ends)
         assert table <= box <= screen <= width

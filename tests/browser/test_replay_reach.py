@@ -232,7 +232,8 @@ def covered(page):
 def test_it_is_dark_or_light_as_the_reader_wishes(page, wish, dark):
     feature = {"features": [{"name": "prefers-color-scheme", "value": wish}]}
     page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", feature)
-    page.pause(0.1)
+    page.frame()
+    page.frame()
 
     def shade():
         return sum(page.pixel(3, 3))

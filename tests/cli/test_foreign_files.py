@@ -7,7 +7,12 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 
-pytestmark = pytest.mark.usefixtures("fewer_samples")
+
+@pytest.fixture(autouse=True)
+def hardly_any_samples(monkeypatch):
+    """What a fit says is not tested here."""
+    monkeypatch.setattr("desim_warehouse.study.fit.SAMPLES", 3)
+
 
 HALL = """
 name: one robot

@@ -92,7 +92,13 @@ def test_fleet_and_packers_are_for_the_busiest_hour(drafted):
     assert bays.total_chargers * 0.02 * 8 * 3600 >= 100 * model.fleet.size  # a night of eight hours fills them all
     station = model.layout.stations["packing"]
     assert 672 * 20 / 3600 / (station.servers * len(station.at)) <= 0.75
-    peak = {"run.start": "11:15", "run.length": 6300}  # from a quarter of an hour before the peak to its end
+
+
+@pytest.mark.parametrize("length", [2400, pytest.param(6300, marks=pytest.mark.long)])
+def test_in_the_busiest_hour_orders_are_on_time(drafted, length):
+    """From a quarter of an hour before the peak to its first or its last order."""
+    _, model = drafted
+    peak = {"run.start": "11:15", "run.length": length}
     assert dw.simulate(model.replace(peak), 3).kpis["on_time"] > 0.97
 
 

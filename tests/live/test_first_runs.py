@@ -11,7 +11,7 @@ from desim_warehouse.study.target import read_target
 from tests.run.halls import RING
 
 TARGET = read_target("on_time >= 95 %")
-DUE = {"run.length": "2 h", "tasks.unload_time": 20}
+DUE = {"run.length": "1 h", "tasks.unload_time": 20}
 
 
 def hall(rate):

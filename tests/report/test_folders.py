@@ -47,7 +47,8 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
             "size jammed.yaml --range 30,60 --target 'throughput_per_hour >= 9000' --first 2 --cap 2 --quiet",
             marks=pytest.mark.long,
         ),
-        "warm-up w.yaml --set run.length=3600 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50",
+        "warm-up w.yaml --set run.length=3600 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50 "
+        + " ".join(f"--set {key}={value}" for key, value in LASTING.items()),
         "fit times.csv --column load_s",
         TURNED,
     ],
