@@ -90,7 +90,7 @@ def test_runs_come_in_until_the_verdict_is_clear(page):
     assert "Target: task time at most 6 min" in page.text("more")
     dots = page.browser.find_elements("css selector", "#funnel .dot")
     assert len(dots) == page.ask("live.answer.n") > 1
-    assert page.attribute("funnel", "aria-label").startswith("Task time: 4.")
+    assert page.attribute("funnel", "aria-label").startswith("Task time: 5.")
     assert page.complaints() == []
     assert [url for url in page.requests() if not url.startswith("http://127.0.0.1:")] == []
 

@@ -145,6 +145,7 @@ def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser, t
     assert lightest > light + 30 > dark + 60
 
 
+@pytest.mark.long  # every day by keys alone, in test_replay_reach.py
 def test_playing_moves_robots_and_pausing_stops_them(page):
     before = page.ask("page.drawn()")
     page.click("play")
@@ -429,6 +430,7 @@ def test_a_window_starts_and_ends_where_it_should(browser, tmp_path):
     assert page.indicator("tasks") == str(counted)
 
 
+@pytest.mark.long  # every day the colours of the other palette, and of both in tests/report/test_palette.py
 def test_the_paper_s_palette_can_be_asked_for(browser, tmp_path):
     page = Page(browser, paper_run(), tmp_path, palette="paper")
     page.enlarge(2000, 1600)

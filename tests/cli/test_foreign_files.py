@@ -62,7 +62,9 @@ WRITERS = {
 }
 
 
-@pytest.mark.parametrize("writer", WRITERS)
+@pytest.mark.parametrize(
+    "writer", [pytest.param(name, marks=[pytest.mark.long] if name == "picture" else []) for name in WRITERS]
+)
 def test_what_is_there_and_not_ours_stays_as_it_is(home, tmp_path, writer):
     words, name = WRITERS[writer]
     words = [word.format(home=home, out=tmp_path) for word in words]

@@ -133,9 +133,9 @@ def test_words_that_make_no_day_are_refused_with_the_option(tmp_path, words, sai
     assert said in message
 
 
-def test_packers_that_are_given_are_spread_evenly(tmp_path):
-    assert pages.run_desim(f"desim new {tmp_path / 'w.yaml'} --size 40x30 --orders 300/h --packers 6")[0] == 0
-    station = dw.load(str(tmp_path / "w.yaml")).layout.stations["packing"]
+def test_packers_that_are_given_are_spread_evenly():
+    words = Draft(size=(40, 30), orders=300, day=WorkingDay(()), people=True, packers=6)
+    station = dw.Model.model_validate(read_yaml(draft(words), "draft").data).layout.stations["packing"]
     assert station.servers * len(station.at) == 6
 
 

@@ -164,12 +164,12 @@ def is_everywhere(answer):
     return True
 
 
-@pytest.mark.parametrize("number", some(range(40), 4))
+@pytest.mark.parametrize("number", some(range(40), 8))
 def test_terminal_page_and_json_of_why_are_equal(number):
     assert is_everywhere(made_up_why(number).answer)
 
 
-@pytest.mark.parametrize("number", some(range(40), 4))
+@pytest.mark.parametrize("number", some(range(40), 8))
 def test_terminal_page_and_json_of_plan_are_equal(number):
     plan = made_up_plan(number)
     answer = plan.answer
@@ -388,7 +388,7 @@ def test_keys_of_a_model_stand_in_commands_only():
 
 
 LONG = [pytest.mark.long]
-STUDIES = [*some(range(12), 4), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
+STUDIES = [*some(range(12), 6), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
 
 
 def study_by_chance(number):

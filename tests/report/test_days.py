@@ -17,12 +17,12 @@ plot = dw.plot
 
 @pytest.fixture(scope="module")
 def model():
-    return example().replace({"run.length": 900, "run.warm_up": 0, "log": "all", "fleet.start_energy": 0.9})
+    return example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all", "fleet.start_energy": 0.9})
 
 
 @pytest.fixture(scope="module")
 def day(model):
-    """What the robots of the model reported every five seconds in a quarter of an hour."""
+    """What the robots of the model reported every five seconds in half an hour."""
     return from_run(dw.simulate(model, 77), 5.0)
 
 
@@ -79,8 +79,9 @@ def test_drops_over_the_day_add_up_to_those_of_the_run(right, model):
 
 def test_robots_along_an_edge_are_those_of_the_run(model):
     """With a message each second: in five a robot drives from bay to bay, over two edges, unseen."""
+    model = model.replace({"run.length": 600})
     run = dw.simulate(model, 77)
-    right = dw.validate(model, [from_run(run, 1.0)], runs=19)
+    right = dw.validate(model, [from_run(run, 1.0)], runs=39)
     edges = [">".join(edge) for edge in model.floor.graph.edges]
     hours = right.parts[0][-1] / 3600
     assert right.passed.real[0] * hours == pytest.approx(run.edges.loc[edges, "passages"].to_numpy(), abs=2)
