@@ -37,6 +37,7 @@ TAKE_LONG = {
     *(
         f"docs/{name}.md"
         for name in (
+            "examples",
             "gallery",
             "plan-a-warehouse",
             "how-to/directions",

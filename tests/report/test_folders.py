@@ -47,8 +47,11 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
             "size jammed.yaml --range 30,60 --target 'throughput_per_hour >= 9000' --first 2 --cap 2 --quiet",
             marks=pytest.mark.long,
         ),
-        "warm-up w.yaml --set run.length=1800 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50 "
-        + " ".join(f"--set {key}={value}" for key, value in LASTING.items()),
+        pytest.param(
+            "warm-up w.yaml --set run.length=1800 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50 "
+            + " ".join(f"--set {key}={value}" for key, value in LASTING.items()),
+            marks=pytest.mark.long,  # every day the page of another answer about inputs, that of a fit
+        ),
         "fit times.csv --column load_s",
         pytest.param(TURNED, marks=pytest.mark.long),
     ],
