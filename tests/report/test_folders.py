@@ -48,8 +48,8 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
             marks=pytest.mark.long,
         ),
         pytest.param(
-            "warm-up w.yaml --set run.length=1800 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50 "
-            + " ".join(f"--set {key}={value}" for key, value in LASTING.items()),
+            "warm-up w.yaml --set run.length=1800 --set 'tasks.goods={saturated: 8}' --replications 2 "
+            "--observations 50 " + " ".join(f"--set {key}={value}" for key, value in LASTING.items()),
             marks=pytest.mark.long,  # every day the page of another answer about inputs, that of a fit
         ),
         "fit times.csv --column load_s",
