@@ -10,12 +10,15 @@ READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done
 class Opened:
     """A page of ours that is open."""
 
+    wishes = ()
+    """Media features of its reader."""
+
     def __init__(self, browser, place):
         """`place`: a file, or an address."""
         self.browser = browser
         browser.get_log("browser")
         browser.get_log("performance")
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": list(self.wishes)})
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         browser.get(place if isinstance(place, str) else place.as_uri())
 
@@ -98,9 +101,13 @@ class Page(Opened):
 
     def pixel(self, x, y):
         """Red, green and blue of the floor at a point (CSS pixels)."""
+        [colour] = self.pixels([(x, y)])
+        return colour
+
+    def pixels(self, points):
         script = (
             "const floor = document.getElementById('floor'), ratio = floor.width / floor.clientWidth;"
-            "const at = [arguments[0], arguments[1]].map((v) => Math.round(v * ratio));"
-            "return Array.from(floor.getContext('2d').getImageData(...at, 1, 1).data.slice(0, 3))"
+            "const seen = (at) => floor.getContext('2d').getImageData(...at.map((v) => Math.round(v * ratio)), 1, 1);"
+            "return arguments[0].map((at) => Array.from(seen(at).data.slice(0, 3)))"
         )
-        return list(self.browser.execute_script(script, x, y))
+        return list(self.browser.execute_script(script, points))

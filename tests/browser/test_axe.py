@@ -159,8 +159,9 @@ def a_report(folder):
     return report(people_run(), folder / "page.html")
 
 
-DAILY = (two_replays, a_report, a_validation, a_kept_reason)
+DAILY = (two_replays, a_report, a_kept_reason)
 LONG = (
+    a_validation,
     a_study,
     a_kept_plan,
     an_answer_of_before,

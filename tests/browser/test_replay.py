@@ -44,7 +44,7 @@ def waits(run):
     return [(row[0] - row[6], row[0], row[2]) for row in run.record.rows if row[1] == "collision"]
 
 
-@pytest.mark.parametrize("name", some(RUNS, 6))
+@pytest.mark.parametrize("name", some(RUNS, 12))
 def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tmp_path, name):
     page = Page(browser, RUNS[name](), tmp_path)
     for button in ("heat", "theme", "help", "play"):
@@ -61,11 +61,12 @@ def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser, tmp_
     run = RUNS[name]()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
     scale = page.ask("page.scale()")
-    for time in np.random.default_rng(20).uniform(0, run.record.end, 20):
-        expected = where.points(float(time))
-        assert np.abs(np.array(page.ask("page.positions(arguments[0])", float(time))) - expected).max() * scale < 1
-        drawn = np.array(page.ask("page.drawn()")) / scale
-        assert np.ptp(drawn - expected, axis=0).max() * scale < 1
+    times = np.random.default_rng(20).uniform(0, run.record.end, 20).tolist()
+    shown = page.ask("arguments[0].map((time) => [page.positions(time), page.drawn()])", times)
+    for time, (positions, drawn) in zip(times, shown, strict=True):
+        expected = where.points(time)
+        assert np.abs(np.array(positions) - expected).max() * scale < 1
+        assert np.ptp(np.array(drawn) / scale - expected, axis=0).max() * scale < 1
 
 
 def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(browser, tmp_path):
@@ -108,11 +109,12 @@ def test_a_two_way_lane_is_one_line_with_its_present_direction(browser, tmp_path
     pairs = [[where.edges.source[edge] for edge in pair] for pair in page.ask("page.header.two_way")]
     assert sorted(pairs) == [["a", "b"], ["b", "c"], ["b", "shelf"], ["c", "pack"]]
     edges, seen = list(run.layout.graph.edges), set()
-    for time in np.linspace(20, run.record.end, 60):
-        page.seek(float(time))
-        on = [edges[edge] for edge in where.at(float(time))[0] if edge < len(edges)]
+    times = np.linspace(20, run.record.end, 60).tolist()
+    shown = page.ask("arguments[0].map((time) => (page.seek(time), page.directions()))", times)
+    for time, directions in zip(times, shown, strict=True):
+        on = [edges[edge] for edge in where.at(time)[0] if edge < len(edges)]
         used = {edge for edge in on if run.layout.graph.edges[edge]["two_way"]}
-        assert {tuple(edge) for edge in page.ask("page.directions()")} == used
+        assert {tuple(edge) for edge in directions} == used
         assert not any(edge[::-1] in used for edge in used)
         seen |= used
     assert len(seen) == 8  # every lane in both directions, at one time or another
@@ -129,8 +131,8 @@ def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser, t
     off = 0.35  # of a cell: beside the lanes that meet in its middle
 
     def colours(places):
-        at = [page.ask("page.screen(...arguments)", x + off, y + off) for x, y in places]
-        return {tuple(page.pixel(*point)) for point in at}
+        at = page.ask("arguments[0].map((at) => page.screen(...at))", [(x + off, y + off) for x, y in places])
+        return set(map(tuple, page.pixels(at)))
 
     cells = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
     found = [
@@ -143,6 +145,7 @@ def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser, t
     assert lightest > light + 30 > dark + 60
 
 
+@pytest.mark.long  # every day by keys alone, in test_replay_reach.py
 def test_playing_moves_robots_and_pausing_stops_them(page):
     before = page.ask("page.drawn()")
     page.click("play")
@@ -201,7 +204,7 @@ def test_a_click_on_the_course_of_the_run_moves_the_floor_there(page):
 
 
 def test_the_standstill_of_a_run_is_the_first_stop_of_its_story(browser, tmp_path):
-    run = dw.simulate(dw.load(RING, LOW_TOGETHER), 1)
+    run = dw.simulate(dw.load(RING, {**LOW_TOGETHER, "run.length": "2 h"}), 1)
     page = Page(browser, run, tmp_path)
     page.click("story")
     page.frame()
@@ -216,7 +219,7 @@ SAID_ALIKE = {"count", "share", "lost", "chargers", "time"}
 """Forms of tiles whose text is that of the run's own table, in the same unit and digits."""
 
 
-@pytest.mark.parametrize("name", some([*RUNS, "due"], 4))
+@pytest.mark.parametrize("name", some([*RUNS, "due"], 6))
 def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)
@@ -233,21 +236,24 @@ def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     assert said == {key: page.indicator(key) for key in said}
 
 
+ROWS = "return [...document.querySelectorAll('#stations tbody tr')].map((row) => row.innerText)"
+
+
 def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browser, tmp_path):
     run = busy_run()
     page, expected = Page(browser, run, tmp_path), resources(run.history)
     for time in (200.0, 550.0, run.record.end):
         page.seek(time)
         found = page.ask("page.resources()")
-        rows = page.browser.find_elements("css selector", "#stations tbody tr")
+        rows = page.browser.execute_script(ROWS)
         assert len(found) == len(rows) == len(expected) == 8
         for item, row, one in zip(found, rows, expected, strict=True):
             used = one.utilisation(run.history.begin, time)
             queue = one.queue[1][np.searchsorted(one.queue[0], time, side="right") - 1]
             assert (item["kind"], item["node"], item["queue"]) == (one.kind, one.node, queue)
             assert item["utilisation"] == pytest.approx(used, abs=1e-3)
-            assert one.zone in row.text
-            assert f"{round(100 * used)} %" in row.text or used < 0.1
+            assert one.zone in row
+            assert f"{round(100 * used)} %" in row or used < 0.1
     assert max(item["queue"] for item in found) >= 0
 
 
@@ -424,6 +430,7 @@ def test_a_window_starts_and_ends_where_it_should(browser, tmp_path):
     assert page.indicator("tasks") == str(counted)
 
 
+@pytest.mark.long  # every day the colours of the other palette, and of both in tests/report/test_palette.py
 def test_the_paper_s_palette_can_be_asked_for(browser, tmp_path):
     page = Page(browser, paper_run(), tmp_path, palette="paper")
     page.enlarge(2000, 1600)
@@ -451,6 +458,7 @@ def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(br
     assert page.text("counted") == "Counted so far after the warm-up."
 
 
+@pytest.mark.long  # every day without a browser, in tests/js
 def test_a_robot_is_watched_at_a_speed_that_the_eye_can_follow(browser, tmp_path):
     run = busy_run()
     page = Page(browser, run, tmp_path)
@@ -509,7 +517,10 @@ def test_a_station_of_the_table_is_shown_on_the_floor(browser, tmp_path):
     assert page.text("said").startswith(button.text)
 
 
-def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_path):
+@pytest.mark.parametrize(
+    "widths", [(390, 1280), pytest.param((390, 1024, 1280, 1400, 1920), marks=pytest.mark.long)], ids=["two", "all"]
+)
+def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_path, widths):
     layout = busy()["layout"] | {"stations": {"goods_out_at_the_north_gate_2": {"at": ["J"], "places": 3}}}
     run = dw.simulate(dw.load(busy(layout=layout, tasks=busy()["tasks"] | {"unload_at": ["J"] * 16})), seed=1)
     page = Page(browser, run, tmp_path)
@@ -517,7 +528,7 @@ def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_pat
         "return ['#stations table', '#stations section', 'html'].map("
         "(one) => document.querySelector(one).getBoundingClientRect().right)"
     )
-    for width in (390, 1024, 1280, 1400, 1920):
+    for width in widths:
         page.enlarge(width, 900, mobile=width == 390)
         table, box, screen = page.browser.execute_script(ends)
         assert table <= box <= screen <= width

@@ -38,6 +38,7 @@ def test_robot_that_waits_says_who_comes_and_the_picker_whom_he_goes_to(browser,
     assert page.complaints() == []
 
 
+@pytest.mark.long  # every day without a browser, in tests/js
 def test_page_without_pickers_has_none(browser, tmp_path):
     run = ring(log="all", pickers=None)
     page = Page(browser, run, tmp_path)

@@ -19,7 +19,8 @@ def sheets(browser):
     return pages(base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"]))
 
 
-@pytest.mark.parametrize("beside", [people_run, pytest.param(None, marks=pytest.mark.long)])
+@pytest.mark.long  # every day the answer of a plan
+@pytest.mark.parametrize("beside", [people_run, None])
 def test_a_replay_is_one_sheet(browser, tmp_path, beside):
     Page(browser, busy_run(), tmp_path, beside=beside and beside())
     assert len(sheets(browser)) == 1

@@ -7,7 +7,12 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 
-pytestmark = pytest.mark.usefixtures("fewer_samples")
+
+@pytest.fixture(autouse=True)
+def hardly_any_samples(monkeypatch):
+    """What a fit says is not tested here."""
+    monkeypatch.setattr("desim_warehouse.study.fit.SAMPLES", 3)
+
 
 HALL = """
 name: one robot
@@ -57,7 +62,9 @@ WRITERS = {
 }
 
 
-@pytest.mark.parametrize("writer", WRITERS)
+@pytest.mark.parametrize(
+    "writer", [pytest.param(name, marks=[pytest.mark.long] if name == "picture" else []) for name in WRITERS]
+)
 def test_what_is_there_and_not_ours_stays_as_it_is(home, tmp_path, writer):
     words, name = WRITERS[writer]
     words = [word.format(home=home, out=tmp_path) for word in words]

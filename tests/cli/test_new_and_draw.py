@@ -70,7 +70,7 @@ def test_a_draft_of_two_floors_has_shelves_on_both_and_works(tmp_path):
     ("words", "cabins"),
     [
         ("--floors 2 --orders 20/h", {"goods": 1}),  # as many as the orders need
-        ("--floors 2 --lifts 2 --robots 5", {"goods1": 1, "goods2": 1}),
+        pytest.param("--floors 2 --lifts 2 --robots 5", {"goods1": 1, "goods2": 1}, marks=pytest.mark.long),
         ("--floors 3 --size 20x12 --aisles 2 --lifts 3 --robots 4 --orders 30/h", {"goods": 3}),  # one end is left
     ],
 )
@@ -206,11 +206,14 @@ def test_asked_for_it_takes_a_working_day(tmp_path, monkeypatch):
     assert set(dw.load("day.yaml").tasks.flows) == {"orders", "inbound"}
 
 
-def test_a_floor_is_drawn_with_all_its_names(tmp_path):
-    for ending in ("svg", "png"):
-        said = call("draw", "models/mir250.yaml", "-o", str(tmp_path / f"floor.{ending}"))
-        assert said.exit_code == 0
+@pytest.mark.long  # every day one that a stranger's folder has, in test_strangers.py
+def test_a_floor_is_drawn_as_a_picture_of_dots(tmp_path):
+    assert call("draw", "models/mir250.yaml", "-o", str(tmp_path / "floor.png")).exit_code == 0
     assert (tmp_path / "floor.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_floor_is_drawn_with_all_its_names(tmp_path):
+    assert call("draw", "models/mir250.yaml", "-o", str(tmp_path / "floor.svg")).exit_code == 0
     tree = ET.parse(tmp_path / "floor.svg")  # noqa: S314 - our own file
     words = {text.text for text in tree.iter("{http://www.w3.org/2000/svg}text")}
     model = dw.load("models/mir250.yaml")

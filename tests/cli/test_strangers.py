@@ -50,7 +50,7 @@ def stranger(tmp_path_factory):
 
 
 def commands(at, vary):
-    yield *vary, "--replications", "4", "--workers", "2", "--out", str(at / "study")
+    yield *vary, "--replications", "2", "--workers", "2", "--out", str(at / "study")
     yield "draw", str(at / "model.yaml"), "-o", str(at / "floor.png")
     yield "report", str(at / "run"), "--notebook", str(at / "x.ipynb"), "--replay"
     yield "report", str(at / "study")
@@ -165,6 +165,6 @@ def failing(desim, *words):
 def test_a_run_that_takes_too_long_is_stopped(desim):
     model, before = str(TUTORIAL.with_name("medium.yaml")), time.monotonic()
     long = ["--set", "run.length=400000", "--set", "log=tasks", "--set", "battery=null"]
-    assert failing(desim, "run", model, *long, "--timeout", "0.3").endswith("not finished after 0.3 s (--timeout)\n")
+    assert failing(desim, "run", model, *long, "--timeout", "0.1").endswith("not finished after 0.1 s (--timeout)\n")
     assert time.monotonic() - before < 60
     assert desim("run", str(TUTORIAL), "--timeout", "600").returncode == 0

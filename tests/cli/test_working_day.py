@@ -92,7 +92,13 @@ def test_fleet_and_packers_are_for_the_busiest_hour(drafted):
     assert bays.total_chargers * 0.02 * 8 * 3600 >= 100 * model.fleet.size  # a night of eight hours fills them all
     station = model.layout.stations["packing"]
     assert 672 * 20 / 3600 / (station.servers * len(station.at)) <= 0.75
-    peak = {"run.start": "11:15", "run.length": 6300}  # from a quarter of an hour before the peak to its end
+
+
+@pytest.mark.parametrize("length", [2400, pytest.param(6300, marks=pytest.mark.long)])
+def test_in_the_busiest_hour_orders_are_on_time(drafted, length):
+    """From a quarter of an hour before the peak to its first or its last order."""
+    _, model = drafted
+    peak = {"run.start": "11:15", "run.length": length}
     assert dw.simulate(model.replace(peak), 3).kpis["on_time"] > 0.97
 
 
@@ -127,9 +133,9 @@ def test_words_that_make_no_day_are_refused_with_the_option(tmp_path, words, sai
     assert said in message
 
 
-def test_packers_that_are_given_are_spread_evenly(tmp_path):
-    assert pages.run_desim(f"desim new {tmp_path / 'w.yaml'} --size 40x30 --orders 300/h --packers 6")[0] == 0
-    station = dw.load(str(tmp_path / "w.yaml")).layout.stations["packing"]
+def test_packers_that_are_given_are_spread_evenly():
+    words = Draft(size=(40, 30), orders=300, day=WorkingDay(()), people=True, packers=6)
+    station = dw.Model.model_validate(read_yaml(draft(words), "draft").data).layout.stations["packing"]
     assert station.servers * len(station.at) == 6
 
 

@@ -108,6 +108,7 @@ def test_thirty_more_runs_on_request(page):
     assert page.until(design, runs=45)["n"] == 45
 
 
+@pytest.mark.long  # every day in a browser, and what the first look says in test_first_runs.py
 def test_a_verdict_ends_the_runs_and_stands(tmp_path):
     with client(tmp_path, target="T <= 8 min", workers=1) as page:
         answers = list(iter_until_done(page, page.design(robots=2)["id"]))
@@ -198,7 +199,7 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         assert found[number]["values"][0] == pytest.approx(run.T / 60)
 
 
-@pytest.mark.parametrize("moves", [6, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize("moves", [4, pytest.param(50, marks=pytest.mark.long)])
 def test_of_many_moves_only_the_last_design_stays_at_work(slow, moves):
     desk = slow.live.desk
     for move in range(moves):

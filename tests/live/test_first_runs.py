@@ -11,7 +11,7 @@ from desim_warehouse.study.target import read_target
 from tests.run.halls import RING
 
 TARGET = read_target("on_time >= 95 %")
-DUE = {"run.length": "2 h", "tasks.unload_time": 20}
+DUE = {"run.length": "1 h", "tasks.unload_time": 20}
 
 
 def hall(rate):
@@ -30,7 +30,7 @@ def so_far(runs, rate):
 
 
 @pytest.mark.parametrize("runs", [1, 2, 9])
-@pytest.mark.parametrize("rate", [260, 300])
+@pytest.mark.parametrize("rate", [260, pytest.param(300, marks=pytest.mark.long)])
 def test_an_overloaded_design_is_overloaded_after_its_first_run(runs, rate):
     """80 and 120 tasks an hour more than can be done pile up."""
     said = so_far(runs, rate).in_words(TARGET)

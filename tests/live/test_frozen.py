@@ -26,7 +26,7 @@ def held(page):
 @pytest.fixture(scope="module")
 def study():
     prices = {"hours": 4000, "robot": 9000, "currency": "EUR"}
-    base = example().replace({"prices": prices, **LASTING})
+    base = example().replace({"prices": prices, **LASTING, "run.length": 1800, "run.warm_up": 300})
     factors = {"fleet.size": [1, 3, 4], "policies.allocation": ["nearest", "hungarian"]}
     return dw.Study(base, factors, replications=4, target="on_time >= 60 %").run()
 
@@ -75,7 +75,7 @@ def test_it_begins_with_the_option_of_the_answer_beside_the_baseline(study, data
 
 
 def test_a_page_of_ten_options_is_small(tmp_path):
-    changes = {"tasks.goods": {"random": 4}}
+    changes = {"tasks.goods": {"random": 1}}
     study = dw.Study(MULTIBOTS, {"fleet.size": range(1, 11)}, changes=changes, replications=10).run()
     path = tmp_path / "page.html"
     dw.what_if_page(study.results, path)

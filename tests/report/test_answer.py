@@ -164,12 +164,12 @@ def is_everywhere(answer):
     return True
 
 
-@pytest.mark.parametrize("number", some(range(40), 4))
+@pytest.mark.parametrize("number", some(range(40), 8))
 def test_terminal_page_and_json_of_why_are_equal(number):
     assert is_everywhere(made_up_why(number).answer)
 
 
-@pytest.mark.parametrize("number", some(range(40), 4))
+@pytest.mark.parametrize("number", some(range(40), 8))
 def test_terminal_page_and_json_of_plan_are_equal(number):
     plan = made_up_plan(number)
     answer = plan.answer
@@ -265,7 +265,10 @@ def test_every_open_fleet_is_named_or_counted():
 
 @pytest.mark.parametrize(
     ("robots", "changes", "runs"),
-    [("2..3", LASTING, {"first": 3, "cap": 6}), pytest.param("1..4", {}, {}, marks=pytest.mark.long)],
+    [
+        ("2..3", {**LASTING, "run.length": 1800, "run.warm_up": 300}, {"first": 3, "cap": 6}),
+        pytest.param("1..4", {}, {}, marks=pytest.mark.long),
+    ],
     ids=["few runs", "many"],
 )
 def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, changes, runs):
@@ -302,7 +305,8 @@ def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
 
 def test_size_leads_with_its_count(tmp_path):
     cases = {"fleet.size": [1, 2, 3, 4]}
-    study = dw.Study(example().replace(LASTING), cases, name="size", target="on_time >= 75 %")
+    model = example().replace({**LASTING, "run.length": 1800, "run.warm_up": 300})
+    study = dw.Study(model, cases, name="size", target="on_time >= 75 %")
     study.plan = study.plan.unreplicated()
     found = size(study, "on_time >= 75 %", search=dw.Search(first=5, cap=40, out=tmp_path))
     answer = found.answer
@@ -384,7 +388,7 @@ def test_keys_of_a_model_stand_in_commands_only():
 
 
 LONG = [pytest.mark.long]
-STUDIES = [*some(range(12), 4), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
+STUDIES = [*some(range(12), 6), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
 
 
 def study_by_chance(number):

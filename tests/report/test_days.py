@@ -79,6 +79,7 @@ def test_drops_over_the_day_add_up_to_those_of_the_run(right, model):
 
 def test_robots_along_an_edge_are_those_of_the_run(model):
     """With a message each second: in five a robot drives from bay to bay, over two edges, unseen."""
+    model = model.replace({"run.length": 600})
     run = dw.simulate(model, 77)
     right = dw.validate(model, [from_run(run, 1.0)], runs=39)
     edges = [">".join(edge) for edge in model.floor.graph.edges]

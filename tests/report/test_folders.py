@@ -27,7 +27,7 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
     "command",
     [
         "run w.yaml --set run.length=900",
-        f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
+        pytest.param(f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}", marks=pytest.mark.long),
         "study s.yaml --quiet",
         f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
         pytest.param(f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}", marks=pytest.mark.long),
@@ -47,9 +47,13 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
             "size jammed.yaml --range 30,60 --target 'throughput_per_hour >= 9000' --first 2 --cap 2 --quiet",
             marks=pytest.mark.long,
         ),
-        "warm-up w.yaml --set run.length=3600 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50",
+        pytest.param(
+            "warm-up w.yaml --set run.length=1800 --set 'tasks.goods={saturated: 8}' --replications 2 "
+            "--observations 50 " + " ".join(f"--set {key}={value}" for key, value in LASTING.items()),
+            marks=pytest.mark.long,  # every day the page of another answer about inputs, that of a fit
+        ),
         "fit times.csv --column load_s",
-        TURNED,
+        pytest.param(TURNED, marks=pytest.mark.long),
     ],
 )
 def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monkeypatch):
