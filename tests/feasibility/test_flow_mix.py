@@ -140,7 +140,7 @@ def test_no_task_goes_from_a_place_to_itself():
 def test_the_estimate_is_what_an_unhurried_robot_does(ends, traffic):
     """A lone robot that always has a task: its throughput is that of the estimate."""
     flows = {"all": {"from": ends[0], "to": ends[1], "arrivals": {"saturated": 1}}}
-    changes = {"tasks.flows": flows, "traffic": traffic, "run.length": 40 * 3600, "log": "tasks"}
+    changes = {"tasks.flows": flows, "traffic": traffic, "run.length": 20 * 3600, "log": "tasks"}
     model = dw.load(RING, changes)
     by_hand = check(model).calculation.fleet_capacity * 3600
     assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.03)

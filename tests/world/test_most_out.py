@@ -47,9 +47,10 @@ def test_robots_that_are_under_way_go_on_with_the_next_task_and_the_others_rest(
 
 @pytest.mark.slow
 def test_a_floor_with_too_many_robots_does_more_with_fewer_of_them_under_way():
-    all_out = dw.simulate(dw.load(crowded(60)))
-    capped = dw.simulate(dw.load(crowded(60), {"traffic.most_out": 30}))
-    thirty = dw.simulate(dw.load(crowded(30)))
+    run = {"length": 500, "warm_up": 150}
+    all_out = dw.simulate(dw.load(crowded(60, run=run)))
+    capped = dw.simulate(dw.load(crowded(60, run=run), {"traffic.most_out": 30}))
+    thirty = dw.simulate(dw.load(crowded(30, run=run)))
     assert capped.kpis["throughput_per_hour"] > 1.2 * all_out.kpis["throughput_per_hour"]
     assert capped.kpis["throughput_per_hour"] >= 0.97 * thirty.kpis["throughput_per_hour"]
 
