@@ -85,7 +85,9 @@ SIZES = [(30, 20), *(pytest.param(size, marks=pytest.mark.long) for size in LARG
 
 
 @pytest.mark.parametrize("load", [0.8, *(pytest.param(load, marks=pytest.mark.long) for load in (0.3, 0.55))])
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(  # of plain drafts every day those of test_slips.py
+    "variant", [pytest.param("poisson", marks=pytest.mark.long), "hours", "heavy"]
+)
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_nothing_is_said_of_drafts(size, variant, load):
     words = Draft(size=size, orders=size[0] * size[1] / 12)

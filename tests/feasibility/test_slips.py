@@ -231,7 +231,7 @@ def test_every_range_can_be_read():
         ({"time": "min", "seconds": 60}, False),  # 40 min
         ({"time": "step", "seconds": 0.05}, True),  # 2 s
         ({"time": "step"}, False),  # nobody knows how long a step is
-        ({"length": "px"}, False),
+        pytest.param({"length": "px"}, False, marks=pytest.mark.long),
         ({}, True),
     ],
 )

@@ -88,7 +88,7 @@ def test_no_number_of_a_small_hall_has_two_values(number):
     assert disagreements(run) == []
 
 
-@pytest.mark.parametrize("number", some(range(60), 20))
+@pytest.mark.parametrize("number", some(range(60), 30))
 def test_a_run_begins_alike_wherever_it_is_read(number, tmp_path):
     """The first sentence agrees on the terminal, in JSON, in the report, in the replay and on the live page."""
     model = loaded_hall(number, "4 h")[0]

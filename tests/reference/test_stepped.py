@@ -6,7 +6,6 @@ from functools import cache
 import pytest
 
 import desim_warehouse as dw
-
 from tests.daily import some
 
 from .paper import CELLS, GROUPS, changes

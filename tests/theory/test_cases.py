@@ -29,6 +29,7 @@ PROOFS = {
     "closed line D/D/1, 8 robots, 30 s round, 10 s service",
     "closed line D/D/1, 5 robots, 30 s round, 10 s service",
     "M/G/1//8, 8 robots and a lift",
+    "1 robot with work at all times, 1 charger",
     "busy station with 10 s service, open 995 of 2000 s, at_close: pause",
 }
 """The dear ones, and those that lie between others of their kind."""

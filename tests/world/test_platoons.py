@@ -41,9 +41,7 @@ def cut(edges, length):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "robots", [28, 36, 44, *(pytest.param(robots, marks=pytest.mark.long) for robots in (33, 40))]
-)
+@pytest.mark.parametrize("robots", [28, 36, 44, *(pytest.param(robots, marks=pytest.mark.long) for robots in (33, 40))])
 def test_a_ring_carries_k_v_over_l_up_to_the_law_of_its_corners(robots):
     measured, _ = flow(robots)
     assert measured == pytest.approx(min(robots / LENGTH * 3600, CORNER), rel=0.01)
