@@ -56,10 +56,10 @@ def test_a_robot_that_breaks_down_is_available_for_its_share_of_the_time():
 
 
 def test_eight_robots_that_ride_in_one_lift_are_machines_with_one_repairer():
-    """Two runs of eight hours, whose mean is known to 2 %."""
-    model = dw.load(models.upstairs(8, 300.0, 8 * 3600.0))
+    """The lift is nearly always busy: runs of five hours vary by half a per cent, and doors are a tenth of a ride."""
+    model = dw.load(models.upstairs(8, 150.0, 5 * 3600.0))
     rides = [dw.simulate(model, seed).kpis["throughput_per_hour"] for seed in range(2)]
-    assert sum(rides) / 2 == pytest.approx(repairman(8, 300.0, models.RIDING) * 3600 / models.RIDING, rel=0.04)
+    assert sum(rides) / 2 == pytest.approx(repairman(8, 150.0, models.RIDING) * 3600 / models.RIDING, rel=0.02)
 
 
 @pytest.mark.parametrize(("at_close", "done"), [("pause", 995), ("finish", 1000)])
