@@ -217,7 +217,7 @@ def named(model, plain):
 NAMES = [*MOVED, *sorted(PLACES)]
 SHORT, WHOLE = 100_000, 200_000
 FLOWS_BOTH_WAYS = {"layout.stations.*.load_time", "tasks.flows.*.stop_time"}
-"""Estimates of flows both ways are left to the long run; every day the law of foresight has tasks of such flows."""
+"""Estimates of flows both ways are left to the long run; every day tests/feasibility/test_flow_mix.py mixes flows."""
 DAILY = ["layout.stations.*.unload_time", *(name for name in NAMES[::6] if name not in FLOWS_BOTH_WAYS)]
 
 
