@@ -40,7 +40,7 @@ def errors_and_slips(model):
 @pytest.mark.parametrize(
     "file",
     [
-        *some(sorted({*pages.ROOT.glob("models/**/*.yaml")} - {LARGE}, key=lambda file: file.stat().st_size), 3),
+        *some(sorted({*pages.ROOT.glob("models/**/*.yaml")} - {LARGE}, key=lambda file: file.stat().st_size), 4),
         pytest.param(LARGE, marks=pytest.mark.long),
     ],
     ids=lambda file: file.stem,
@@ -52,7 +52,7 @@ def test_nothing_is_said_of_the_shipped_models(file):
 WITH_MODELS = [page for page in pages.PAGES if "desim " in page.read_text(encoding="utf-8") and page != GALLERY]
 
 
-@pytest.mark.parametrize("page", [*some(WITH_MODELS, 6), pytest.param(GALLERY, marks=pytest.mark.long)])
+@pytest.mark.parametrize("page", [*some(WITH_MODELS, 10), pytest.param(GALLERY, marks=pytest.mark.long)])
 def test_no_warning_of_a_model_of_a_page(page, tmp_path, monkeypatch):
     for name in ("models", "studies"):
         shutil.copytree(pages.ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -85,7 +85,9 @@ SIZES = [(30, 20), *(pytest.param(size, marks=pytest.mark.long) for size in LARG
 
 
 @pytest.mark.parametrize("load", [0.8, *(pytest.param(load, marks=pytest.mark.long) for load in (0.3, 0.55))])
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(  # of plain drafts every day those of test_slips.py
+    "variant", [pytest.param("poisson", marks=pytest.mark.long), "hours", "heavy"]
+)
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_nothing_is_said_of_drafts(size, variant, load):
     words = Draft(size=size, orders=size[0] * size[1] / 12)

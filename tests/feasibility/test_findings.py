@@ -69,7 +69,7 @@ def test_robots_that_run_low_together_take_turns_where_chargers_give_enough():
     # With 0.02 a charger four give 0.08. A third group would wait 8,437 s for full batteries, on one that lasts 5,000.
     enough = {**DEFAULTS, "battery.charge_rate": 0.02}
     assert not check(planner(enough)).errors
-    run = dw.simulate(planner({**enough, "run.length": 60_000}))
+    run = dw.simulate(planner({**enough, "run.length": 30_000}))
     assert run.kpis["energy_lowest"] > 0.05
 
 
@@ -109,7 +109,9 @@ def test_a_charger_is_idle_while_the_next_robot_drives_up(changes, short):
     "cure",
     [
         {"layout.bays.chargers": {"at": ["A", "C", "F", "H"], "places": 3, "chargers": 3}},
-        {"layout.bays.chargers": {"at": ["A", "C", "F", "H"], "places": 2, "chargers": 2}},
+        pytest.param(
+            {"layout.bays.chargers": {"at": ["A", "C", "F", "H"], "places": 2, "chargers": 2}}, marks=pytest.mark.long
+        ),
         {"layout.bays.parking.chargers": 3},
     ],
 )
@@ -119,7 +121,17 @@ def test_the_cures_help(cure):
     assert dw.simulate(planner(changes), seed=1).kpis["tasks"] > 1100
 
 
-@pytest.mark.usefixtures("whole_probes")
+THREE = {**TWO, "layout.bays.chargers.at": ["A", "D", "H"], "layout.bays.parking.at": ["B", "C", "E", "F", "G"]}
+
+
+def test_two_chargers_are_too_few_and_three_are_enough():
+    found = codes(TWO)["CHARGERS_SHORT"]
+    assert found.text.split("2 chargers give ")[1].startswith(("0.03", "0.04"))  # 0.02 each, but for the probe
+    assert "need at least 3 chargers" in found.cure
+    assert "CHARGERS_SHORT" not in codes(THREE)
+
+
+@pytest.mark.long
 def test_two_chargers_do_not_last_though_a_shift_looks_well():
     found = codes(TWO)["CHARGERS_SHORT"]
     assert "2 chargers give 0.03999 per s" in found.text  # 0.02 each, but for a rounding of the probe
@@ -129,8 +141,7 @@ def test_two_chargers_do_not_last_though_a_shift_looks_well():
     assert shift.kpis["on_time"] == 1
     with pytest.raises(BatteryError):
         dw.simulate(planner(TWO), seed=1)
-    three = {**TWO, "layout.bays.chargers.at": ["A", "D", "H"], "layout.bays.parking.at": ["B", "C", "E", "F", "G"]}
-    assert "CHARGERS_SHORT" not in codes(three)
+    assert "CHARGERS_SHORT" not in codes(THREE)
 
 
 @pytest.mark.parametrize(("gives", "short"), [(0.0135, True), (0.016, False)])

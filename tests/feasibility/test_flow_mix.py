@@ -131,16 +131,21 @@ def test_no_task_goes_from_a_place_to_itself():
         assert (cycle.empty, cycle.loaded) == pytest.approx((20, 40), rel=0.05)
 
 
-@pytest.mark.parametrize(
-    "ends",
-    [("storage", "pack"), ("storage", "storage"), (first(1), first(0))],
-    ids=["unload", "relocate", "back and forth"],
-)
-@pytest.mark.parametrize("traffic", [{}, {"turn_time": 3}, {"nodes": {"C": {"time": 7}}}])
+ENDS = {"unload": ("storage", "pack"), "relocate": ("storage", "storage"), "back and forth": (first(1), first(0))}
+TRAFFIC = ({}, {"turn_time": 3}, {"nodes": {"C": {"time": 7}}})
+PAIRS = [
+    pytest.param(ends, traffic, id=f"{name} {rank}", marks=[pytest.mark.long] if row != rank else [])
+    for row, (name, ends) in enumerate(ENDS.items())
+    for rank, traffic in enumerate(TRAFFIC)
+]
+"""Every day each of the ends, and each traffic."""
+
+
+@pytest.mark.parametrize(("ends", "traffic"), PAIRS)
 def test_the_estimate_is_what_an_unhurried_robot_does(ends, traffic):
     """A lone robot that always has a task: its throughput is that of the estimate."""
     flows = {"all": {"from": ends[0], "to": ends[1], "arrivals": {"saturated": 1}}}
-    changes = {"tasks.flows": flows, "traffic": traffic, "run.length": 40 * 3600, "log": "tasks"}
+    changes = {"tasks.flows": flows, "traffic": traffic, "run.length": 20 * 3600, "log": "tasks"}
     model = dw.load(RING, changes)
     by_hand = check(model).calculation.fleet_capacity * 3600
     assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.03)

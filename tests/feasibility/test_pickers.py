@@ -76,15 +76,18 @@ def test_orders_of_a_probe_become_known_whole():
     assert {tasks % 3 for tasks in released.values()} == {0}
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {"pickers.count": 2, "pickers.stay": "order"},
-        pytest.param({"fleet.size": 4, "layout.aisles": "narrow"}, marks=pytest.mark.long),
-        {"calendars.shift": {"between": [[0, 2100]]}, "pickers.hours": "shift", "run.warm_up": 0},
-    ],
+CHANGES = (
+    {},
+    {"pickers.count": 2, "pickers.stay": "order"},
+    {"fleet.size": 4, "layout.aisles": "narrow"},
+    {"calendars.shift": {"between": [[0, 2100]]}, "pickers.hours": "shift", "run.warm_up": 0},
 )
+WHOLE = [pytest.param(changes, marks=pytest.mark.long) for changes in CHANGES]
+"""With whole probes."""
+
+
+@pytest.mark.parametrize("changes", [CHANGES[0], CHANGES[1], CHANGES[3], *WHOLE])
+@pytest.mark.usefixtures("brief_probes")
 def test_range_of_a_check_holds_what_a_run_does(changes):
     model = dw.load(HALL, changes)
     least, most = measured(model).range
@@ -100,6 +103,7 @@ def test_robots_work_in_the_hours_of_pickers_where_each_task_needs_one(flows, pa
     assert quick.limits["the pickers"] == pytest.approx(0.25 / quick.pickers.pick / quick.pickers.share)
 
 
+@pytest.mark.usefixtures("brief_probes")
 def test_pickers_who_never_come_are_an_error_and_not_an_endless_search():
     never = {"calendars.late": {"between": [["2 h", "3 h"]]}, "pickers.hours": "late"}
     assert "NEVER_OPEN" in {finding.code for finding in dw.check(dw.load(HALL, never)).findings}

@@ -5,6 +5,8 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 LANE = {
     "layout": {
         "nodes": {"A": [0, 0], "B": [20, 0]},

@@ -11,7 +11,7 @@ from desim_warehouse.world.traffic.rules import EPS
 from tests.laws.features import EVERYTHING, ONE_WAY, warehouse
 from tests.laws.two_way import KINDS
 
-DAILY = 6
+DAILY, LONG = 3, 6
 EVERY_KIND = [
     *((features, ONE_WAY) for features in ("", "wider", "moving", "closures moving", "zones", EVERYTHING)),
     *(("", ground) for ground in KINDS),
@@ -97,8 +97,9 @@ def faults(model, seed):
     return []
 
 
+@pytest.mark.parametrize("count", [DAILY, pytest.param(LONG, marks=pytest.mark.long)])
 @pytest.mark.parametrize(("features", "ground"), EVERY_KIND)
-def test_a_body_is_in_one_place_and_waits_for_one_thing(features, ground):
-    numbers = range(DAILY if ground == ONE_WAY else 2)
+def test_a_body_is_in_one_place_and_waits_for_one_thing(features, ground, count):
+    numbers = range(count if ground == ONE_WAY else count // 3)
     by_number = {number: faults(dw.load(warehouse(number, features, ground)), number) for number in numbers}
     assert {number: some[:3] for number, some in by_number.items() if some} == {}

@@ -42,7 +42,7 @@ def refused(kind, seeds):
     return tuple(map(sum, zip(*counts, strict=True)))
 
 
-@pytest.mark.parametrize("seeds", [range(50), pytest.param(range(50, 700), marks=pytest.mark.long)])
+@pytest.mark.parametrize("seeds", [range(20), pytest.param(range(20, 700), marks=pytest.mark.long)])
 def test_on_trees_only_dead_states_are_refused(seeds):
     """So the rule refuses no step there that it could grant."""
     live, dead = refused("tree", seeds)
@@ -50,7 +50,7 @@ def test_on_trees_only_dead_states_are_refused(seeds):
     assert dead > len(seeds)
 
 
-@pytest.mark.parametrize("seeds", [range(50), pytest.param(range(50, 700), marks=pytest.mark.long)])
+@pytest.mark.parametrize("seeds", [range(20), pytest.param(range(20, 700), marks=pytest.mark.long)])
 def test_on_two_way_grids_nearly_all_refused_states_are_dead(seeds):
     """A few states are live, as a robot in the way can drive on a little and out of the way: 20 of 4,442."""
     live, dead = refused("grid", seeds)
@@ -59,7 +59,7 @@ def test_on_two_way_grids_nearly_all_refused_states_are_dead(seeds):
 
 
 @pytest.mark.parametrize("kind", ["bridges", "ring"])
-@pytest.mark.parametrize("seeds", [range(60), pytest.param(range(60, 700), marks=pytest.mark.long)])
+@pytest.mark.parametrize("seeds", [range(20), pytest.param(range(20, 700), marks=pytest.mark.long)])
 def test_beside_one_way_lanes_few_steps_are_refused_needlessly(kind, seeds):
     """Robots make way for others there: 40 of 3,799 refusals are needless with bridges, 48 of 220 on rings."""
     live, dead = refused(kind, seeds)
@@ -67,8 +67,16 @@ def test_beside_one_way_lanes_few_steps_are_refused_needlessly(kind, seeds):
     assert dead > 0
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 60))])
+DEAR = {(0, "bridges"), (0, "tree")}
+"""Plans of many robots, with many grants; those of seed 1 are small."""
+PLANS = [
+    pytest.param(seed, kind, marks=[pytest.mark.long] if seed > 1 or (seed, kind) in DEAR else [])
+    for seed in range(60)
+    for kind in KINDS
+]
+
+
+@pytest.mark.parametrize(("seed", "kind"), PLANS)
 def test_the_plan_takes_all_robots_home_after_every_grant_and_change(kind, seed):
     """Plans of up to 50 robots, with recalls, are carried out move by move, without a search."""
     slots = Slots(kind, seed)

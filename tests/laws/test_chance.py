@@ -9,7 +9,7 @@ import pytest
 import desim_warehouse as dw
 from tests.laws.features import EVERYTHING, warehouse
 
-DAILY = 8
+DAILY = 5
 NUMBERS = [range(DAILY), *(pytest.param(range(n, n + 25), marks=pytest.mark.long) for n in range(DAILY, 1000, 25))]
 FEATURES = ("", "wider", "breakdowns", "closures", EVERYTHING)
 

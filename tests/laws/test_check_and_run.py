@@ -15,7 +15,7 @@ FEW, MANY = 0.9, 1.1
 """Loads below which no hall is overloaded in a few hours, and above which every hall is."""
 
 
-@pytest.mark.parametrize("number", some(range(200), 20))
+@pytest.mark.parametrize("number", some(range(200), 40))
 def test_check_and_run_agree_on_a_load(number):
     model, load = loaded_hall(number, "4 h")
     overloads = [finding.code for finding in dw.check(model).findings if finding.code in OVERLOADS]

@@ -27,7 +27,7 @@ EVEN = {
     "fleet.robot.acceleration": None,
     "fleet.robot.deceleration": None,
     "traffic.turn_time": 0,
-    "run": {"length": 60_000, "warm_up": 0.0},
+    "run": {"length": 20_000, "warm_up": 0.0},
 }
 """Robots that stop and turn in no time, and draw energy equal to their time from a battery that is never low."""
 UNFORESEEN = {

@@ -72,7 +72,7 @@ def crossings(run):
     return result
 
 
-@every_day(20, 20)
+@every_day(10, 10)
 def test_no_robot_that_asked_later_for_a_lane_enters_it_first(numbers):
     """So a claim waits only as long as its lane is full, and is then the next to enter (rotations apart)."""
     compared = 0

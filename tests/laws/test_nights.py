@@ -67,9 +67,16 @@ def fleet_at_rest(seed, policy, shared):
     )
 
 
+FLEETS = [
+    pytest.param(seed, shared, marks=[pytest.mark.long] if seed > 1 or shared != (seed == 1) else [])
+    for seed in range(40)
+    for shared in (False, True)
+]
+"""Every day one in bays of its own, which charges evenly, and one in a bay that it shares, which tapers."""
+
+
 @pytest.mark.parametrize("policy", POLICIES)
-@pytest.mark.parametrize("seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 40))])
-@pytest.mark.parametrize("shared", [False, True])
+@pytest.mark.parametrize(("seed", "shared"), FLEETS)
 def test_no_robot_at_rest_runs_flat_in_two_days(policy, seed, shared):
     model = fleet_at_rest(seed, policy, shared)
     world = World(model, seed, demand=NoOrders).run()

@@ -48,7 +48,7 @@ def ring(policy, load):
     return dw.load(content)
 
 
-@pytest.mark.parametrize("policy", ["reach-aware", "opportunity", "four-thresholds"])
+@pytest.mark.parametrize("policy", ["reach-aware", "four-thresholds"])
 def test_on_a_ring_the_level_stays(policy):
     assert moves(drifts(ring(policy, 0.4), range(5))) < MOST
 

@@ -7,7 +7,7 @@ import pytest
 import desim_warehouse as dw
 from tests.auditor import audit
 
-DAILY, LONG = 20, 2000
+DAILY, LONG = 10, 2010
 WAITS = "tests.laws.stubborn:Stubborn"
 
 

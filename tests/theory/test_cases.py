@@ -6,7 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from docs import make_validation
-from tests.theory import models
+from tests.theory import hours, models
 from tests.theory.cases import CASES, TURN, entries, headways
 from tests.theory.formulas import headway_of_a_turn, m_d_c_wait, m_g_1_wait, m_m_c_wait, repairman
 
@@ -28,6 +28,9 @@ PROOFS = {
     "ring of 80 D, 45 robots",
     "closed line D/D/1, 8 robots, 30 s round, 10 s service",
     "closed line D/D/1, 5 robots, 30 s round, 10 s service",
+    "M/G/1//8, 8 robots and a lift",
+    "1 robot with work at all times, 1 charger",
+    "busy station with 10 s service, open 995 of 2000 s, at_close: pause",
 }
 """The dear ones, and those that lie between others of their kind."""
 EACH = [
@@ -50,6 +53,21 @@ def test_a_robot_that_breaks_down_is_available_for_its_share_of_the_time():
     model = dw.load(models.crews_that_break_down(1, 100.0, 25.0, 10_000))
     available = [dw.simulate(model, seed).kpis["availability"] for seed in range(4)]
     assert sum(available) / 4 == pytest.approx(0.8, abs=0.026)
+
+
+def test_eight_robots_that_ride_in_one_lift_are_machines_with_one_repairer():
+    """The lift is nearly always busy: runs of five hours vary by half a per cent, and doors are a tenth of a ride."""
+    model = dw.load(models.upstairs(8, 150.0, 5 * 3600.0))
+    rides = [dw.simulate(model, seed).kpis["throughput_per_hour"] for seed in range(2)]
+    assert sum(rides) / 2 == pytest.approx(repairman(8, 150.0, models.RIDING) * 3600 / models.RIDING, rel=0.02)
+
+
+@pytest.mark.parametrize(("at_close", "done"), [("pause", 995), ("finish", 1000)])
+def test_in_ten_openings_of_995_s_a_service_of_10_s_is_cut_or_ends(at_close, done):
+    """A service that is cut goes on at the next opening: 99.5 in each, and 100 where it ends after hours."""
+    run = {"run": {"length": 11 * hours.EVERY, "warm_up": hours.EVERY}}
+    model = dw.load(hours.busy_station(995.0, 10.0, at_close), run)
+    assert dw.simulate(model).kpis["tasks"] == pytest.approx(done, abs=1)
 
 
 # Formulas

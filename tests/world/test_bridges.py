@@ -41,7 +41,7 @@ def halls(robots):
     ("robots", "least", "length"),
     [
         (2, 43, 6000),
-        (24, 500, 2000),
+        (8, 165, 2000),
         *(pytest.param(*each, 6000, marks=pytest.mark.long) for each in ((4, 86), (8, 165), (24, 500))),
     ],
 )
@@ -63,7 +63,9 @@ def core(robots, length, seed=0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("length", [600.0, *(pytest.param(each, marks=pytest.mark.long) for each in (1800.0, 5400.0))])
+@pytest.mark.parametrize(
+    "length", [300.0, *(pytest.param(each, marks=pytest.mark.long) for each in (600.0, 1800.0, 5400.0))]
+)
 def test_a_one_way_core_with_twenty_bridges_has_no_knee_at_a_hundred_robots(length):
     run = core(100, length)
     assert run.kpis["throughput_per_hour"] >= 1450

@@ -57,8 +57,9 @@ def test_indicators_do_not_depend_on_how_much_is_logged(changes):
 
 
 @pytest.mark.parametrize("features", ["", "tours", "pods", EVERYTHING])
-def test_indicators_of_no_warehouse_depend_on_how_much_is_logged(features):
-    for number in range(3):
+@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.long)])
+def test_indicators_of_no_warehouse_depend_on_how_much_is_logged(features, count):
+    for number in range(count):
         model = dw.load(warehouse(number, features))
         runs = [dw.simulate(model.replace({"log": level}), number) for level in ("all", "moves", "tasks")]
         for run in runs[1:]:

@@ -342,9 +342,15 @@ def plain():
 
 
 @pytest.mark.slow
-def test_three_flows_run_at_once_and_the_run_is_sound(plain):
-    assert audit(plain) == []
-    assert faults(plain) == []
+@pytest.mark.parametrize("length", [2400, pytest.param(7200, marks=pytest.mark.long)])
+def test_a_run_of_three_flows_is_sound(length):
+    run = day({"run.length": length})
+    assert {task.flow for task in run.history.delivered} == {"inbound", "outbound", "restock"}
+    assert audit(run) == []
+    assert faults(run) == []
+
+
+def test_three_flows_run_at_once(plain):
     assert little.faults(plain) == []  # for each flow, too
     for flow in ("inbound", "outbound", "restock"):
         assert plain.kpis[f"tasks:{flow}"] > 50
@@ -421,7 +427,7 @@ def drawn(run, flow):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", some(CHANGES, 5), ids=str)
+@pytest.mark.parametrize("changes", some(CHANGES, 10), ids=str)
 def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
     """All other flows have the same tasks, each of which takes as long to load and unload."""
     run = day(changes)
@@ -442,7 +448,7 @@ def test_of_tasks_that_are_always_open_the_nth_is_the_same(plain):
     def places(run):
         return [task.good for task in run.history.tasks.values() if task.flow == "restock"]
 
-    few = places(day({"fleet.size": 4}))
+    few = places(day({"fleet.size": 4, "run.length": 3600}))
     assert places(plain)[: len(few)] == few
 
 
@@ -465,8 +471,8 @@ LONG = {"run.length": 24 * 3600}
 RATES = [20, 60, 0, 200]
 
 
-def test_a_profile_keeps_its_rates_hour_by_hour():
-    days = 60
+@pytest.mark.parametrize("days", [30, pytest.param(60, marks=pytest.mark.long)])
+def test_a_profile_keeps_its_rates_hour_by_hour(days):
     counts = np.zeros((days, 24))
     for seed in range(days):
         counts[seed] = np.histogram(arrivals({"profile": {"per_hour": RATES}}, seed, **LONG), 24, (0, 86400))[0]
@@ -479,10 +485,11 @@ def test_a_profile_keeps_its_rates_hour_by_hour():
             assert stats.chi2.ppf(0.0005, days - 1) < dispersion < stats.chi2.ppf(0.9995, days - 1)
 
 
-def test_within_a_rate_arrivals_are_even():
+@pytest.mark.parametrize("days", [7, pytest.param(20, marks=pytest.mark.long)])
+def test_within_a_rate_arrivals_are_even(days):
     times = [
         time % 900
-        for seed in range(20)
+        for seed in range(days)
         for time in arrivals({"profile": {"per_hour": [300], "every": 900}}, seed, **LONG)
     ]
     assert stats.kstest(times, stats.uniform(0, 900).cdf).pvalue > 0.001
@@ -551,12 +558,13 @@ def test_expected_and_when_are_inverse(time):
 
 
 @pytest.mark.slow
-def test_a_from_to_matrix_gives_every_pair_its_rate(tmp_path):
+@pytest.mark.parametrize("hours", [8, pytest.param(20, marks=pytest.mark.long)])
+def test_a_from_to_matrix_gives_every_pair_its_rate(tmp_path, hours):
     (tmp_path / "from_to.csv").write_text("from,pack,storage\ndock,30,10\nstorage,60,\n", encoding="utf-8")
     written = dict(
         RING, tasks={**RING["tasks"], "flows": {"all": {"from_to": {"file": str(tmp_path / "from_to.csv")}}}}
     )
-    model = dw.load(written, {"run.length": 20 * 3600, "log": "tasks", "fleet.size": 3})
+    model = dw.load(written, {"run.length": hours * 3600, "log": "tasks", "fleet.size": 3})
     assert [(pair.source, pair.per_hour) for pair in model.tasks.flows["all"].from_to][:2] == [
         (("B",), 30),
         (("B",), 10),
@@ -568,7 +576,7 @@ def test_a_from_to_matrix_gives_every_pair_its_rate(tmp_path):
         for task in [run.history.tasks[row.task]]
     )
     arrived = len(run.history.tasks)
-    low, high = stats.poisson.interval(0.999, 20 * 100)
+    low, high = stats.poisson.interval(0.999, hours * 100)
     assert low <= arrived <= high
     total = sum(ends.values())
     shares = {("dock", "pack"): 0.3, ("dock", "storage"): 0.1, ("storage", "pack"): 0.6}

@@ -146,6 +146,7 @@ def test_check_knows_what_people_and_repairs_leave_to_robots():
     assert rides.startswith("people use lift lift0 for 22.2 % of the time on average, and robots wait for them; esti")
 
 
+@pytest.mark.usefixtures("brief_probes")
 def test_cabins_that_are_alike_are_spoken_of_in_one_line():
     """Three share 60 rides of people an hour; each takes 40 s, as in the test before."""
     lift = {"cabins": 3, "people": {"per_hour": 60, "transfer": 3}, "outages": {"every": "3 h", "repair": "1 h"}}

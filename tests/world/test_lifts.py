@@ -246,6 +246,7 @@ def test_of_two_lifts_side_by_side_congestion_aware_takes_both():
     assert "lift lift0 was the busiest, with" in str(one).lower()
 
 
+@pytest.mark.usefixtures("brief_probes")
 def test_robots_take_all_cabins_of_a_lift_where_routes_see_the_queue():
     one, both = (
         dw.simulate(dw.load(building(1, routing), {"layout.lifts.lift0.cabins": 2, "log": "all"}), 1)

@@ -10,6 +10,8 @@ from desim_warehouse.cli import desim
 from tests.auditor import audit
 from tests.world.crowded import crowded
 
+SHORT = {"run.length": 500, "run.warm_up": 150}
+
 
 def most_out(run):
     """The most robots that were at once between being given a task in a bay, or setting out from one, and parking."""
@@ -35,7 +37,9 @@ def test_no_more_robots_are_under_way_and_all_work_is_done(most):
 
 @pytest.mark.slow
 def test_without_a_cap_that_is_reached_nothing_changes():
-    logs = [dw.simulate(dw.load(crowded(12), {"traffic.most_out": most})).record.rows for most in (None, 12, 40)]
+    logs = [
+        dw.simulate(dw.load(crowded(12), SHORT | {"traffic.most_out": most})).record.rows for most in (None, 12, 40)
+    ]
     assert logs[0] == logs[1] == logs[2]
 
 
@@ -47,9 +51,9 @@ def test_robots_that_are_under_way_go_on_with_the_next_task_and_the_others_rest(
 
 @pytest.mark.slow
 def test_a_floor_with_too_many_robots_does_more_with_fewer_of_them_under_way():
-    all_out = dw.simulate(dw.load(crowded(60)))
-    capped = dw.simulate(dw.load(crowded(60), {"traffic.most_out": 30}))
-    thirty = dw.simulate(dw.load(crowded(30)))
+    all_out = dw.simulate(dw.load(crowded(60), SHORT))
+    capped = dw.simulate(dw.load(crowded(60), SHORT | {"traffic.most_out": 30}))
+    thirty = dw.simulate(dw.load(crowded(30), SHORT))
     assert capped.kpis["throughput_per_hour"] > 1.2 * all_out.kpis["throughput_per_hour"]
     assert capped.kpis["throughput_per_hour"] >= 0.97 * thirty.kpis["throughput_per_hour"]
 

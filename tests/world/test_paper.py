@@ -90,7 +90,7 @@ def test_the_30_cells_against_the_authors_program(multibots):
 @pytest.mark.parametrize(
     ("seed", "count", "margin", "more_stops"),
     [
-        (2, 15, 8.0, 0.08),
+        (2, 10, 8.0, 0.15),
         *(
             pytest.param(*each, marks=pytest.mark.long)
             for each in [(1, 60, 8.0, 0.08), (2, 60, 8.0, 0.08), (3, 60, 0.0, 0.25)]

@@ -41,7 +41,7 @@ def cut(edges, length):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robots", [28, 33, 36, 40, 44])
+@pytest.mark.parametrize("robots", [28, 36, 44, *(pytest.param(robots, marks=pytest.mark.long) for robots in (33, 40))])
 def test_a_ring_carries_k_v_over_l_up_to_the_law_of_its_corners(robots):
     measured, _ = flow(robots)
     assert measured == pytest.approx(min(robots / LENGTH * 3600, CORNER), rel=0.01)
@@ -54,9 +54,10 @@ def test_nobody_waits_in_a_ring_that_is_not_full():
 
 
 @pytest.mark.slow
-def test_an_edge_of_two_to_four_d_holds_one_robot_less_than_it_has_places_for():
+@pytest.mark.parametrize("until", [1500.0, pytest.param(4000.0, marks=pytest.mark.long)])
+def test_an_edge_of_two_to_four_d_holds_one_robot_less_than_it_has_places_for(until):
     """The price of claiming the node and room to stand beyond it at the stop line: see docs/why.md."""
-    fits, _ = flow(24, edges=24)  # edges of 2.5 D hold one robot each
+    fits, _ = flow(24, edges=24, until=until, warm_up=until / 2)  # edges of 2.5 D hold one robot each
     assert fits == pytest.approx(24 / LENGTH * 3600, rel=0.01)
-    more, _ = flow(30, edges=24)
+    more, _ = flow(30, edges=24, until=until, warm_up=until / 2)
     assert more < 30 / LENGTH * 3600 * 0.97

@@ -24,7 +24,11 @@ def ask_every_time(monkeypatch):
 @pytest.mark.parametrize(
     "changes",
     [
-        *({"policies.routing": {"name": "congestion-aware", "detours": detours}} for detours in (0, 1, 3)),
+        {"policies.routing": {"name": "congestion-aware", "detours": 1}},
+        *(
+            pytest.param({"policies.routing": {"name": "congestion-aware", "detours": detours}}, marks=pytest.mark.long)
+            for detours in (0, 3)
+        ),
         *({"policies.routing": name} for name in OURS["routing"]),
         {"policies.routing": {"name": "shortest", "spread": 3}},
         *({"policies.charging": name} for name in OURS["charging"] if name != "swap"),

@@ -17,10 +17,14 @@ def test_the_floor_is_one_way_connected_and_has_the_chutes():
     assert not {edge[::-1] for edge in edges} & set(edges)
 
 
-@pytest.mark.parametrize(("steps", "times"), [(60, 1.25), pytest.param(100, 1.4, marks=pytest.mark.long)])
-def test_robots_that_share_equally_short_routes_reach_more_goals(steps, times):
+@pytest.mark.parametrize(
+    ("robots", "steps", "times"),
+    [(300, 40, 1.1), *(pytest.param(500, *each, marks=pytest.mark.long) for each in ((60, 1.25), (100, 1.4)))],
+)
+def test_robots_that_share_equally_short_routes_reach_more_goals(robots, steps, times):
     alone, shared = (
-        sorting.goals(500, sorting.POLICIES[name], steps=steps, warm_up=2 * steps)[0] for name in ("shortest", "spread")
+        sorting.goals(robots, sorting.POLICIES[name], steps=steps, warm_up=2 * steps)[0]
+        for name in ("shortest", "spread")
     )
     assert shared > times * alone
 

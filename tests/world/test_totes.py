@@ -100,6 +100,7 @@ def test_policy_refuses_what_makes_no_sense(wrong):
         dw.load(RING, changes)
 
 
+@pytest.mark.usefixtures("brief_probes")
 def test_check_says_that_single_lines_are_no_totes():
     flow = {"from": "storage", "to": "pack", "arrivals": {"poisson": 10}, "lines": 2, "unload_per": "order"}
     single = {"tasks.flows": {"flow": flow}, "run.length": 7200}
