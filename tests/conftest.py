@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 from collections import Counter
+from itertools import count
 
 import pytest
 from hypothesis import settings
@@ -42,10 +43,17 @@ def pytest_collection_finish():
     gc.set_threshold(100_000, 20, 20)
 
 
+@pytest.fixture(scope="session")
+def _caches(tmp_path_factory):
+    """Names of folders, one by one. That of a factory would list all there are to find the next."""
+    folder = tmp_path_factory.mktemp("caches")
+    return (folder / str(number) for number in count())
+
+
 @pytest.fixture(autouse=True)
-def _own_cache(tmp_path_factory, monkeypatch):
+def _own_cache(_caches, monkeypatch):
     """No test finds the runs of another, nor those of the user."""
-    monkeypatch.setenv("DESIM_CACHE", str(tmp_path_factory.mktemp("cache")))
+    monkeypatch.setenv("DESIM_CACHE", str(next(_caches)))
 
 
 _SETTLED = {}
@@ -116,5 +124,5 @@ def pytest_terminal_summary(terminalreporter):
     """One line for each reason, however many tests were skipped for it."""
     reports = terminalreporter.stats.get("skipped", [])
     reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
-    for reason, count in reasons.most_common():
-        terminalreporter.write_line(f"{count} skipped: {reason}")
+    for reason, times in reasons.most_common():
+        terminalreporter.write_line(f"{times} skipped: {reason}")
