@@ -36,7 +36,7 @@ from .test_faults import DESIM
 
 posix = pytest.mark.skipif(os.name != "posix", reason="kill -9 and rights of folders")
 WORDS = Draft(size=(16, 14), orders=30, robots=2, chargers=1)
-SHORT = {"run": {"length": "40 min"}, "battery.capacity": 30}
+SHORT = {"run": {"length": "40 min"}, "battery.capacity": 15}
 """A small battery settles soon."""
 
 
@@ -308,13 +308,13 @@ def test_one_crew_simulates_for_all_studies_of_a_question(model, monkeypatch):
 
 
 def test_scouts_settle_nothing_and_are_kept_apart(model, settlings):
-    """Levels begin between 30 and 95 % of 30, and a study with the seed of the scouts does not find their runs."""
+    """Levels begin between 30 and 95 % of 15, and a study with the seed of the scouts does not find their runs."""
     study = dw.Study(model, {"fleet.size": [2, 3]}, target="on_time >= 50 %")
     goal = read_target("on_time >= 50 %", model.units.names)
     assert scouted(study, goal, [(0,), (1,)], lambda one: one, Budget(9), dw.Search()) == set()
     assert not settlings
     run = RunData.simulated(model, 1, fleets=UNSETTLED)
-    assert all(9 <= levels[0] <= 28.5 for _, levels in run.history.energy_curves)
+    assert all(4.5 <= levels[0] <= 14.25 for _, levels in run.history.energy_curves)
     names = [path.stem for path in cache_folder().glob("runs-*/*.jsonl")]
     assert names
     assert all(name.endswith("-scout") for name in names)
