@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from pkgutil import resolve_name
 from queue import SimpleQueue
+from threading import Thread
 
 import pandas as pd
 import pytest
@@ -117,12 +118,12 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path, repli
     assert finished(table).equals(finished(study(replications).run().table))
 
 
-@pytest.mark.parametrize("number", [1, pytest.param(2, marks=pytest.mark.long)])
-def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path, number):
+@pytest.mark.long
+def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
-        command(tmp_path, 5_000, number), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command(tmp_path, 5_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    wait_for(lambda: lines(tmp_path) > 20 and (number == 1 or children(process.pid)))
+    wait_for(lambda: lines(tmp_path) > 20 and children(process.pid))
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
     _, said = process.communicate(timeout=PATIENCE)
@@ -133,6 +134,18 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path, number):
     with Store(tmp_path, pytest.fail) as store:
         assert len(store.runs) == lines(tmp_path) > 20
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path)
+
+
+def test_ctrl_c_in_one_process_keeps_what_is_done(tmp_path):
+    """Every day in this process; how long it takes to start another, and to end workers, is seen above."""
+    strike = Thread(target=lambda: (wait_for(lambda: lines(tmp_path) > 5), os.kill(os.getpid(), signal.SIGINT)))
+    strike.start()
+    done = CliRunner().invoke(desim, command(tmp_path, 5_000, 1)[len(DESIM) :])
+    strike.join(PATIENCE)
+    assert done.exit_code == 130
+    assert "finished runs are kept in" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path) > 5
 
 
 def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, parking, capfd):

@@ -56,7 +56,9 @@ def test_replications_use_common_random_numbers():
 def test_several_processes_give_the_same_table_bit_for_bit(parking, workers, replications):
     """With the errors of runs that fail."""
     designs = {"one": {"fleet.size": 1}, "six": {"fleet.size": 6}, "bad": {"policies.parking": parking("raise")}}
-    alone, shared = (study({"case": {"cases": designs}}, replications=replications).run(workers=n) for n in (1, workers))
+    alone, shared = (
+        study({"case": {"cases": designs}}, replications=replications).run(workers=n) for n in (1, workers)
+    )
     assert same(alone.table, shared.table)
     assert shared.table.groupby("case")["error"].count().to_dict() == {"bad": replications, "one": 0, "six": 0}
 
@@ -161,7 +163,9 @@ def test_a_cap_ends_replications():
     assert len(study({"fleet.size": [1]}, replications=rule).run().table) == 5
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])  # every day in several processes above
+@pytest.mark.parametrize(
+    "workers", [1, pytest.param(2, marks=pytest.mark.long)]
+)  # every day in several processes above
 def test_a_failing_run_is_a_row_with_its_error(parking, workers):
     factors = {"policies.parking": {"named": {"good": "home", "bad": parking("raise")}}}
     with pytest.warns(RuntimeWarning, match="failed"):
