@@ -51,7 +51,9 @@ def drafted(folder):
 
 @pytest.fixture(scope="module")
 def found(drafted, folder):
-    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..4", chargers="1", search=dw.Search(out=folder / "out"))
+    return plan_fleet(
+        drafted, "on_time >= 90 %", growth=1.3, robots="1..4", chargers="1", search=dw.Search(out=folder / "out")
+    )
 
 
 def test_a_strategy_that_is_a_number_is_called_by_its_key_too():

@@ -120,7 +120,7 @@ def test_damaged_fleets_are_worked_out_again(model, right, settlings, tmp_path):
         assert len(settlings) == 1
 
 
-@pytest.mark.parametrize("room", [0, 40])
+@pytest.mark.parametrize("room", [pytest.param(0, marks=pytest.mark.long), 40])
 def test_a_full_disk_changes_no_answer(model, right, settlings, tmp_path, monkeypatch, room):
     write = os.write
 
@@ -240,6 +240,7 @@ def table(made):
 
 
 @pytest.mark.slow
+@pytest.mark.long  # every day one worker, which is killed, and the one in its place share them
 def test_workers_share_settled_fleets_and_answer_as_one(model):
     alone, many = study(model), study(model)
     alone.run(cache=True)

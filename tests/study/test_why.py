@@ -179,7 +179,7 @@ def test_an_indicator_without_a_better_side_is_refused(run):
         why(run, indicator="share_idle")
 
 
-@pytest.mark.parametrize("number", [100, 101, 108])
+@pytest.mark.parametrize("number", [100, pytest.param(101, marks=pytest.mark.long), 108])
 def test_where_robots_wait_longest_is_not_what_is_scarce(number):
     """No slot at the station (robots stand in bays), too few robots, a charger for which spare robots queue."""
     model, planted = bottlenecks.planted(number)

@@ -38,7 +38,7 @@ def test_a_deterministic_model_needs_one_replication():
     assert (found.value, found.low, found.high, found.deterministic) == (7.0, None, None, True)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+@pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.long), 0.5, 0.95])
 def test_intervals_cover_at_least_as_often_as_they_say_whatever_the_values_follow(share):
     values = np.random.default_rng(31).lognormal(0.0, 1.0, (300, 100))
     truth = math.exp(NormalDist().inv_cdf(share))
