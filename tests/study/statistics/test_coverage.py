@@ -106,7 +106,7 @@ def test_replicating_until_precise_enough_still_covers(studies):
 @pytest.mark.parametrize(
     ("name", "studies"),
     [
-        ("shifted", 100),
+        ("shifted", 200),
         *(pytest.param(name, STUDIES, marks=pytest.mark.long) for name in ("shifted", "lognormal", "collisions")),
     ],
 )
