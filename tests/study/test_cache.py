@@ -43,7 +43,7 @@ def simulated(monkeypatch):
 def chosen(fleets=(1, 2, 3), **where):
     """What `best` says, all of it, and the study that it was asked of."""
     made = dw.Study(MULTIBOTS, {"fleet.size": list(fleets)}, changes=CHANGES)
-    return race(made, "T", 50, search=dw.Search(**where)), made
+    return race(made, "T", 50, search=dw.Search(first=5, cap=15, **where)), made
 
 
 def journals():
@@ -220,7 +220,7 @@ def test_there_is_never_more_than_its_limit_and_what_was_used_last_stays(monkeyp
     monkeypatch.setattr(caching, "MOST", 64_000)
     line = b"x" * 500 + b"\n"
     made = Cache(print)
-    for number in range(400):
+    for number in range(250):
         made.keep(f"{number:03}", line)
         os.utime(cache_folder() / made.folder.name / f"{number:03}.jsonl", (number, number))
         if number % 20 == 0:
@@ -229,7 +229,7 @@ def test_there_is_never_more_than_its_limit_and_what_was_used_last_stays(monkeyp
     made.close()
     names = [path.stem for path in journals()]
     assert names[0] == "000"
-    assert names[1:] == [f"{number:03}" for number in range(400 - len(names) + 1, 400)]
+    assert names[1:] == [f"{number:03}" for number in range(250 - len(names) + 1, 250)]
     assert len(names) > 50
 
 
@@ -303,6 +303,7 @@ def test_two_commands_on_one_cache_at_once_answer_as_one():
 
 def test_a_second_plan_of_the_same_question_takes_under_two_seconds(tmp_path):
     arguments = ["plan", str(Path(__file__).parent / "always_on_time.yaml"), "--target", "on_time >= 90 %", "--quiet"]
+    arguments += ["--robots", "3..4", "--first", "4", "--cap", "8"]
     first = CliRunner().invoke(desim, arguments)
     began = time.process_time()
     again = CliRunner().invoke(desim, arguments)

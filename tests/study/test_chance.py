@@ -1,5 +1,7 @@
 """Procedures know whether one run is exact: from the models, and from the runs where models cannot say."""
 
+from itertools import product
+
 import pytest
 from click.testing import CliRunner
 
@@ -7,7 +9,6 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.model import Model
 from desim_warehouse.study.procedures import race
-from tests.daily import some
 
 from .conftest import ROOT
 
@@ -39,8 +40,14 @@ def said(command, *changes):
     return result.output
 
 
-@pytest.mark.parametrize("change", some(CHANCE, 2))
-@pytest.mark.parametrize("command", COMMANDS)
+# each command has one of them every day, and each of them a command
+@pytest.mark.parametrize(
+    ("command", "change"),
+    [
+        pytest.param(*one, marks=[] if one[0] == "what-if" or one[1] == "breakdowns" else [pytest.mark.long])
+        for one in product(COMMANDS, CHANCE)
+    ],
+)
 def test_no_command_calls_a_list_of_goods_exact_where_chance_plays_a_part(command, change):
     output = said(command, CHANCE[change])
     assert "exact" not in output

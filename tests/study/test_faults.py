@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from pkgutil import resolve_name
 from queue import SimpleQueue
+from threading import Thread
 
 import pandas as pd
 import pytest
@@ -27,7 +28,6 @@ from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import ENOUGH, Simulator, Wanted
-from tests.daily import some
 
 from .conftest import MULTIBOTS, PATIENCE, ample, wait_for
 
@@ -118,6 +118,7 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path, repli
     assert finished(table).equals(finished(study(replications).run().table))
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
         command(tmp_path, 5_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
@@ -133,6 +134,18 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     with Store(tmp_path, pytest.fail) as store:
         assert len(store.runs) == lines(tmp_path) > 20
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path)
+
+
+def test_ctrl_c_in_one_process_keeps_what_is_done(tmp_path):
+    """Every day in this process; how long it takes to start another, and to end workers, is seen above."""
+    strike = Thread(target=lambda: (wait_for(lambda: lines(tmp_path) > 5), os.kill(os.getpid(), signal.SIGINT)))
+    strike.start()
+    done = CliRunner().invoke(desim, command(tmp_path, 5_000, 1)[len(DESIM) :])
+    strike.join(PATIENCE)
+    assert done.exit_code == 130
+    assert "finished runs are kept in" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path) > 5
 
 
 def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, parking, capfd):
@@ -244,7 +257,7 @@ def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers, ti
 def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_run(tmp_path, parking):
     mark = tmp_path / "mark"
     holding = f"policies.parking={json.dumps(parking('hold', mark=str(mark)))}"
-    options = ["--set", "tasks.goods={random: 8}", "--vary", holding, "--replications", "2", "--workers", "2"]
+    options = ["--set", "tasks.goods={random: 8}", "--vary", holding, "--replications", "1", "--workers", "2"]
     quiet = subprocess.DEVNULL
     process = subprocess.Popen([*DESIM, "what-if", str(MULTIBOTS), *options], stdout=quiet, stderr=quiet)
     wait_for(lambda: mark.exists() and mark.read_text())
@@ -255,22 +268,29 @@ def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_
     wait_for(lambda: not alive(worker))
 
 
-@pytest.mark.parametrize("what", some(["start a process", "fork", "fork and wait"], 3))
-def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking, what):
+@pytest.mark.parametrize(
+    ("what", "runs"),
+    [
+        ("start a process", 1),
+        *(pytest.param(what, 10, marks=pytest.mark.long) for what in ("start a process", "fork", "fork and wait")),
+    ],
+)
+def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking, what, runs):
     mark = tmp_path / "mark"
-    cases = {"good": "home", "starts": parking(what, mark=str(mark))}
-    made = study(5, {"policies.parking": {"named": cases}}).run(workers=2, out=tmp_path / "out")
+    cases = {"starts": parking(what, mark=str(mark))}
+    made = study(runs, {"policies.parking": {"named": cases}}).run(workers=2, out=tmp_path / "out")
     assert made.table["error"].isna().all()
-    assert lines(tmp_path / "out") == 10  # a copy of the worker counts nothing twice
+    assert lines(tmp_path / "out") == runs  # a copy of the worker counts nothing twice
     wait_for(lambda: not alive(int(mark.read_text())))
 
 
-def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_path, parking):
+@pytest.mark.parametrize("runs", [1, pytest.param(10, marks=pytest.mark.long)])
+def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_path, parking, runs):
     mark = tmp_path / "mark"
-    made = study(5, {"policies.parking": {"named": {"good": "home", "dies": parking("fork and die", mark=str(mark))}}})
+    made = study(runs, {"policies.parking": {"named": {"dies": parking("fork and die", mark=str(mark))}}})
     made.run(workers=2, out=tmp_path / "out")
     assert made.table["error"].isna().all()
-    assert lines(tmp_path / "out") == 10
+    assert lines(tmp_path / "out") == runs
     assert set(made.notes) == {"a worker process died; its runs are retried"}  # twice if both were at it
     wait_for(lambda: not alive(int(mark.read_text())))
 
@@ -445,11 +465,11 @@ def test_a_script_needs_no_main_guard(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         f"import desim_warehouse as dw\n"
-        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..2'}}, replications=2, changes={CHANGES!r})\n"
+        f"study = dw.Study({str(MULTIBOTS)!r}, changes={CHANGES!r})\n"
         f"print(len(study.run(workers=2).table), study.notes)\n"
     )
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert done.stdout == "4 []\n"
+    assert done.stdout == "1 []\n"
     assert not done.stderr
 
 

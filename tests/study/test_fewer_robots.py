@@ -6,7 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.questions.plan import plan_fleet
 from tests.world.test_flows import RING
 
-SEARCH = dw.Search(cache=False, progress=False)
+SEARCH = dw.Search(first=4, cap=24, cache=False, progress=False)
 FLOW = {"from": "storage", "to": ["pack"], "due_within": 150, "arrivals": {"poisson": 30}}
 
 

@@ -33,7 +33,12 @@ def answer(model, indicator=None):
 def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orders):
     """Handling a tenth shorter gains a tenth of 30 s by arithmetic: that is no bottleneck."""
     found, said = answer(
-        drafted({"fleet.start_energy": "settled", "battery.capacity": 30}, orders=orders, robots=8, chargers=6)
+        drafted(
+            {"fleet.start_energy": "settled", "battery.capacity": 15, "run.length": "80 min"},
+            orders=orders,
+            robots=8,
+            chargers=6,
+        )
     )
     assert said.startswith("There is no bottleneck: robots idle ")
     assert " 100 % on time." in said
@@ -126,7 +131,8 @@ ARRIVALS = "tasks.flows.orders.arrivals"
 def test_peaks_are_a_suspect_and_named():
     """A ring of 80 m and two robots do some 70 tasks an hour: 180 in ten minutes of each forty wait for an hour."""
     profile = {"profile": {"per_hour": [120, 20, 20, 20], "every": "15 min"}}
-    found, said = answer(dw.load(FLOOR, {ARRIVALS: profile}), indicator="cycle_time_p95")
+    model = dw.load(FLOOR, {ARRIVALS: profile, "run.length": "2 h"})
+    found, said = answer(model, indicator="cycle_time_p95")
     assert said.startswith("Peaks are the main bottleneck. ")
     assert found.ranked[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
 
@@ -184,8 +190,8 @@ def test_breaks_are_taken_out_of_calendars_of_robots_and_stations(calendar, whol
 
 def test_a_break_longer_than_orders_may_take_is_named():
     """Whatever comes in the first twenty minutes of half an hour is late; no robot more helps."""
-    day = {"calendars": {"day": {"open": ["08:00-10:00", "10:30-12:00"]}}, "fleet.hours": "day", "run.start": "08:00"}
-    found, said = answer(dw.load(FLOOR, day), indicator="on_time")
+    day = {"calendars": {"day": {"open": ["08:00-09:30", "10:00-11:00"]}}, "fleet.hours": "day"}
+    found, said = answer(dw.load(FLOOR, {**day, "run.start": "08:00", "run.length": "3 h"}), indicator="on_time")
     assert said.startswith("Breaks in day are the main bottleneck. No breaks in day: done on time rises by ")
     assert "shifts of robots" not in {suspect.name for suspect, _ in found.ranked}  # always at work is the same here
 

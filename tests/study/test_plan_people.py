@@ -19,8 +19,8 @@ SLOW = dw.load(
         "tasks.goods": {"saturated": 8},
         "tasks.load_time": 100,
         "layout.aisles": "wide",
-        "run.length": 4500,
-        "run.warm_up": 900,
+        "run.length": 3000,
+        "run.warm_up": 600,
     },
 )
 """A line takes a picker 100 s, so one does at most 36 an hour; and a robot 60 + 100 + 4 s, so two do at most 43.9."""
@@ -69,7 +69,7 @@ def test_pickers_are_sized_beside_packers_for_the_least_wages():
 
 def test_pickers_cost_what_a_run_of_them_costs():
     """Two more at 20 an hour, at work for half of 2,000 hours."""
-    hours = {"calendars": {"half": {"every": 200, "lasts": 100}}, "pickers.hours": "half", "run.warm_up": 900}
+    hours = {"calendars": {"half": {"every": 200, "lasts": 100}}, "pickers.hours": "half"}
     model = SLOW.replace({**hours, "prices": PRICES})
     designs = with_people(model, pickers="1..3")
     assert designs.cost((2, 0, 3)) - designs.cost((2, 0, 1)) == 2 * 20 * 1000

@@ -79,7 +79,7 @@ def test_a_plan_says_where_more_do_worse():
     plan = dw.plan(
         HALL.replace(SHORT),
         "throughput_per_hour >= 600",
-        robots=[2, 4, 16, 20],
+        robots=[2, 4, 20],
         strategies={},
         search=dw.Search(first=2, cap=4),
     )

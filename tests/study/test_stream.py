@@ -45,7 +45,7 @@ def test_designs_that_are_the_same_model_have_a_row_each():
     assert [row.point.number for row in made.stream()] == [0, 1]
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_a_stream_that_is_closed_cancels_the_rest_and_keeps_what_ended(tmp_path, workers):
     made = study(replications=3000)
     rows = made.stream(workers=workers, out=tmp_path)

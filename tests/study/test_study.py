@@ -51,10 +51,16 @@ def test_replications_use_common_random_numbers():
     assert table["seed"].tolist() == [run_seed(7, r) for r in range(3)] * 2
 
 
+@pytest.mark.filterwarnings("ignore:.* runs? failed:RuntimeWarning")
 @pytest.mark.parametrize(("workers", "replications"), [(2, 3), pytest.param(3, 7, marks=pytest.mark.long)])
-def test_several_processes_give_the_same_table_bit_for_bit(workers, replications):
-    alone, shared = (study({"fleet.size": [1, 2, 6]}, replications=replications).run(workers=n) for n in (1, workers))
+def test_several_processes_give_the_same_table_bit_for_bit(parking, workers, replications):
+    """With the errors of runs that fail."""
+    designs = {"one": {"fleet.size": 1}, "six": {"fleet.size": 6}, "bad": {"policies.parking": parking("raise")}}
+    alone, shared = (
+        study({"case": {"cases": designs}}, replications=replications).run(workers=n) for n in (1, workers)
+    )
     assert same(alone.table, shared.table)
+    assert shared.table.groupby("case")["error"].count().to_dict() == {"bad": replications, "one": 0, "six": 0}
 
 
 def test_factors_of_any_kind_are_columns(tmp_path):
@@ -118,19 +124,21 @@ def test_runs_with_other_seeds_models_or_policy_code_are_not_mixed_up(tmp_path, 
     def lines():
         return len((tmp_path / "out" / "runs.jsonl").read_text().splitlines())
 
-    def run(**more):
-        study({"policies.parking": [parking("nothing")]}, **more).run(out=tmp_path / "out")
+    def run(policy, **more):
+        study({"policies.parking": [policy]}, **more).run(out=tmp_path / "out")
 
-    run()
-    run(seed=1)
+    run("home")
+    run("home", seed=1)
     assert lines() == 2
-    run(changes={**RANDOM, "battery.threshold": 3})
+    run("home", changes={**RANDOM, "battery.threshold": 3})
     assert lines() == 3
+    run(parking("nothing"))
+    assert lines() == 4
     Path(policies).write_text(Path(policies).read_text() + "\n# changed\n")
-    run()
-    assert lines() == 4
-    run()
-    assert lines() == 4
+    run(parking("nothing"))
+    assert lines() == 5
+    run(parking("nothing"))
+    assert lines() == 5
 
 
 RULE = {"indicator": "T", "half_width": "10 %", "minimum": 3, "cap": 40}
@@ -155,7 +163,9 @@ def test_a_cap_ends_replications():
     assert len(study({"fleet.size": [1]}, replications=rule).run().table) == 5
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize(
+    "workers", [1, pytest.param(2, marks=pytest.mark.long)]
+)  # every day in several processes above
 def test_a_failing_run_is_a_row_with_its_error(parking, workers):
     factors = {"policies.parking": {"named": {"good": "home", "bad": parking("raise")}}}
     with pytest.warns(RuntimeWarning, match="failed"):
@@ -271,5 +281,5 @@ def test_no_more_processes_are_started_than_there_are_runs(monkeypatch):
             super().__init__()
 
     monkeypatch.setattr(pool, "Worker", Counted)
-    assert len(study(replications=1).run(workers=256).table) == 2
-    assert len(started) == 2
+    assert len(study({"fleet.size": [1]}).run(workers=256).table) == 1
+    assert len(started) == 1

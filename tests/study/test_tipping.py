@@ -143,6 +143,7 @@ def test_the_folder_of_tipping_points_opens_as_their_page(points, file):
 
 def planned(file, *more):
     words = ["plan", str(file), "--target", TARGET_HERE, "--robots", "5", "--vary", "policies.allocation=nearest"]
+    words += ["--first", "3", "--cap", "6"]
     words += ["--set", "run.length=400", "--set", "run.warm_up=50", "--quiet"]
     return CliRunner().invoke(desim, [*words, *more])
 

@@ -151,6 +151,7 @@ def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it
 
 def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     few, (model, _) = "--quiet --first 3 --cap 4", bottlenecks.planted(1)
+    model = model.replace({"run.length": 1500, "run.warm_up": 300})
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert pages.run_desim("desim run w.yaml --out run")[0] == 0
@@ -178,7 +179,7 @@ def test_an_indicator_without_a_better_side_is_refused(run):
         why(run, indicator="share_idle")
 
 
-@pytest.mark.parametrize("number", [100, 101, 108])
+@pytest.mark.parametrize("number", [100, pytest.param(101, marks=pytest.mark.long), 108])
 def test_where_robots_wait_longest_is_not_what_is_scarce(number):
     """No slot at the station (robots stand in bays), too few robots, a charger for which spare robots queue."""
     model, planted = bottlenecks.planted(number)

@@ -210,7 +210,7 @@ def test_without_noise_it_is_the_cheapest_of_all_that_meet(needs, robot, charger
     assert (None if found.design is None else GRID[found.design]) == (min(right, key=cost) if right else None)
 
 
-@pytest.mark.parametrize("trials", [150, pytest.param(400, marks=pytest.mark.long)])
+@pytest.mark.parametrize("trials", [40, *(pytest.param(many, marks=pytest.mark.long) for many in (150, 400))])
 def test_its_statement_holds_as_often_as_it_says(trials):
     """Random surfaces: the design named meets the target, no cheaper one is better by the zone; at least 95 %."""
     rng = np.random.default_rng(1)

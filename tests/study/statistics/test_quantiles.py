@@ -1,5 +1,8 @@
 """Quantiles over replications: worked by hand, then coverage, then what is refused."""
 
+import math
+from statistics import NormalDist
+
 import numpy as np
 import pytest
 
@@ -35,10 +38,10 @@ def test_a_deterministic_model_needs_one_replication():
     assert (found.value, found.low, found.high, found.deterministic) == (7.0, None, None, True)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+@pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.long), 0.5, 0.95])
 def test_intervals_cover_at_least_as_often_as_they_say_whatever_the_values_follow(share):
     values = np.random.default_rng(31).lognormal(0.0, 1.0, (300, 100))
-    truth = float(np.quantile(np.random.default_rng(32).lognormal(0.0, 1.0, 2_000_000), share))
+    truth = math.exp(NormalDist().inv_cdf(share))
     found = [quantile(row, share) for row in values]
     assert np.mean([one.low <= truth <= one.high for one in found]) >= 0.945
 
