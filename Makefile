@@ -11,7 +11,8 @@ BIN := $(VENV)/bin
 EXTRAS := dev,dask,dxf,excel,rl,serve
 READY := $(VENV)/.ready-$(EXTRAS)
 SOURCES := desim_warehouse tests benchmarks studies docs
-TWO := -n 2 --dist loadfile  # tests of a file share its fixtures, in one of two processes
+# Tests of a file share its fixtures, in one of two processes. Files in their order: else those of few dear tests are last.
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: start ready paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
 
