@@ -78,8 +78,8 @@ def together(model: Model, known_tasks: int) -> Together | None:
         fleet = fleet.model_copy(update={"size": robots, "kinds": {}, "start": fleet.start[:robots]})
     model = model.model_copy(update={"fleet": fleet})
     few, many = _waiting(model, known_tasks)
+    rates = shares_of_flows(model)  # means over the run, as that of a probe has no end
     model = always_there(model)
-    rates = shares_of_flows(model)
     pace = _pace(model, few, rates)
     crowded_pace = pace if many == few else _pace(model, many, rates)
     return None if pace is None or crowded_pace is None else Together(pace, crowded_pace, many)

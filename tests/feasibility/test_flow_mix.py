@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
+from desim_warehouse.run.together import together
 from tests.world.test_flows import RING, first
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
@@ -51,6 +52,23 @@ def test_several_flows_are_mixed_by_their_rates():
     assert cycle.loaded == pytest.approx(40)
     assert cycle.empty == pytest.approx(40 * (9 / 16 + 1 / 16), rel=0.03)
     assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4, rel=0.01)
+
+
+def test_a_flow_that_ends_with_the_run_has_its_whole_share_in_the_mix():
+    """Tasks come both ways, 30 an hour each: once by the hour, and then for just the three hours of the run."""
+    ends = {"from": "pack", "to": "dock"}
+    flows = [
+        {**ends, "arrivals": {"poisson": 30}},
+        {**ends, "arrivals": {"poisson": 30}, "hours": "today"},
+        {**ends, "arrivals": {"schedule": [{"at": at, "tasks": 15} for at in range(900, 10_800, 1800)]}},
+    ]
+    over = {"over": {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}}
+    changes = {**HOUR, "fleet.size": 2, "calendars": {"today": {"between": [[0, 3 * 3600]]}}}
+    models = [dw.load(RING, {"tasks.flows": {**over, "back": back}, **changes}) for back in flows]
+    measured = [together(model, 2).many for model in models]
+    # loaded both ways, a robot does a task in half a round of 80 and 10 at stations, and without loads back in 90
+    assert 80 < measured[0].rate * 3600 < 2 * 72
+    assert measured[1:] == [measured[0]] * 2
 
 
 def test_the_busiest_hour_is_worked_out_apart():
