@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.findings import amount
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import flow_rates
-from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, SaturatedArrivals, mean_rate
+from desim_warehouse.model.sections.flows import SaturatedArrivals, mean_rate
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.sections.lines import shares_of
 
@@ -42,24 +43,25 @@ def orders_asked_for(model: Model) -> Iterator[str]:
 def orders_a_day(model: Model) -> Iterator[str]:
     """Yield the line on the number of orders in 24 h: `demand: orders 2,704, inbound 640 = 3,344 orders a day`.
 
-    The 24 h begin with the run. There is no line if no orders come at a rate, or if the unit of time has no known
-    length.
+    The 24 h begin with the run. Flows from files, or of as many as can be done, are not counted, but named. There is no
+    line if no orders come at a rate, or if the unit of time has no known length.
     """
     tasks, hour = model.tasks, model.units.hour
-    if not model.units.has_seconds:
+    if not model.units.has_seconds or not tasks.arrive:
         return
     day, asked = 24 * hour, {}
     if isinstance(tasks.goods, PoissonGoods):
         asked[""] = 24 * tasks.goods.poisson * model.hours(tasks.goods.hours).share(0.0, day)
     for name, flow in tasks.flows.items():
-        if isinstance(flow.when, PoissonArrivals | ProfileArrivals):
-            rate = mean_rate(flow, day, hour, model.run.start, model.hours(flow.hours)) or 0.0
+        rate = mean_rate(flow, day, hour, model.run.start, model.hours(flow.hours))
+        if rate is not None:
             asked[name] = 24 * rate / flow.mean_lines
-    if asked:
-        whole = math.fsum(asked.values()) * tasks.demand
-        each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items())
-        parts = f"{amount(whole / 24)} an hour = " if "" in asked else f"{each} = " if len(asked) > 1 else ""
-        yield f"demand: {parts}{whole:,.0f} orders a day"
+    whole = math.fsum(asked.values()) * tasks.demand
+    each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items())
+    parts = f"{amount(whole / 24)} an hour = " if "" in asked else f"{each} = " if len(asked) > 1 else ""
+    others = [name for name in tasks.flows if name not in asked]
+    left = f", not counting {spoken(others)}" if others else ""
+    yield f"demand: {parts}{whole:,.0f} orders a day{left}"
 
 
 def most_loads(model: Model) -> int:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.feasibility.asked import orders_a_day
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.questions.check.words import sentences
 from desim_warehouse.run.quick import estimate
@@ -32,6 +33,19 @@ def test_a_fleet_that_is_too_small():
         "1 robot can do about 48 loads an hour; you need 60.",
         "Robots: 2 are needed; you have 1.",
     ]
+
+
+def test_the_demand_of_a_day_counts_lorries_and_names_what_nobody_can_count():
+    """37.5 an hour are 900 a day; two lorries bring 90 loads each on the first day, and a third comes the day after."""
+    lorries = [{"at": hour * 3600, "tasks": 90} for hour in (1, 3, 25)]
+    ends = {"from": "storage", "to": "desk"}
+    flows = {
+        "out": {**ends, "arrivals": {"poisson": 37.5}},
+        "lorries": {**ends, "arrivals": {"schedule": lorries}},
+        "spare": {**ends, "arrivals": {"saturated": 2}},
+    }
+    model = dw.load(DAY, {"tasks": {"flows": flows, "load_time": 5, "unload_time": 30}, "run.length": 100_000})
+    assert list(orders_a_day(model)) == ["demand: out 900, lorries 180 = 1,080 orders a day, not counting spare"]
 
 
 def test_hours_are_said_in_hours():
