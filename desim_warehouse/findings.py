@@ -74,7 +74,9 @@ CODES: dict[str, Code] = {
     "LONG_HANDLING": Code("warning", "loading or unloading one good takes an hour or more"),
     "SHORT_RUN": Code("warning", "the run, or its counted time, is shorter than a few tasks take"),
     "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are demanded than the robots can do"),
-    "PEAK_ABOVE_FLEET": Code("warning", "more tasks are demanded in the busiest hour than the robots can do"),
+    "PEAK_ABOVE_FLEET": Code(
+        "warning", "more tasks are demanded in the busiest hour than the robots can do, or a station in its own"
+    ),
     "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are demanded than the stations can serve"),
     "DEMAND_ABOVE_LIFT": Code("warning", "more rides are asked of a lift than it can do"),
     "LIFT_UNUSED": Code("warning", "routing takes only one lift although another goes to the same floors"),

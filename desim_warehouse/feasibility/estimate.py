@@ -95,16 +95,8 @@ class QuickEstimate:
     """The lifts that tasks use."""
     pickers: PickerLoad | None = None
     """The people who pick into robots; None if robots load by themselves."""
-
-    @property
-    def peak_capacity(self) -> float:
-        """Tasks per time unit that the fleet can do with all robots on duty and none broken, as in the busiest hour."""
-        return (self.capacity if self.measured else self.fleet_capacity) / self._hours
-
-    @property
-    def _hours(self) -> float:
-        """The share of the run in which robots are in their hours; 1 if there is none."""
-        return self.on_duty / self.unbroken or 1.0
+    busiest_hour: QuickEstimate | None = None
+    """The estimate of the busiest hour, whose `rate` is `peak`; None if arrivals do not change."""
 
     @property
     def round(self) -> float:
@@ -207,14 +199,18 @@ class QuickEstimate:
     @property
     def is_overloaded(self) -> bool:
         """Whether the demand is above the fleet's capacity, whichever of robots, chargers and stations limits it."""
-        return self.rate is not None and self.rate > (self.capacity if self.measured else self.fleet_capacity)
+        return self.rate is not None and self.rate > self.can_do_at_most
 
-    def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
+    @property
+    def can_do_at_most(self) -> float:
+        """Tasks per time unit above which demand is more than the fleet can do: as measured, else of its robots."""
+        return self.capacity if self.measured else self.fleet_capacity
+
+    def robots_for(self, rate: float) -> float:
         """Return the number of robots, with fractions, that do `rate` tasks per time unit; inf if no number does."""
-        duty = self.unbroken if at_peak else self.on_duty
-        if not duty or rate > min(self.places_limit.values(), default=math.inf):
+        if not self.on_duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf
-        robots = self.network.robots_for(rate / duty)
+        robots = self.network.robots_for(rate / self.on_duty)
         return robots if math.isinf(robots) or rate <= self._charged(math.ceil(robots)) else math.inf
 
     @cached_property

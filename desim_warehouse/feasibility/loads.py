@@ -10,7 +10,7 @@ import math
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak, peak_factor
+from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
@@ -21,13 +21,13 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
     rate = estimate.capacity if estimate.rate is None else estimate.rate
     if not math.isfinite(rate) or not rate:
         return ()
-    factor, foreseen = peak_factor(model), list[Load | None]()
+    foreseen = list[Load | None]()
     of_servers = {item.node: rate * item.share / item.serve_capacity for item in estimate.stations}
     of_people = {item.node: rate * item.share / item.work_capacity for item in estimate.stations if item.workers}
     of_lifts = {item.name: item.busy(rate) for item in estimate.lifts}
     for group in (*groups(model), *_places(model, estimate.stations)):
         if group.kind == "robots":
-            foreseen.append(_of_robots(group, estimate, rate, factor))
+            foreseen.append(_of_robots(model, group, estimate, rate))
         elif group.kind == "chargers":
             power = estimate.power
             if power is not None and power.gives and power.draws is not None:
@@ -37,21 +37,21 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
             pickers = estimate.pickers
             if pickers is not None:
                 mean = pickers.busy(rate)
-                foreseen.append(Load(group, mean, in_peak(group, mean, factor), mean))
+                foreseen.append(Load(group, mean, in_peak(model, group, mean), mean))
         elif group.kind == "lifts":
             mean = of_lifts.get(group.zone, 0.0)
-            foreseen.append(Load(group, mean, in_peak(group, mean, factor), mean))
+            foreseen.append(Load(group, mean, in_peak(model, group, mean), mean))
         else:
-            foreseen.append(at_nodes(group, of_people if group.kind == "people" else of_servers, factor))
+            foreseen.append(at_nodes(model, group, of_people if group.kind == "people" else of_servers))
     return tuple(load for load in foreseen if load is not None)
 
 
-def _of_robots(group: Group, estimate: QuickEstimate, rate: float, factor: float | None) -> Load | None:
+def _of_robots(model: Model, group: Group, estimate: QuickEstimate, rate: float) -> Load | None:
     """Return the load of robots relative to their own capacity, whatever stations let through at the peak."""
     if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
         return None
     mean = rate / estimate.fleet_capacity
-    return Load(group, mean, in_peak(group, mean, factor), mean)
+    return Load(group, mean, in_peak(model, group, mean), mean)
 
 
 def _places(model: Model, stations: tuple[StationLoad, ...]) -> list[Group]:

@@ -211,16 +211,16 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
                 estimate, max(estimate.robots_busy, estimate.robots_needed or 0.0), ", each with a place at a station"
             ),
         )
-    elif estimate.peak is not None and estimate.peak > estimate.peak_capacity:
+    elif (busy := estimate.busiest_hour) is not None and busy.is_overloaded:
         yield Finding(
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
-                f"demand is {amount(estimate.peak * hour)} tasks in the busiest hour, but "
-                f"{number_of(estimate.robots, 'robot')} can do {amount(estimate.peak_capacity * hour)}, so work piles "
+                f"demand is {amount((busy.rate or 0.0) * hour)} tasks in the busiest hour, but "
+                f"{number_of(busy.robots, 'robot')} can do {amount(busy.can_do_at_most * hour)}, so work piles "
                 "up until it is over"
             ),
-            _cure(estimate, estimate.robots_for(estimate.peak, at_peak=True), " to keep up with it"),
+            _cure(busy, busy.robots_needed or 0.0, " to keep up with it"),
         )
     yield from _demand_of_stations(model, estimate)
     yield from _demand_of_lifts(model, estimate, estimate.rate)

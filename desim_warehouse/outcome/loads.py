@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.hours import longest_closed
-from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, peak_factor
+from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak
 from desim_warehouse.outcome import measures
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.resources import use_of_stations
@@ -60,7 +60,7 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     Lanes are included if robots wait in traffic longer than they work. Empty without an evaluation period.
     """
     model, measured = history.model, list[Load | None]()
-    factor, (carried, worked) = peak_factor(model), _asked_for(history)
+    since, (carried, worked) = model.run.warm_up, _asked_for(history)
     taken = measures.lifts_taken(history)
     time, at_servers, at_work = of_robots(kpis, model), use_of_stations(history), _use_of_people(history)
     for group in groups(model):
@@ -68,20 +68,20 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
             if time.traffic > time.work:
                 measured.append(Load(LANES, time.traffic))
             mean = time.work * carried
-            measured.append(Load(group, mean, in_peak(group, mean, factor), mean, time.back, time.held))
+            measured.append(Load(group, mean, in_peak(model, group, mean, since), mean, time.back, time.held))
         elif group.kind == "pickers" and not group.zone:
             mean = (kpis.get("picker_utilisation", math.nan) + kpis.get("picker_walking", math.nan)) * carried
-            measured.append(Load(group, mean, in_peak(group, mean, factor), mean))
+            measured.append(Load(group, mean, in_peak(model, group, mean, since), mean))
         elif group.kind == "lifts":
             mean = taken[group.zone] * carried
-            measured.append(Load(group, mean, in_peak(group, mean, factor), mean))
+            measured.append(Load(group, mean, in_peak(model, group, mean, since), mean))
         elif group.kind == "chargers":
             used = kpis.get("charger_utilisation", math.nan)
             measured.append(Load(group, used, None, used))
         else:
             shares, times = (at_work, carried * worked) if group.kind == "people" else (at_servers, carried)
             asked = {node: shares[node] * times for node in group.nodes if node in shares}
-            measured.append(at_nodes(group, asked, factor))
+            measured.append(at_nodes(model, group, asked, since))
     return tuple(load for load in measured if load is not None and math.isfinite(load.mean))
 
 

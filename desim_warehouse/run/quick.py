@@ -17,6 +17,7 @@ from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.estimate import THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, mixed
+from desim_warehouse.feasibility.peak import with_busiest_hour
 from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
@@ -70,10 +71,14 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     Raises:
         SimulationError: a robot by itself does none of the work.
     """
+    return with_busiest_hour(model, _estimate(model, waiting))
+
+
+def _estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     if model.pods is not None:
         paces = together(model, _known(model))
         pile = pile_on(model, *((1.0, 1.0) if paces is None else (paces.few.lines, paces.many.lines)))
-        return by_line(estimate(driven(model, pile.many), waiting), pile, model)
+        return by_line(_estimate(driven(model, pile.many), waiting), pile, model)
     layout, count, probes = model.floor, _robots_by_kind(model), _probes(model, waiting)
     of_kinds = {kind: _task(model, kind, probed) for kind, probed in probes.items()}
     cycle = mixed(of_kinds, count)
@@ -116,7 +121,11 @@ def measured(model: Model) -> QuickEstimate:
     Raises:
         SimulationError: a robot by itself does none of the work.
     """
-    quick = estimate(model)
+    return with_busiest_hour(model, _measured(model))
+
+
+def _measured(model: Model) -> QuickEstimate:
+    quick = _estimate(model)
     paces = together(model, _known(model))
     if paces is None or model.fleet.size > MOST_ROBOTS or not 0 < quick.most < math.inf:
         return quick

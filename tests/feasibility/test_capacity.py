@@ -134,5 +134,5 @@ def test_breakdowns_count_in_the_robots_needed_in_the_busiest_hour():
     broken = sound.replace({"fleet.robot.breakdowns": {"every": "9 h", "repair": "1 h"}})
     usual, more = (check(model).calculation for model in (sound, broken))
     assert more.peak == usual.peak
-    need = [one.robots_for(one.peak, at_peak=True) for one in (usual, more)]
+    need = [one.busiest_hour.robots_needed for one in (usual, more)]
     assert need[1] == pytest.approx(need[0] / 0.9, rel=0.03)

@@ -1,9 +1,15 @@
 """The quick estimate of flows, worked out on a ring of 20 to a side, and what `desim check` finds in them."""
 
+import math
+
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.feasibility.loads import loads
+from desim_warehouse.feasibility.rules import warnings
+from desim_warehouse.model.facts.workers import groups, peak_factor
 from desim_warehouse.questions.check import check
+from desim_warehouse.run.quick import measured
 from desim_warehouse.run.together import together
 from tests.world.test_flows import RING, first
 
@@ -79,6 +85,56 @@ def test_the_busiest_hour_is_worked_out_apart():
     assert found(report).keys() >= {"PEAK_ABOVE_FLEET"}
     quarter = {"from": "dock", "to": "pack", "arrivals": {"profile": {"per_hour": [0, 40, 80, 40, 0], "every": 900}}}
     assert checked(quarter, run__length=4500).calculation.peak * 3600 == pytest.approx(40)
+
+
+PACKED = {"layout.stations.pack": {"at": ["D"], "places": 4, "work_time": 60}, "layout.stations.dock.places": 4}
+"""A packer does 60 loads an hour, whatever comes in at the dock."""
+
+
+def by_the_hour(orders, goods_in):
+    ends = {"orders": ("storage", "pack", orders), "in": ("dock", "storage", goods_in)}
+    flows = {
+        name: {"from": begin, "to": end, "arrivals": {"profile": {"per_hour": rates}}}
+        for name, (begin, end, rates) in ends.items()
+    }
+    model = dw.load(RING, {"tasks.flows": flows, "fleet.size": 4, **HOUR, **PACKED})
+    (packers,) = [group for group in groups(model) if group.kind == "people"]
+    return model, packers
+
+
+def of_packers(model):
+    """The load of packers in their busiest hour, the estimate of the busiest hour, and the codes that are found."""
+    quick = measured(model)
+    (packers,) = [load for load in loads(model, quick) if load.group.kind == "people"]
+    assert packers.mean == pytest.approx(0.75, rel=0.05)
+    return packers.peak, quick.busiest_hour, {item.code for item in warnings(model, model.floor, quick)}
+
+
+def test_packers_have_no_busiest_hour_when_goods_come_in_that_they_never_see():
+    """45 orders an hour are 75 % of their time in each hour, also in that in which 60 loads come in."""
+    peak, busiest, codes = of_packers(by_the_hour([45, 45, 45], [5, 60, 5])[0])
+    assert peak == pytest.approx(0.75, rel=0.05)
+    assert busiest.rate * 3600 == pytest.approx(105)
+    # one packer for 45 of 105 tasks: 140 of such tasks in an hour
+    assert busiest.places_limit["work at D"] * 3600 == pytest.approx(60 / 45 * 105, rel=0.05)
+    assert "PEAK_ABOVE_FLEET" not in codes
+
+
+def test_packers_are_short_in_their_busiest_hour_when_fewer_goods_come_in_then():
+    """110 tasks come in each hour, of which 100 are theirs in one: 167 % of what they can do."""
+    peak, busiest, codes = of_packers(by_the_hour([17.5, 100, 17.5], [92.5, 10, 92.5])[0])
+    assert peak == pytest.approx(100 / 60, rel=0.05)
+    assert busiest.rate * 3600 == pytest.approx(110)
+    assert busiest.places_limit["work at D"] * 3600 == pytest.approx(66, rel=0.05)
+    assert busiest.robots_needed == math.inf
+    assert "PEAK_ABOVE_FLEET" in codes
+
+
+def test_the_busiest_hour_of_a_run_is_one_that_counts():
+    """Of 100, 20 and 45 orders an hour the first are of the warm-up: 45 are 38 % more than the mean of the others."""
+    model, packers = by_the_hour([100, 20, 45], [10, 90, 65])
+    assert peak_factor(model, packers) == pytest.approx(100 / 55)
+    assert peak_factor(model, packers, 3600) == pytest.approx(45 / 32.5)
 
 
 def test_a_station_that_more_robots_do_not_relieve_is_named_instead_of_their_number():

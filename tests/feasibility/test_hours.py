@@ -133,7 +133,7 @@ def test_in_the_busiest_hour_all_robots_are_taken_to_be_at_work():
     estimate = found.calculation
     # 75 s for a task each are 1.25 robots, which never wait; with queues as of robots that come at random, 1.345
     assert estimate.robots_needed == pytest.approx(1.3, abs=0.06)
-    assert estimate.robots_for(estimate.peak, at_peak=True) == pytest.approx(estimate.robots_needed)
+    assert estimate.busiest_hour.robots_needed == pytest.approx(estimate.robots_needed)
     assert "PEAK_ABOVE_FLEET" not in {item.code for item in found.findings}
 
 

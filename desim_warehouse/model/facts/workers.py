@@ -1,8 +1,8 @@
 """The workers of a warehouse (robots, chargers, servers, pickers, people, lifts), and how much is asked of them.
 
-The load of a group is what is asked of it over what it can give in its hours: 1.08 is 8 % too much. In the busiest hour
-it is as many times larger as more comes then. What is foreseen (`feasibility.loads`) and what a run shows
-(`outcome.loads`) fill in this one list, so that all answers name the same groups.
+The load of a group is what is asked of it over what it can give in its hours: 1.08 is 8 % too much. In its busiest hour
+it is as many times larger as more work comes then from the flows that visit it. What is foreseen (`feasibility.loads`)
+and what a run shows (`outcome.loads`) fill in this one list, so that all answers name the same groups.
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ from functools import lru_cache
 from statistics import fmean
 from typing import Literal
 
+from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.peak import peak_rate
+from desim_warehouse.model.facts.peak import mean_and_peak
 from desim_warehouse.model.facts.places import open_share
 from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.policies.situation import Act
 from desim_warehouse.states import PACKING
 
 Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lifts", "lanes"]
@@ -65,11 +67,11 @@ LANES = Group("lanes")
 
 @dataclass(frozen=True)
 class Load:
-    """The load of a group (utilisation, above 1 for too much work): on the `mean`, and in the busiest hour, `peak`.
+    """The load of a group (utilisation, above 1 for too much work): on the `mean`, and in its busiest hour, `peak`.
 
-    `peak`: None where what comes in an hour does not change, and of chargers, as batteries bridge an hour. `worst`: the
-    mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the part of
-    their time in which they drive back to parking, `held` that in which they wait in queues or traffic.
+    `peak`: None where the work that comes in an hour does not change, and of chargers, as batteries bridge an hour.
+    `worst`: the mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the
+    part of their time in which they drive back to parking, `held` that in which they wait in queues or traffic.
     """
 
     group: Group
@@ -117,24 +119,58 @@ def groups(model: Model) -> tuple[Group, ...]:
     return tuple(workers)
 
 
-def peak_factor(model: Model) -> float | None:
-    """Return the rate of tasks in the busiest hour as a multiple of the mean; None where rates do not change."""
-    rate, peak = arrival_rate(model), peak_rate(model)
-    return None if not rate or peak is None else peak / (rate * model.units.hour)
+@lru_cache(maxsize=256)
+def peak_factor(model: Model, group: Group, since: float = 0.0) -> float | None:
+    """Return the work for a group in its busiest hour, from a time of the run on, as a multiple of the mean work.
+
+    None where the work that comes does not change.
+    """
+    work = {"": 1.0} | {name: _work(model, group, name) for name in model.tasks.flows}
+    mean, peak = mean_and_peak(model, work, since) or (0.0, 0.0)
+    return peak / mean if mean else None
 
 
-def in_peak(group: Group, mean: float, factor: float | None) -> float | None:
-    """Return the load of a group in the busiest hour, by its mean load and `peak_factor`: all of it is at work then."""
-    return None if factor is None or group.kind in {"chargers", "lanes"} else mean * group.open * factor
+def _work(model: Model, group: Group, flow: str) -> float:
+    """Return the work that a task of a flow is for a group, on the mean; 0 if the flow does not visit it.
+
+    For servers and pickers it is their time, for people the loads, and for robots and lifts all tasks are alike.
+    """
+    if group.kind in {"robots", "lifts"}:
+        return 1.0
+    spec, times, work = model.tasks.flows[flow], handling_of(model, model.floor).means(), 0.0
+    comes = not group.nodes and model.pickers is not None and model.pickers.serves(flow)
+    stops: list[tuple[float, StorageEnd | tuple[str, ...], Act]] = [
+        (1.0, model.floor.nodes_of(stop), "visit") for stop in spec.via
+    ]
+    for route in spec.routes:
+        stops += [(route.share, route.source, "load"), (route.share, route.target, "unload")]
+    for share, end, act in stops:
+        if isinstance(end, StorageEnd):
+            work += share * times.at_stop(act, flow) * comes
+            continue
+        for node in end:
+            if node not in group.nodes:
+                continue
+            if group.kind == "people":
+                work += share / len(end) * (act == "unload")
+            else:
+                work += share / len(end) * times.at_stop(act if model.pods is None else "visit", flow, node)
+    return work
 
 
-def at_nodes(group: Group, of_nodes: Mapping[str, float], factor: float | None = None) -> Load | None:
+def in_peak(model: Model, group: Group, mean: float, since: float = 0.0) -> float | None:
+    """Return the load of a group in its busiest hour, by its mean load from a time on: all of it is at work then."""
+    factor = None if group.kind in {"chargers", "lanes"} else peak_factor(model, group, since)
+    return None if factor is None else mean * group.open * factor
+
+
+def at_nodes(model: Model, group: Group, of_nodes: Mapping[str, float], since: float = 0.0) -> Load | None:
     """Return the load of a group at a station from the loads of its nodes, equally weighted; None without any."""
     shares = [of_nodes[node] for node in group.nodes if math.isfinite(of_nodes.get(node, math.nan))]
     if not shares:
         return None
     mean = fmean(shares)
-    return Load(group, mean, in_peak(group, mean, factor), max(shares))
+    return Load(group, mean, in_peak(model, group, mean, since), max(shares))
 
 
 def ranked(loads: Iterable[Load]) -> list[Load]:

@@ -136,9 +136,8 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
         text += f", and charge {amount(estimate.charging)} {time} per task"
     if estimate.rate is not None and estimate.robots_needed is not None:
         text += f"; {_need(estimate, estimate.rate * hour, estimate.robots_needed, 'demanded')}"
-        if estimate.peak is not None:
-            most = estimate.robots_for(estimate.peak, at_peak=True)
-            text += f"; {_need(estimate, estimate.peak * hour, most, 'of the busiest hour')}"
+        if (busy := estimate.busiest_hour) is not None and busy.rate is not None:
+            text += f"; {_need(busy, busy.rate * hour, busy.robots_needed or 0.0, 'of the busiest hour')}"
     return text
 
 

@@ -110,12 +110,13 @@ def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
     """Return the sentence on how many robots are enough, on average and in the busiest hour."""
-    peak = mean if estimate.peak is None else estimate.robots_for(estimate.peak, at_peak=True)
+    busy = estimate.busiest_hour or estimate
+    peak = busy.robots_needed or 0.0
     if math.isinf(max(mean, peak)):
-        rate = estimate.rate if math.isinf(mean) else estimate.peak
-        asked = f"{numbers.measured((rate or 0.0) * model.units.hour)} {words.loads(model)}"
+        short = estimate if math.isinf(mean) else busy
+        asked = f"{numbers.measured((short.rate or 0.0) * model.units.hour)} {words.loads(model)}"
         asked = f"{asked} an hour" if math.isinf(mean) else f"the {asked} of the busiest hour"
-        return f"Robots: no number is enough for {asked}, as {limiting(estimate.narrowest)}."
+        return f"Robots: no number is enough for {asked}, as {limiting(short.narrowest)}."
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
     return f"Robots: {_are(counts, most, most <= estimate.robots)}; you have {estimate.robots:,}."

@@ -17,7 +17,7 @@ from desim_warehouse.errors import SimulationError
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.loads import loads as foreseen
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.workers import LANES, Group, Load, groups, in_peak, peak_factor, ranked
+from desim_warehouse.model.facts.workers import LANES, Group, Load, groups, in_peak, ranked
 from desim_warehouse.outcome.loads import RobotTime, of_robots
 from desim_warehouse.run.quick import estimate as quick_estimate
 from desim_warehouse.study.design import Point
@@ -49,7 +49,7 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
         return {}
     quick = _quick_estimate(model)
     beyond = {} if quick is None or quick.rate is None else {load.group: load for load in foreseen(model, quick)}
-    factor, measured = peak_factor(model), dict[Load, Estimate]()
+    measured = dict[Load, Estimate]()
     times = [of_robots(row.indicators, model) for row in rows]
     for group, values in _values(rows, times, model, quick).items():
         if not values or not all(map(math.isfinite, values)):
@@ -60,7 +60,7 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
             continue
         back = fmean(time.back for time in times) if group.kind == "robots" else 0.0
         held = fmean(time.held for time in times) if group.kind == "robots" else 0.0
-        load = Load(group, mean, in_peak(group, mean, factor), mean, back, held)
+        load = Load(group, mean, in_peak(model, group, mean, model.run.warm_up), mean, back, held)
         measured[load] = estimate(values, confidence, deterministic=exact, within=(0.0, 1.0))
     return {load: measured[load] for load in ranked(measured)}
 

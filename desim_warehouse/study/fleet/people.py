@@ -15,10 +15,13 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.people import PACKERS, PEOPLE, PICKERS
+from desim_warehouse.model.facts.workers import groups, peak_factor
 from desim_warehouse.study.fleet.given import counts_of
 
 ROOM = 1.5
 """Largest number of packers to search by default, as a multiple of the quick estimate's need in a peak."""
+_STAFF = {"servers", "pickers", "people"}
+"""Kinds of groups that are people whose number is sized."""
 AUTO = "auto"
 """The input that stands for all numbers that the quick estimate finds possible."""
 
@@ -106,7 +109,7 @@ class SizedPackers(People):
             (load.work_busy or 0) * load.workers if of_work else (load.serve_busy or 0) * load.servers for load in loads
         ]
         needed = math.fsum(busy) / self.nodes
-        return needed, ROOM * _peak(quick) * needed
+        return needed, ROOM * _peak(model, self.place) * needed
 
 
 class SizedPickers(People):
@@ -143,7 +146,7 @@ class SizedPickers(People):
         each = load.pick + load.walks[0]
         if spec.stay == "order" and load.share:
             each = max(each, (quick.cycle.empty + quick.cycle.load) / load.share)
-        return stops * load.pick, _peak(quick) * stops * each
+        return stops * load.pick, _peak(model) * stops * each
 
 
 SIZED: Mapping[str, type[SizedPackers | SizedPickers]] = {kind.name: kind for kind in (SizedPackers, SizedPickers)}
@@ -159,6 +162,10 @@ def people_of(model: Model, wanted: Mapping[str, Sequence[int] | str | None]) ->
     return tuple(SIZED[name].of(model, values) for name, values in wanted.items() if values is not None)
 
 
-def _peak(quick: QuickEstimate) -> float:
-    """Return the number of tasks in the busiest hour, as a multiple of the hourly mean."""
-    return 1.0 if not quick.rate or quick.peak is None else quick.peak / quick.rate
+def _peak(model: Model, place: str = "") -> float:
+    """Return the work of the people of a place in their busiest hour, as a multiple of the hourly mean.
+
+    The people of a place are its workers, and its servers if it has none.
+    """
+    factors = [peak_factor(model, group) for group in groups(model) if group.zone == place and group.kind in _STAFF]
+    return factors[-1] or 1.0 if factors else 1.0
