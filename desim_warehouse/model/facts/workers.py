@@ -68,7 +68,8 @@ class Load:
 
     `peak`: None where what comes in an hour does not change, and of chargers, as batteries bridge an hour. `worst`: the
     mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the part of
-    their time in which they drive back to parking, `held` that in which they wait in queues or traffic.
+    their time in which they drive back to parking, `held` that in which they wait in queues or traffic. `piles_up`:
+    work was left at the end of a run, so that the load is the demand of all that came, not the part of the time worked.
     """
 
     group: Group
@@ -77,6 +78,7 @@ class Load:
     worst: float = 0.0
     back: float = 0.0
     held: float = 0.0
+    piles_up: bool = False
 
     @property
     def need(self) -> float:
