@@ -35,8 +35,15 @@ def picker_load(model: Model) -> PickerLoad | None:
     pick = sum(part * time for part, time in stops) / share if share else 0.0
     each = max(round(pickers.count / pickers.zones), 1)
     walks = tuple(length / pickers.speed for length in _mean_walks(model, min(each, MOST)))
+    waiting = max(round((model.fleet.size - pickers.count) / pickers.zones), 1)
     return PickerLoad(
-        pickers.count, open_share(model, pickers.hours), share, pick, walks, need_one(pickers, model.tasks.flows)
+        pickers.count,
+        open_share(model, pickers.hours),
+        share,
+        pick,
+        walks,
+        in_duty=need_one(pickers, model.tasks.flows),
+        crowded=_mean_walks(model, min(waiting, MOST))[-1] / pickers.speed,
     )
 
 
