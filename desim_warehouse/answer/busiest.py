@@ -44,7 +44,8 @@ def was(measured: Iterable[Load]) -> str:
         return f"The lanes held most up: robots waited in traffic {_percent(first.mean)} of the time."
     line = f"{_the(first)}{first.group.name} {'was' if first.group.is_lift else 'were'} the busiest, {_spent(first)}"
     line += "".join(f", and {_the(load)}{load.group.name}, {_spent(load)}" for load in near)
-    return capital(f"{line}." if scarce(measured) else f"nothing was scarce: {line}.")
+    kept_up = not any(load.piles_up for load in measured)
+    return capital(f"nothing was scarce: {line}." if kept_up and not scarce(measured) else f"{line}.")
 
 
 def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") -> str:
@@ -103,11 +104,11 @@ def whole_percent(share: float) -> str:
 
 
 def _spent(load: Load) -> str:
-    """Return a phrase for the share of time that a group worked in a run, and for demand beyond its capacity."""
+    """Return a phrase for the share of time that a group worked in a run, or for demand that was more than it did."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
     capacity = f"of {_its(load)} capacity"
     line = f"{verb} {_percent(load.mean)} of the time"
-    if load.mean > 1:
+    if load.piles_up or load.mean > 1:
         line = f"with demand at {_percent(load.mean)} {capacity}"
     if _peaks(load):
         line += f" (demand in the busiest hour was {_percent(load.peak or 0.0)} {capacity})"

@@ -14,6 +14,7 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.demand import asked_until
 from desim_warehouse.model.facts.hours import STEPS
 from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.model.schema import reading
@@ -29,7 +30,7 @@ def on_duty(model: Model) -> float:
     A robot can work in its hours while a station that tasks go to is open (tasks for closed stations are held back),
     and pickers are at work if every task needs one.
     """
-    layout, end = model.floor, model.run.end
+    layout, end = model.floor, asked_until(model)
     spec_of = specs(model, layout)
     stations = [
         model.hours(spec_of[node].hours) if node in spec_of else ALWAYS for node in destinations(model, layout)

@@ -149,7 +149,8 @@ class PickerLoad:
     `open`: the share of the run in which they work. `share`: mean number of stops of a task that need a picker. `pick`:
     mean time of picking at such a stop. `walks`: mean time of the walk to a stop for the nearest of 1, 2, ... free
     pickers of a zone, or from a picker to the nearest of as many waiting robots. `in_duty`: every task needs a picker,
-    so that robots can work only within the pickers' hours.
+    so that robots can work only within the pickers' hours. `crowded`: mean time of the walk to a stop while all pickers
+    are busy, to the nearest of the robots that they keep waiting.
     """
 
     count: int
@@ -158,6 +159,7 @@ class PickerLoad:
     pick: float
     walks: tuple[float, ...]
     in_duty: bool = False
+    crowded: float = 0.0
 
     @property
     def most(self) -> float:
@@ -183,8 +185,8 @@ class PickerLoad:
     def busy(self, rate: float) -> float:
         """Return the utilisation of pickers at a rate of tasks; the fewer are free, the farther the nearest walks.
 
-        If all are busy, robots wait, and walks get shorter again: the utilisation is 1 up to what pickers do without
-        walking.
+        If all are busy, robots wait, and walks get shorter again: the utilisation is 1 up to what pickers do with the
+        shortest walks of this fleet, and above 1 beyond that.
         """
         stops = rate * self.share / self.open if self.open else math.inf
         for percent in range(101):
@@ -192,7 +194,7 @@ class PickerLoad:
             free = max(round(len(self.walks) * (1 - load)), 1)
             if stops * (self.pick + self.walks[free - 1]) <= load * self.count:
                 return load
-        return max(stops * self.pick / self.count, 1.0)
+        return max(stops * (self.pick + self.crowded) / self.count, 1.0)
 
 
 @dataclass(frozen=True)

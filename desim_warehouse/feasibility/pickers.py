@@ -13,7 +13,7 @@ from functools import lru_cache
 from desim_warehouse.feasibility.parts import PickerLoad
 from desim_warehouse.layout.walking import walking_on, zones_of
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.facts.demand import flow_rates, open_share
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.model.sections.pickers import need_one
 from desim_warehouse.values.distributions import mean_of
@@ -34,9 +34,17 @@ def picker_load(model: Model) -> PickerLoad | None:
     share = sum(part for part, _ in stops)
     pick = sum(part * time for part, time in stops) / share if share else 0.0
     each = max(round(pickers.count / pickers.zones), 1)
-    open_share = model.hours(pickers.hours).share(0.0, model.run.end)
     walks = tuple(length / pickers.speed for length in _mean_walks(model, min(each, MOST)))
-    return PickerLoad(pickers.count, open_share, share, pick, walks, need_one(pickers, model.tasks.flows))
+    waiting = max(round((model.fleet.size - pickers.count) / pickers.zones), 1)
+    return PickerLoad(
+        pickers.count,
+        open_share(model, pickers.hours),
+        share,
+        pick,
+        walks,
+        in_duty=need_one(pickers, model.tasks.flows),
+        crowded=_mean_walks(model, min(waiting, MOST))[-1] / pickers.speed,
+    )
 
 
 def _stops(model: Model) -> Iterator[tuple[float, float]]:

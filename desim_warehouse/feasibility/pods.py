@@ -17,8 +17,8 @@ from desim_warehouse.feasibility.parts import PileOn, StationLoad
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.demand import arrival_rate, end_of_schedule, flow_rates
-from desim_warehouse.model.facts.places import open_share, specs
+from desim_warehouse.model.facts.demand import arrival_rate, asked_until, flow_rates, open_share
+from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
     FlowSpec,
@@ -122,7 +122,7 @@ def _pickers(model: Model) -> tuple[StationLoad, ...]:
     every, loads = math.fsum(lines.values()), []
     for node, count in lines.items():
         spec = spec_of[node]
-        part, share = open_share(model, spec), count / every
+        part, share = open_share(model, spec.hours), count / every
         most = part * spec.servers * count / time[node] if time[node] else math.inf
         busy = None if rate is None or not most else rate * share / most
         loads.append(StationLoad(node, share, spec.servers, most, busy, open=part, handling="picking"))
@@ -166,7 +166,7 @@ def _stock(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
     stock = pods.units
     if stock is None or not estimate.rate:
         return
-    flows, hours = model.tasks.flows.items(), (model.run.length or end_of_schedule(model)) / model.units.hour
+    flows, hours = model.tasks.flows.items(), asked_until(model) / model.units.hour
     taken = sum(-pods.bundle * rates[n] if isinstance(flow.target, StorageEnd) else rates[n] for n, flow in flows)
     asked = taken * hours * pods.item_shares
     worst = int((asked - stock).argmax())

@@ -3,13 +3,14 @@
 For the sentence on the busiest group in the answer of a run and of `desim why`, and for plans.
 
 The demand for a group that is always busy may exceed its capacity. If more work is left in the end than chance
-explains, loads refer to all work that arrived, and may exceed 1.
+explains, loads refer to all work that arrived (`Load.piles_up`), and may exceed 1.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 from desim_warehouse.model import Model
@@ -61,6 +62,7 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     """
     model, measured = history.model, list[Load | None]()
     since, (carried, worked) = model.run.warm_up, _asked_for(history)
+    left = {"people": carried * worked, "chargers": 1.0, "lanes": 1.0}
     taken = measures.lifts_taken(history)
     time, at_servers, at_work = of_robots(kpis, model), use_of_stations(history), _use_of_people(history)
     for group in groups(model):
@@ -79,10 +81,14 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
             used = kpis.get("charger_utilisation", math.nan)
             measured.append(Load(group, used, None, used))
         else:
-            shares, times = (at_work, carried * worked) if group.kind == "people" else (at_servers, carried)
+            shares, times = (at_work, left["people"]) if group.kind == "people" else (at_servers, carried)
             asked = {node: shares[node] * times for node in group.nodes if node in shares}
             measured.append(at_nodes(model, group, asked, since))
-    return tuple(load for load in measured if load is not None and math.isfinite(load.mean))
+    return tuple(
+        replace(load, piles_up=left.get(load.group.kind, carried) > 1)
+        for load in measured
+        if load is not None and math.isfinite(load.mean)
+    )
 
 
 def left_waiting(history: History) -> tuple[int, float]:

@@ -17,7 +17,7 @@ def annual_cost(history: History) -> float:
     if prices is None or not hours:
         return math.nan
     by_the_hour = (prices.energy * history.totals["energy"] + prices.late_order * late(history)) / hours
-    return year_of(history.model) + by_the_hour * prices.hours
+    return year_of(history.model, counted=(history.begin, history.end)) + by_the_hour * prices.hours
 
 
 def cost_per_task(history: History) -> float:

@@ -343,7 +343,7 @@ def _runner_up(searched: SearchedDesigns, other: JudgedDesign) -> str:
     low, high = apart.interval or (apart.mean, apart.mean)
     if not apart.mean and not apart.sd:
         return sentence(f"{line}; no difference in {number_of(apart.n, 'pair')} of runs: take either")
-    exact = searched.indicator == "annual_cost" and is_fixed(searched.model.prices)
+    exact = searched.indicator == "annual_cost" and is_fixed(searched.model)
     amount = scale.value(apart.mean) if exact else scale.within(apart.mean, low, high)
     line += f"; the difference is {amount} in {number_of(apart.n, 'pair')} of runs"
     if max(abs(low), abs(high)) < searched.delta:

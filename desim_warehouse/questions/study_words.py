@@ -285,7 +285,7 @@ class _Studied:
         estimate = self.study.estimate(self.study.runs(design), "annual_cost")
         assert estimate is not None
         scale = words.scale("annual_cost", self.base)
-        return scale.value(estimate.mean) if is_fixed(self.base.prices) else scale.estimate(estimate)
+        return scale.value(estimate.mean) if is_fixed(self.base) else scale.estimate(estimate)
 
     def _names(self, designs: list[str]) -> str:
         """Return the names of options; of many, the first ones and the number of the rest."""

@@ -23,7 +23,7 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
-from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.facts.demand import flow_rates, open_share
 from desim_warehouse.model.sections.fleet import Consumption, Kind
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
@@ -275,7 +275,7 @@ def always_there(model: Model) -> Model:
 
 def _at_all_hours(model: Model, people: RidersSpec | None) -> RidersSpec | None:
     """Return people who ride at all hours, as many as on average; None where nobody does."""
-    share = 0.0 if people is None else model.hours(people.hours).share(0.0, model.run.end)
+    share = 0.0 if people is None else open_share(model, people.hours)
     if people is None or not share:
         return None
     return people.model_copy(update={"per_hour": people.per_hour * share, "hours": None})

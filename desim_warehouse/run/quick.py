@@ -26,11 +26,11 @@ from desim_warehouse.layout.layout import Lift
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
-from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.demand import arrival_rate, open_share
 from desim_warehouse.model.facts.disturbances import closures, disturbances, failing_lifts, ridden_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
-from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
+from desim_warehouse.model.facts.places import destinations, handling, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
 from desim_warehouse.run.backlog import flows_of
 from desim_warehouse.run.probe import Probe, calm, probe
@@ -259,7 +259,7 @@ def _stations(
             loads.append(StationLoad(node, share, 1, serve, busy_at, handling=done.get(node, "unloading")))
             continue
         spec = stations[node]
-        part = open_share(model, spec)
+        part = open_share(model, spec.hours)
         serve = part * station.servers / time if time else math.inf
         work = part * worked_capacity(spec) * share / put if put else math.inf
         busy = [None if rate is None or not limit else rate * share / limit for limit in (serve, work)]

@@ -95,7 +95,7 @@ def shows(model: Model, indicator: str) -> bool:
 
     This holds if the indicator is measured (not a count), and no rare event may change it.
     """
-    if indicator == COST and is_fixed(model.prices):
+    if indicator == COST and is_fixed(model):
         return True
     return is_measured(indicator) and not chances(model, model.run.length)
 

@@ -40,6 +40,24 @@ def test_a_station_open_half_of_the_day_has_half_the_capacity():
     )
 
 
+def test_a_run_that_ends_with_its_work_is_measured_by_the_hours_in_which_its_tasks_come():
+    """30 tasks come in the first half hour, and the desk is open in it; that it then closes for a day changes nothing.
+
+    If it opens only after 1,800, it serves the 30 until 3,600: in half of the time.
+    """
+    flow = {"from": "storage", "to": "desk", "arrivals": {"schedule": [{"at": at} for at in range(60, 1860, 60)]}}
+    calendars = {"shift": {"every": 86_400, "lasts": 1800}, "next": {"every": 86_400, "lasts": 9000, "first": 1800}}
+    tasks = {"load_time": 5, "unload_time": 30, "flows": {"orders": flow}}
+    ends = {**SQUARE, "calendars": calendars, "tasks": tasks}
+    always, shift, later = (
+        estimate(dw.load(ends, {"layout.stations.desk.hours": hours})) for hours in (None, "shift", "next")
+    )
+    assert always.stations[0].busy == shift.stations[0].busy == pytest.approx(0.5)
+    assert shift.rate == pytest.approx(30 / 1800)
+    assert (shift.rate, shift.fleet_capacity) == (always.rate, always.fleet_capacity)
+    assert (later.stations[0].open, later.rate) == (0.5, pytest.approx(30 / 3600))
+
+
 def test_robots_at_work_half_of_the_day_do_half_as_much():
     always, half = by_hand({}), by_hand({"fleet.hours": "half"})
     assert half.fleet_capacity == pytest.approx(always.fleet_capacity / 2)

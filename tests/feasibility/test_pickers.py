@@ -50,6 +50,21 @@ def test_fewer_free_pickers_walk_farther(rate, busy):
     assert PickerLoad(2, 1.0, 1.0, 10.0, (30.0, 10.0)).busy(rate) == pytest.approx(busy)
 
 
+@pytest.mark.usefixtures("brief_probes")
+def test_demand_beyond_pickers_is_measured_by_the_walks_among_robots_that_they_keep_waiting():
+    """Of three robots two wait, the nearer 70/27 away: at 0.1, with 30 to pick, 56 for each of 100 lines an hour.
+
+    A robot takes 60 for the way round, 30 and 4, and waits 44 for a picker who has nothing else to do: three do 78.
+    """
+    changes = {"tasks.goods": {"poisson": 100}, "tasks.load_time": 30, "fleet.size": 3, "run.length": "1 h"}
+    model = dw.load(RING, {**changes, "pickers.speed": 0.1})
+    quick = estimate(model)
+    assert quick.pickers.crowded == pytest.approx(70 / 27 / 0.1, rel=0.1)
+    robots, pickers = (one.mean for one in loads(model, quick) if one.group.kind in {"robots", "pickers"})
+    assert (robots, pickers) == (pytest.approx(100 / 78, rel=0.1), pytest.approx(100 * 56 / 3600, rel=0.1))
+    assert "The pickers are busiest: demand is 1" in " ".join(sentences(model, quick))
+
+
 def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
     model = dw.load(RING, {"tasks.goods": {"saturated": 8}, "fleet.size": 3, "run.length": "1 h", "pickers.speed": 0.1})
     quick = estimate(model)

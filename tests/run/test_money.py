@@ -112,6 +112,18 @@ def test_pickers_are_paid_for_their_hours():
     assert year_of(model) == pytest.approx(2 * 30 * 500)
 
 
+def test_people_are_paid_for_the_time_that_is_counted_however_long_the_run_may_last():
+    """Pack is open every other 100; the run ends with its work in the first 100: all of its time is paid."""
+    flow = {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 2}]}}
+    prices = {"hours": 1000, "station_hour": 20}
+    model = dw.load(RING, {"tasks.flows": {"flow": flow}, "prices": prices, "fleet.size": 3})
+    hours = {"calendars": {"half": {"every": 200, "lasts": 100}}, "layout.stations.pack.hours": "half"}
+    for length in (None, 300, 600):
+        run = dw.simulate(model.replace({**hours, "run.length": length}))
+        assert run.record.end < 100
+        assert run.kpis["annual_cost"] == pytest.approx(2 * 20 * 1000)  # with dock, always open
+
+
 def test_chargers_that_nobody_uses_and_nobody_counted_cost_nothing():
     # without batteries: by default each of the 4 slots has a charger, which is there only if the model counts them
     prices = {"hours": 1, "robot": 1000, "charger": 100}

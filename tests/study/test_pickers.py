@@ -35,6 +35,22 @@ def test_pickers_and_how_they_share_the_work_are_looked_into(pickers, reliefs):
     assert found["one picker more"].dose == 1 / run.model.pickers.count
 
 
+def test_where_pickers_go_home_before_the_orders_end_nothing_is_said_to_be_left_over():
+    """They are there in the first half of two hours; 20 lines an hour that they walk 10 s to and pick in 7 are 9 %.
+
+    As half of the work is left, twice that is asked of them. The robot, too, has twice as much to do as it did.
+    """
+    morning = {"calendars": {"morning": {"between": [[0, 3600]]}}}
+    changes = {"tasks.goods": {"poisson": 20}, "run.length": 7200, "pickers.hours": "morning"}
+    run = dw.simulate(dw.load({**RING, **morning}, changes))
+    robots, pickers = (one for one in loads(run.history, run.kpis) if one.group.kind in {"robots", "pickers"})
+    assert "CANNOT_KEEP_UP" in {verdict.code for verdict in run.verdicts}
+    worked = run.kpis["picker_utilisation"] + run.kpis["picker_walking"]
+    assert (worked, pickers.mean) == (pytest.approx(0.09, abs=0.03), pytest.approx(2 * worked, rel=0.2))
+    line = of_run(run.history, run.kpis)
+    assert line.startswith(f"The robots were the busiest, with demand at {100 * robots.mean:.1f} % of their capacity")
+
+
 def test_hours_of_pickers_are_looked_into():
     model = dw.load({**RING, "calendars": {"half": {"every": 200, "lasts": 100}}}, {**OPEN, "pickers.hours": "half"})
     found = {suspect.relief: suspect.dose for suspect in suspects(dw.simulate(model))}

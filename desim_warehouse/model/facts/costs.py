@@ -6,13 +6,20 @@ import math
 from collections.abc import Mapping, Sequence
 
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
-from desim_warehouse.model.facts.people import PEOPLE, at_work
-from desim_warehouse.model.schema import Model, Prices
+from desim_warehouse.model.facts.people import PACKERS, PEOPLE, PICKERS, at_work
+from desim_warehouse.model.schema import Model
+from desim_warehouse.values.calendars import Stretch
 
 
-def is_fixed(prices: Prices | None) -> bool:
-    """Whether nothing in the cost of a year depends on a run."""
-    return prices is not None and not (prices.energy or prices.late_order)
+def is_fixed(model: Model) -> bool:
+    """Whether nothing in the cost of a year depends on a run, such as its length where it ends with its work."""
+    prices = model.prices
+    if prices is None or prices.energy or prices.late_order:
+        return False
+    pickers = () if model.pickers is None else (model.pickers.hours,)
+    hours = {PACKERS: [spec.hours for spec in model.layout.stations.values()], PICKERS: pickers}
+    by_the_clock = any(any(hours[name]) for name, kind in PEOPLE.items() if getattr(prices, kind.wage))
+    return model.tasks.never_end or not by_the_clock
 
 
 def year_of(
@@ -20,14 +27,18 @@ def year_of(
     kinds: Sequence[str] | None = None,
     chargers: int | None = None,
     people: Mapping[str, int] | None = None,
+    counted: Stretch | None = None,
 ) -> float:
-    """Return the cost of a design a year before it runs, nan without prices; None stands for the model's own value.
+    """Return the cost of a design a year without energy and late orders, nan without prices.
+
+    None stands for the model's own value.
 
     Args:
         model: prices, and the rest of the design.
         kinds: the kind of each robot.
         chargers: all of them; None: the chargers of the model, without batteries only where a bay gives their number.
         people: how many are paid in some stations, in all nodes of each, and under "" of no station.
+        counted: begin and end of the time whose hours are paid; None: as far as it is known before a run.
     """
     prices = model.prices
     if prices is None:
@@ -41,7 +52,8 @@ def year_of(
     wages = {name: getattr(prices, kind.wage) for name, kind in PEOPLE.items()}
     if not any(wages.values()):
         return things
-    return things + math.fsum(wages[name] * prices.hours * number for name, number in at_work(model, people).items())
+    paid = at_work(model, counted or (model.run.warm_up, model.run.end), people)
+    return things + math.fsum(wages[name] * prices.hours * number for name, number in paid.items())
 
 
 def _chargers(model: Model) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 from desim_warehouse.layout import Layout
@@ -17,8 +18,7 @@ def arrival_rate(model: Model) -> float | None:
     """Return the tasks per time unit that arrive on average; None where the work is a list, or all that can be done."""
     tasks, hour = model.tasks, model.units.hour
     if isinstance(tasks.goods, PoissonGoods):
-        share = model.hours(tasks.goods.hours).share(0.0, model.run.end)
-        return tasks.goods.poisson * tasks.demand / hour * share
+        return tasks.goods.poisson * tasks.demand / hour * open_share(model, tasks.goods.hours)
     if all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
         return None
     return math.fsum(flow_rates(model).values()) / hour
@@ -51,7 +51,7 @@ def demand(model: Model, layout: Layout) -> Any:
 def flow_rates(model: Model) -> dict[str, float]:
     """Return the tasks an hour of each flow, 0 for flows always open; if all are, how many tasks of each are open."""
     flows, hour = model.tasks.flows, model.units.hour
-    length = model.run.length or end_of_schedule(model)
+    length = asked_until(model)
     rates = {
         name: len_of_orders(model, flow) / length * hour
         if isinstance(flow.when, OrdersArrivals)
@@ -98,6 +98,23 @@ def last_release(model: Model) -> float:
     return max(times, default=0.0)
 
 
-def end_of_schedule(model: Model) -> float:
-    """Return when the last task of schedules and files is released; an hour where all are at once."""
-    return last_release(model) or model.units.hour
+@lru_cache(maxsize=64)
+def asked_until(model: Model) -> float:
+    """Return the time over which demand and hours are averaged, in time units: the run's length, inf for a mere list.
+
+    Flows without a length are asked for until the last release, or for an hour where all tasks are at once. Robots,
+    stations and pickers that have not been open for as long by then work on until they have, or until they close.
+    """
+    if model.run.length is not None or not model.tasks.flows:
+        return model.run.end
+    last = last_release(model) or model.units.hour
+    names = [*model.fleet.hours_of_robots(), *(station.hours for station in model.layout.stations.values())]
+    names += [] if model.pickers is None else [model.pickers.hours]
+    calendars = [model.hours(name) for name in dict.fromkeys(names)]
+    done = [min(hours.when_open(last), hours.following(last)[1]) for hours in calendars]
+    return max([last, *filter(math.isfinite, done)])
+
+
+def open_share(model: Model, calendar: str | None) -> float:
+    """Return the share of the time over which demand is averaged in which a calendar, None for always, is open."""
+    return model.hours(calendar).share(0.0, asked_until(model))

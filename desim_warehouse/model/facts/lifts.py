@@ -9,6 +9,7 @@ from statistics import fmean
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.layout.layout import Edge, Lift
+from desim_warehouse.model.facts.demand import open_share
 from desim_warehouse.model.schema import Model
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.disturbances import availability
@@ -35,7 +36,7 @@ def with_people(model: Model, lift: Lift) -> float:
         return 0.0
     call = fmean(map(lift.mean_call, lift.nodes))
     riding = fmean(lift.carrying(*way) for way in permutations(lift.nodes, 2))
-    rate = people.per_hour / model.units.hour * model.hours(people.hours).share(0.0, model.run.end)
+    rate = people.per_hour / model.units.hour * open_share(model, people.hours)
     return rate * (call + riding + lift.doors + 2 * mean_of(people.transfer))
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from desim_warehouse.model.facts.workers import groups
 from desim_warehouse.model.schema import Model
+from desim_warehouse.values.calendars import Stretch
 
 
 @dataclass(frozen=True)
@@ -25,17 +26,18 @@ COUNTED = {"fleet.size": "robot", "chargers": "charger", **{name: kind.noun for 
 """What a design has a number of, by the name of the factor in a study: the noun for one."""
 
 
-def at_work(model: Model, numbers: Mapping[str, int] | None = None) -> dict[str, float]:
-    """Return how many people of each kind are at work on average, and paid for it.
+def at_work(model: Model, counted: Stretch, numbers: Mapping[str, int] | None = None) -> dict[str, float]:
+    """Return how many people of each kind are at work on average in the counted time, and paid for it.
 
     In a station those are paid who work on loads there, else its servers.
 
     Args:
-        model: the warehouse; its warm-up does not count.
+        model: the warehouse.
+        counted: begin and end of the counted time, in time units of the model.
         numbers: how many there are in some stations, in all nodes of each, and under "" of no station; default: as in
             the model.
     """
-    begin, end, paid = model.run.warm_up, model.run.end, numbers or {}
+    (begin, end), paid = counted, numbers or {}
     means: dict[str, list[float]] = {name: [] for name in PEOPLE}
     for zone, number in {group.zone: group.number for group in groups(model) if group.nodes}.items():
         share = model.hours(model.layout.stations[zone].hours).share(begin, end)

@@ -114,11 +114,6 @@ def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:
     return {node: model.layout.stations[item.zone] for node, item in layout.stations.items()}
 
 
-def open_share(model: Model, spec: StationSpec) -> float:
-    """Return the part of a run in which a station is open."""
-    return model.hours(spec.hours).share(0.0, model.run.end)
-
-
 def worked_capacity(spec: StationSpec) -> float:
     """Return the load units per time unit that the workers of an open station get done; inf without such work."""
     time = 0.0 if spec.work_time is None else mean_of(spec.work_time)

@@ -16,8 +16,8 @@ from typing import Literal
 
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.demand import open_share
 from desim_warehouse.model.facts.peak import mean_and_peak
-from desim_warehouse.model.facts.places import open_share
 from desim_warehouse.model.schema import Model
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.policies.situation import Act
@@ -72,6 +72,8 @@ class Load:
     `peak`: None where the work that comes in an hour does not change, and of chargers, as batteries bridge an hour.
     `worst`: the mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the
     part of their time in which they drive back to parking, `held` that in which they wait in queues or traffic.
+    `piles_up`: work was left at the end of a run, so that the load is the demand of all that came, not the part of the
+    time worked.
     """
 
     group: Group
@@ -80,6 +82,7 @@ class Load:
     worst: float = 0.0
     back: float = 0.0
     held: float = 0.0
+    piles_up: bool = False
 
     @property
     def need(self) -> float:
@@ -96,8 +99,8 @@ def groups(model: Model) -> tuple[Group, ...]:
     In a station named for packing the packers are its people where loads are worked on there (`work_time`), else its
     servers.
     """
-    fleet, layout, end = model.fleet, model.floor, model.run.end
-    on_duty = fmean(model.hours(name).share(0.0, end) for name in fleet.hours_of_robots())
+    fleet, layout = model.fleet, model.floor
+    on_duty = fmean(open_share(model, name) for name in fleet.hours_of_robots())
     workers = [Group("robots", number=fleet.size, open=on_duty)]
     chargers = sum(chargers_at(model, layout).values()) if model.battery is not None else 0
     if chargers:
@@ -106,14 +109,14 @@ def groups(model: Model) -> tuple[Group, ...]:
         nodes = tuple(node for node, item in layout.stations.items() if item.zone == zone)
         if not nodes:
             continue
-        part, worked = open_share(model, spec), spec.work_time is not None
+        part, worked = open_share(model, spec.hours), spec.work_time is not None
         kind: Kind = "servers" if model.pods is None else "pickers"
         servers = spec.servers * len(nodes)
         workers.append(Group(kind, zone, servers, part, nodes, zone == PACKING and not worked))
         if worked:
             workers.append(Group("people", zone, spec.workers * len(nodes), part, nodes, zone == PACKING))
     if model.pickers is not None:
-        share = model.hours(model.pickers.hours).share(0.0, end)
+        share = open_share(model, model.pickers.hours)
         workers.append(Group("pickers", number=model.pickers.count, open=share))
     workers += [Group("lifts", lift.name) for lift in layout.lifts]
     return tuple(workers)

@@ -133,7 +133,7 @@ def _against(
     name: str, first: str, values: Mapping[str, Sequence[float]], plans: Mapping[str, FleetSizes], confidence: float
 ) -> Against:
     """Compare an option with the first on shared days; the interval allows for cheaper designs that may suffice."""
-    fixed = all(is_fixed(plans[option].model.prices) for option in (name, first))
+    fixed = all(is_fixed(plans[option].model) for option in (name, first))
     difference = paired(values[name], values[first], confidence, deterministic=fixed)
     low, high = difference.interval or (difference.mean, difference.mean)
     return Against(name, difference.mean, low - _could_save(plans[name]), high + _could_save(plans[first]))

@@ -437,7 +437,7 @@ class Planner:
     def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
         """Return the yearly cost of a design: the mean over its runs if prices depend on them."""
         cost = self.designs.cost(counts)
-        if cost is None or is_fixed(self.model.prices):
+        if cost is None or is_fixed(self.model):
             return cost
         years = [row.value(COST) for row in rows if math.isfinite(row.value(COST))]
         return fmean(years) if years else cost
