@@ -24,11 +24,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import first_of
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.text import WIDTH, printed_table
+from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_flow, as_they_are, demand
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, KeyEstimate, short, t_quantile, unknown
@@ -42,6 +44,11 @@ from desim_warehouse.model.overrides import UNSET
 from desim_warehouse.values.arrays import Flags, Floats, Ints
 from desim_warehouse.values.dates import Slashes
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+_NEVER_SHOWN = "a log does not show who is sent where (policies.allocation), nor the distance that robots keep"
+_HEAD = ("figure", "mean, and 95 % interval", "from")
 _NAMED = 12
 _OFTEN = 3
 """Passages from which on an edge is said to be missing in the model."""
@@ -60,9 +67,11 @@ _SHARE = 0.01
 """States in which robots spend less of their time are not told apart."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration:
     """Estimates of model parameters from logs of the real fleet: the result of `calibrate`.
+
+    `print` shows them as `desim calibrate` does.
 
     Attributes:
         source: the model file.
@@ -120,6 +129,38 @@ class Calibration:
         yaml.dump(content, text)
         yaml.dump(self.ranges, ranges)
         return {out: text.getvalue(), out.with_name(f"{out.stem}.ranges.yaml"): ranges.getvalue()}
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each key, in the units of the model: key, value, mean, low, high, evidence.
+
+        Keys that were not identified have no numbers, and the reason as evidence.
+        """
+        import pandas as pd
+
+        columns = ("key", "value", "mean", "low", "high", "evidence")
+        rows = [[getattr(estimate, column) for column in columns] for estimate in self.estimates]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    def text(self, width: int = WIDTH) -> str:
+        """Return the notes on the logs and the estimates as text, `width` characters wide."""
+        units = self.base.units
+        rows = [
+            (
+                words.factor_head(estimate.key, units),
+                numbers.within(estimate.mean, estimate.low, estimate.high) if estimate.identified else "not identified",
+                estimate.evidence,
+            )
+            for estimate in self.estimates
+        ]
+        return "\n".join([printed_table("\n".join(self.notes), _HEAD, rows, width), _NEVER_SHOWN])
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        found = sum(estimate.identified for estimate in self.estimates)
+        return f"Calibration({self.base.name}: {found} of {number_of(len(self.estimates), 'figure')} identified)"
 
 
 def calibrate(

@@ -67,6 +67,20 @@ def test_the_file_says_where_each_figure_comes_from(found, a_plant):
         assert dw.load(out, {key: ranges[key]["low"]}), key  # every range is of a key that can be set
 
 
+def test_estimates_print_as_lines_and_as_a_table(found):
+    lines = str(found).splitlines()
+    assert "day.jsonl: 8 robots" in lines[0]
+    head = lines.index(next(line for line in lines if line.startswith("figure")))
+    assert lines[head].split("  ")[-1] == "from"
+    assert lines[head + 1].startswith("Speed (m per s)")
+    assert lines[head + 1].endswith(" stretches on an edge")
+    assert lines[-1].startswith("a log does not show who is sent where")
+    known = sum(one.identified for one in found.estimates)
+    assert repr(found) == f"Calibration({found.base.name}: {known} of {len(found.estimates)} figures identified)"
+    assert list(found.table["key"]) == [one.key for one in found.estimates]
+    assert found.table["mean"].notna().sum() >= known
+
+
 def test_orders_are_taken_as_they_are(a_plant, tmp_path):
     orders = tmp_path / "orders.csv"
     orders.write_text("release,from\n0,1\n60,2\n")
