@@ -38,7 +38,7 @@ from desim_warehouse.fleet_log.floor import Tracks, lay_over
 from desim_warehouse.fleet_log.handling import breakdowns, episodes, handling
 from desim_warehouse.fleet_log.motion import DrivingTimes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK, FleetLog
-from desim_warehouse.model import Model, load
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.charging import charge_alike
 from desim_warehouse.model.overrides import UNSET
 from desim_warehouse.values.arrays import Flags, Floats, Ints
@@ -46,6 +46,7 @@ from desim_warehouse.values.dates import Slashes
 
 if TYPE_CHECKING:
     import pandas as pd
+    from ruamel.yaml import YAML
 
 _NEVER_SHOWN = "a log does not show who is sent where (policies.allocation), nor the distance that robots keep"
 _HEAD = ("figure", "mean, and 95 % interval", "from")
@@ -74,14 +75,14 @@ class Calibration:
     `print` shows them as `desim calibrate` does.
 
     Attributes:
-        source: the model file.
+        source: the model file; None for a model that was not given as a file.
         base: the model before calibration.
         estimates: for each key, a value with interval and evidence, or the reason why there is none.
         overrides: changes of the model by dotted key.
         notes: problems of the logs, and disagreements between logs and model.
     """
 
-    source: Path
+    source: Path | None
     base: Model
     estimates: tuple[KeyEstimate, ...]
     overrides: dict[str, Any]
@@ -90,7 +91,7 @@ class Calibration:
     @property
     def model(self) -> Model:
         """The calibrated model."""
-        return load(self.source, self.overrides)
+        return self.base.replace(self.overrides)
 
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
@@ -106,13 +107,16 @@ class Calibration:
         return ranges
 
     def files(self, out: Path) -> dict[Path, str]:
-        """Texts by path: the calibrated model file, with a comment for each change, and the ranges beside it."""
+        """Return texts by path: the calibrated model file, with a comment for each change, and the ranges beside it.
+
+        The comments of the model file stay; a model that was not given as a file is written whole, defaults too.
+        """
         from ruamel.yaml import YAML
 
         yaml = YAML()
         yaml.indent(sequence=4, offset=2)
         yaml.width = 4096
-        content = yaml.load(self.source.read_text(encoding="utf-8-sig"))
+        content = yaml.load(self._written(yaml))
         by_key = {estimate.key: estimate for estimate in self.estimates}
         for key, value in self.overrides.items():
             _write(content, key.split("."), _relative(value, out.parent), by_key[key].words() if key in by_key else "")
@@ -129,6 +133,14 @@ class Calibration:
         yaml.dump(content, text)
         yaml.dump(self.ranges, ranges)
         return {out: text.getvalue(), out.with_name(f"{out.stem}.ranges.yaml"): ranges.getvalue()}
+
+    def _written(self, yaml: YAML) -> str:
+        """Return the model before calibration as its file has it, or as YAML if it was not given as a file."""
+        if self.source is not None:
+            return self.source.read_text(encoding="utf-8-sig")
+        text = io.StringIO()
+        yaml.dump(self.base.content(), text)
+        return text.getvalue()
 
     @property
     def table(self) -> pd.DataFrame:
@@ -164,7 +176,7 @@ class Calibration:
 
 
 def calibrate(
-    model: str | Path,
+    model: Source,
     logs: Sequence[str | Path | FleetLog],
     *,
     orders: str | Path | None = None,
@@ -173,7 +185,7 @@ def calibrate(
     """Estimate the parameters of a model from logs of the real fleet.
 
     Args:
-        model: the model file, with the layout and the node names of the real floor.
+        model: a model, or its file, with the layout and the node names of the real floor.
         logs: one per day: VDA 5050 messages as JSON lines, trips as CSV, or folders of runs.
         orders: a plain table of orders, which becomes the demand of the calibrated model unchanged.
         dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
@@ -184,8 +196,7 @@ def calibrate(
     Raises:
         ReportError: logs that cannot be read or are of another floor. ModelError: the model or orders.
     """
-    source = Path(model)
-    base = load(source)
+    base = as_model(model)
     read = read_logs(logs, dates)
     notes = [line for log in read for line in (log.in_short(), *log.notes.lines())]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
@@ -200,6 +211,7 @@ def calibrate(
     overrides = _overrides(base, estimates)
     if orders is not None:
         overrides |= as_they_are(base, Path(orders))
+    source = Path(model) if isinstance(model, str | Path) else None
     return Calibration(source, base, tuple(estimates), overrides, tuple(notes))
 
 

@@ -12,6 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.fleet_log.calibrate import calibrate
 from desim_warehouse.fleet_log.handling import mean_interval
+from desim_warehouse.report.example import example
 from desim_warehouse.study.fit import fit_between
 from tests.fleet_log import plants
 from tests.fleet_log.conftest import plant
@@ -79,6 +80,18 @@ def test_estimates_print_as_lines_and_as_a_table(found):
     assert repr(found) == f"Calibration({found.base.name}: {known} of {len(found.estimates)} figures identified)"
     assert list(found.table["key"]) == [one.key for one in found.estimates]
     assert found.table["mean"].notna().sum() >= known
+
+
+def test_a_model_in_memory_is_calibrated_as_a_file_is(tmp_path):
+    """200 trips that begin half a minute after each other: 120 loads an hour."""
+    trips = tmp_path / "trips.csv"
+    trips.write_text("robot,pick,drop,start,end\n" + "".join(f"R1,A,G,{30 * n},{30 * n + 20}\n" for n in range(200)))
+    found = calibrate(example(), [trips])
+    out = tmp_path / "calibrated.yaml"
+    out.write_text(found.files(out)[out], encoding="utf-8")
+    assert "Calibrated by desim calibrate" in out.read_text(encoding="utf-8")
+    assert dw.load(out).tasks.goods.poisson == pytest.approx(120, rel=0.01)
+    assert dw.load(out).digest() == found.model.digest()
 
 
 def test_orders_are_taken_as_they_are(a_plant, tmp_path):
