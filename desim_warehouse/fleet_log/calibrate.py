@@ -177,7 +177,7 @@ class Calibration:
 
 def calibrate(
     model: Source,
-    logs: Sequence[str | Path | FleetLog],
+    logs: str | Path | FleetLog | Sequence[str | Path | FleetLog],
     *,
     orders: str | Path | None = None,
     dates: Slashes | None = None,
@@ -186,7 +186,7 @@ def calibrate(
 
     Args:
         model: a model, or its file, with the layout and the node names of the real floor.
-        logs: one per day: VDA 5050 messages as JSON lines, trips as CSV, or folders of runs.
+        logs: one, or one per day: VDA 5050 messages as JSON lines, trips as CSV, or folders of runs.
         orders: a plain table of orders, which becomes the demand of the calibrated model unchanged.
         dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
 

@@ -27,7 +27,7 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.run import RunData
 from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
-from desim_warehouse.values.arguments import is_finite, is_whole
+from desim_warehouse.values.arguments import each, is_finite, is_whole
 from desim_warehouse.values.arrays import Floats
 from desim_warehouse.values.dates import Slashes
 
@@ -204,9 +204,9 @@ class Validation:
 
 def validate(
     model: Source,
-    logs: Sequence[str | Path | FleetLog],
+    logs: str | Path | FleetLog | Sequence[str | Path | FleetLog],
     *,
-    orders: Sequence[str | Path] = (),
+    orders: str | Path | Sequence[str | Path] = (),
     runs: int = RUNS,
     dates: Slashes | None = None,
 ) -> Validation:
@@ -214,7 +214,7 @@ def validate(
 
     Args:
         model: a model, or its file.
-        logs: a day each, as for `calibrate`.
+        logs: one, or one per day, as for `calibrate`.
         orders: the orders of each day, one file for each log; none: those of the model.
         runs: number of simulations of each day, at least 39.
         dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
@@ -230,13 +230,14 @@ def validate(
     if not is_whole(runs, least, MOST_REPLICATIONS):
         limits = f"from {least}, as fewer can refute nothing, to {MOST_REPLICATIONS:,}"
         raise ReportError(f"runs {shown(runs):.60}: expected {limits}")
-    if orders and len(orders) != len(logs):
-        raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
+    days, sheets = each(logs), each(orders)
+    if sheets and len(sheets) != len(days):
+        raise ReportError(f"{len(sheets)} files of orders for {len(days)} logs, expected one for each")
     base = as_model(model)
-    read = read_logs(logs, dates)
+    read = read_logs(days, dates)
     parts, real, simulated = [], [], []
     for day, log in enumerate(read):
-        changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})
+        changed = base.replace(as_they_are(base, Path(sheets[day])) if sheets else {})
         parts.append(parts_of(changed, log))
         real.append(measured(changed, log, parts[-1]))
         simulated.append([_simulated(changed, log, parts[-1], day * runs + run) for run in range(runs)])
