@@ -328,8 +328,13 @@ def test_the_facts_of_a_model_name_its_pickers_lifts_and_wide_aisles():
         "calendars": {"morning": {"open": ["08:00-12:00"]}},
         "layout": {
             "blocks": {
-                **{"columns": 2, "rows": 1, "block_width": 2, "block_depth": 4, "goods_size": 1.2},
-                **{"aisle_width": 4.2, "directions": "ring"},
+                "columns": 2,
+                "rows": 1,
+                "block_width": 2,
+                "block_depth": 4,
+                "goods_size": 1.2,
+                "aisle_width": 4.2,
+                "directions": "ring",
             },
             "aisles": "wide",
             "bays": {"home": {"at": ["A"]}},
