@@ -25,7 +25,7 @@ _OUT = {"worse", "same", "alike", "apart", "untried", "overloaded", "drained", "
 _NAME = 28
 """Width that the column of option names keeps, in characters, if the names are that long."""
 _GAP = 2
-_NUMBERS = {"p", "runs", "a year", "effect", "value"}
+_NUMBERS = {"p", "runs", "a year", "effect", "value", "Real", "Simulated", "Band"}
 """Heads of right-aligned columns."""
 
 

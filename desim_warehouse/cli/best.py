@@ -52,9 +52,7 @@ if TYPE_CHECKING:
 @click.option(
     "--runs",
     type=click.IntRange(1, MOST_RUNS),
-    default=SEARCH_RUNS,
-    show_default=True,
-    help="Maximum number of runs of a search.",
+    help=f"Maximum number of runs in all.  [default: {SEARCH_RUNS} for a search; a race ends at --cap]",
 )
 @click.option(
     "--delta",

@@ -30,19 +30,10 @@ def command(
 
     A LOG is a file of VDA 5050 state messages (JSON lines), a file of trips (CSV), or the folder of a run.
     """
-    from desim_warehouse.answer import numbers, words
-    from desim_warehouse.cli.tables import sheet, show
+    from desim_warehouse.cli.answers import columns, say
     from desim_warehouse.fleet_log.calibrate import calibrate
 
     calibration = calibrate(model, logs, orders=orders, dates=dates)
     write_files(calibration.files(Path(out)), force=force)
-    for line in calibration.notes:
-        click.echo(line)
-    table = sheet(None, "figure", "mean, and 95 % interval", "from")
-    units = calibration.base.units
-    for estimate in calibration.estimates:
-        value = numbers.within(estimate.mean, estimate.low, estimate.high) if estimate.identified else "not identified"
-        table.add_row(words.factor_head(estimate.key, units), value, estimate.evidence)
-    show(table, fits=True)
-    click.echo("a log does not show who is sent where (policies.allocation), nor the distance that robots keep")
+    say(calibration.text(columns()))
     click.echo(f"{out} is written; next: desim validate {out} --against LOG")

@@ -51,14 +51,13 @@ def command(
     """
     import json
 
-    from desim_warehouse.cli.tables import sheet, show
+    from desim_warehouse.cli.answers import columns, say, typed
     from desim_warehouse.fleet_log.validate import validate
-    from desim_warehouse.report import validation_page
 
     validation = validate(load_model(model, assignments), logs, orders=orders, runs=runs, dates=dates)
     if page is not None:
-        from desim_warehouse.cli.answers import typed
         from desim_warehouse.look.web import WebPage
+        from desim_warehouse.report import validation_page
 
         WebPage(page, validation_page.page(validation, typed())).save(page)
     if as_json:
@@ -73,11 +72,6 @@ def command(
         }
         click.echo(json.dumps({**verdict, "measures": measures}))
         return
-    click.echo("\n".join(validation.lines()))
-    measure, *values, last = validation_page.HEAD
-    table = sheet(None, measure, *(f">{head}" for head in values), last)
-    for row in validation_page.cells(validation):
-        table.add_row(*row)
-    show(table)
+    say(validation.text(columns()))
     if page is not None:
         click.echo(f"{page}: open it in a browser")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.values.arguments import each
 
 if TYPE_CHECKING:
     from desim_warehouse.fleet_log.table import FleetLog
@@ -38,9 +39,11 @@ def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
     return (read_trips if path.suffix.lower() == ".csv" else read_messages)(path, dates)
 
 
-def read_logs(logs: Iterable[str | Path | FleetLog], dates: Slashes | None = None) -> list[FleetLog]:
-    """Read every log that is a path with `read_log`, and keep the others; raises ReportError where there is none."""
-    read = [read_log(log, dates=dates) if isinstance(log, str | Path) else log for log in logs]
+def read_logs(
+    logs: str | Path | FleetLog | Iterable[str | Path | FleetLog], dates: Slashes | None = None
+) -> list[FleetLog]:
+    """Read one log or several: those that are paths with `read_log`; raises ReportError where there is none."""
+    read = [read_log(log, dates=dates) if isinstance(log, str | Path) else log for log in each(logs)]
     if not read:
         raise ReportError("no log, expected at least one")
     return read

@@ -24,11 +24,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import first_of
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.text import WIDTH, printed_table
+from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_flow, as_they_are, demand
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, KeyEstimate, short, t_quantile, unknown
@@ -36,12 +38,18 @@ from desim_warehouse.fleet_log.floor import Tracks, lay_over
 from desim_warehouse.fleet_log.handling import breakdowns, episodes, handling
 from desim_warehouse.fleet_log.motion import DrivingTimes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK, FleetLog
-from desim_warehouse.model import Model, load
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.charging import charge_alike
 from desim_warehouse.model.overrides import UNSET
 from desim_warehouse.values.arrays import Flags, Floats, Ints
 from desim_warehouse.values.dates import Slashes
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from ruamel.yaml import YAML
+
+_NEVER_SHOWN = "a log does not show who is sent where (policies.allocation), nor the distance that robots keep"
+_HEAD = ("figure", "mean, and 95 % interval", "from")
 _NAMED = 12
 _OFTEN = 3
 """Passages from which on an edge is said to be missing in the model."""
@@ -60,19 +68,21 @@ _SHARE = 0.01
 """States in which robots spend less of their time are not told apart."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration:
     """Estimates of model parameters from logs of the real fleet: the result of `calibrate`.
 
+    `print` shows them as `desim calibrate` does.
+
     Attributes:
-        source: the model file.
+        source: the model file; None for a model that was not given as a file.
         base: the model before calibration.
         estimates: for each key, a value with interval and evidence, or the reason why there is none.
         overrides: changes of the model by dotted key.
         notes: problems of the logs, and disagreements between logs and model.
     """
 
-    source: Path
+    source: Path | None
     base: Model
     estimates: tuple[KeyEstimate, ...]
     overrides: dict[str, Any]
@@ -81,7 +91,7 @@ class Calibration:
     @property
     def model(self) -> Model:
         """The calibrated model."""
-        return load(self.source, self.overrides)
+        return self.base.replace(self.overrides)
 
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
@@ -97,13 +107,16 @@ class Calibration:
         return ranges
 
     def files(self, out: Path) -> dict[Path, str]:
-        """Texts by path: the calibrated model file, with a comment for each change, and the ranges beside it."""
+        """Return texts by path: the calibrated model file, with a comment for each change, and the ranges beside it.
+
+        The comments of the model file stay; a model that was not given as a file is written whole, defaults too.
+        """
         from ruamel.yaml import YAML
 
         yaml = YAML()
         yaml.indent(sequence=4, offset=2)
         yaml.width = 4096
-        content = yaml.load(self.source.read_text(encoding="utf-8-sig"))
+        content = yaml.load(self._written(yaml))
         by_key = {estimate.key: estimate for estimate in self.estimates}
         for key, value in self.overrides.items():
             _write(content, key.split("."), _relative(value, out.parent), by_key[key].words() if key in by_key else "")
@@ -121,10 +134,50 @@ class Calibration:
         yaml.dump(self.ranges, ranges)
         return {out: text.getvalue(), out.with_name(f"{out.stem}.ranges.yaml"): ranges.getvalue()}
 
+    def _written(self, yaml: YAML) -> str:
+        """Return the model before calibration as its file has it, or as YAML if it was not given as a file."""
+        if self.source is not None:
+            return self.source.read_text(encoding="utf-8-sig")
+        text = io.StringIO()
+        yaml.dump(self.base.content(), text)
+        return text.getvalue()
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each key, in the units of the model: key, value, mean, low, high, evidence.
+
+        Keys that were not identified have no numbers, and the reason as evidence.
+        """
+        import pandas as pd
+
+        columns = ("key", "value", "mean", "low", "high", "evidence")
+        rows = [[getattr(estimate, column) for column in columns] for estimate in self.estimates]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    def text(self, width: int = WIDTH) -> str:
+        """Return the notes on the logs and the estimates as text, `width` characters wide."""
+        units = self.base.units
+        rows = [
+            (
+                words.factor_head(estimate.key, units),
+                numbers.within(estimate.mean, estimate.low, estimate.high) if estimate.identified else "not identified",
+                estimate.evidence,
+            )
+            for estimate in self.estimates
+        ]
+        return "\n".join([printed_table("\n".join(self.notes), _HEAD, rows, width), _NEVER_SHOWN])
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        found = sum(estimate.identified for estimate in self.estimates)
+        return f"Calibration({self.base.name}: {found} of {number_of(len(self.estimates), 'figure')} identified)"
+
 
 def calibrate(
-    model: str | Path,
-    logs: Sequence[str | Path | FleetLog],
+    model: Source,
+    logs: str | Path | FleetLog | Sequence[str | Path | FleetLog],
     *,
     orders: str | Path | None = None,
     dates: Slashes | None = None,
@@ -132,8 +185,8 @@ def calibrate(
     """Estimate the parameters of a model from logs of the real fleet.
 
     Args:
-        model: the model file, with the layout and the node names of the real floor.
-        logs: one per day: VDA 5050 messages as JSON lines, trips as CSV, or folders of runs.
+        model: a model, or its file, with the layout and the node names of the real floor.
+        logs: one, or one per day: VDA 5050 messages as JSON lines, trips as CSV, or folders of runs.
         orders: a plain table of orders, which becomes the demand of the calibrated model unchanged.
         dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
 
@@ -143,8 +196,7 @@ def calibrate(
     Raises:
         ReportError: logs that cannot be read or are of another floor. ModelError: the model or orders.
     """
-    source = Path(model)
-    base = load(source)
+    base = as_model(model)
     read = read_logs(logs, dates)
     notes = [line for log in read for line in (log.in_short(), *log.notes.lines())]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
@@ -159,6 +211,7 @@ def calibrate(
     overrides = _overrides(base, estimates)
     if orders is not None:
         overrides |= as_they_are(base, Path(orders))
+    source = Path(model) if isinstance(model, str | Path) else None
     return Calibration(source, base, tuple(estimates), overrides, tuple(notes))
 
 

@@ -9,10 +9,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from desim_warehouse.answer import words
+from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.text import WIDTH, printed_table
 from desim_warehouse.errors import ReportError, SimulationError, first_of, number_of, shown, spoken
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
@@ -24,9 +27,12 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.run import RunData
 from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
-from desim_warehouse.values.arguments import is_finite, is_whole
+from desim_warehouse.values.arguments import each, is_finite, is_whole
 from desim_warehouse.values.arrays import Floats
 from desim_warehouse.values.dates import Slashes
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 RUNS = 40
 """Simulated days for each real one: 39 is the least that can refute at the level."""
@@ -40,6 +46,8 @@ _EDGES = 3
 _LOOKED_AT = 3
 _ORDERS = "drops_per_hour"
 """With other orders every share of time differs, so that nothing else is looked at before."""
+HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
+"""Head of the measures as they are shown."""
 _VISITS = 20
 """Messages on picks and drops for each station, from which on one without any is not in use."""
 
@@ -62,9 +70,9 @@ class MeasureRow(NamedTuple):
         return f"{'OUTSIDE' if self.outside else 'inside'} ({off:+.1f})".replace("-", "−")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Validation:
-    """The test of a model against real days: the result of `validate`.
+    """The test of a model against real days: the result of `validate`; `print` shows it as `desim validate` does.
 
     Attributes:
         model: the model that was tested.
@@ -107,6 +115,25 @@ class Validation:
         return [
             MeasureRow(name, *values) for name, *values in zip(self.names, *(c.tolist() for c in columns), strict=True)
         ]
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each measure, in the units of the model: see `MeasureRow`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows(), columns=list(MeasureRow._fields))
+
+    def cells(self) -> list[tuple[str, ...]]:
+        """Return the rows of the measures as they are shown below `HEAD`, the largest distances first."""
+        shown_rows: list[tuple[str, ...]] = []
+        for row in sorted(self.rows(), key=lambda row: -abs(row.off)):
+            meaning, _, kind = MEASURES[row.name]
+            scale = words.scale_of_kind(kind, self.model, (row.real, row.simulated))
+            name = words.with_unit(capital(meaning), "" if scale.is_share else scale.unit)
+            high = min(row.high, 1.0) if scale.is_share else row.high
+            band = f"{scale.bare(row.low)} to {scale.single(high)}"
+            shown_rows.append((name, scale.single(row.real), scale.single(row.simulated), band, row.verdict))
+        return shown_rows
 
     @property
     def outside(self) -> list[str]:
@@ -164,12 +191,22 @@ class Validation:
             lines.append(f"to notice a {100 * _ERROR:g} % error, with a chance of 80 %, takes {spoken(needs)}")
         return lines
 
+    def text(self, width: int = WIDTH) -> str:
+        """Return the verdict and the measures as text, `width` characters wide."""
+        return printed_table("\n".join(self.lines()), HEAD, self.cells(), width)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        return f"Validation({self.model.name}: {self.lines()[0]})"
+
 
 def validate(
     model: Source,
-    logs: Sequence[str | Path | FleetLog],
+    logs: str | Path | FleetLog | Sequence[str | Path | FleetLog],
     *,
-    orders: Sequence[str | Path] = (),
+    orders: str | Path | Sequence[str | Path] = (),
     runs: int = RUNS,
     dates: Slashes | None = None,
 ) -> Validation:
@@ -177,7 +214,7 @@ def validate(
 
     Args:
         model: a model, or its file.
-        logs: a day each, as for `calibrate`.
+        logs: one, or one per day, as for `calibrate`.
         orders: the orders of each day, one file for each log; none: those of the model.
         runs: number of simulations of each day, at least 39.
         dates: how to read 03/02/2026 in trips: "us", March 2, or "uk", 3 February.
@@ -193,13 +230,14 @@ def validate(
     if not is_whole(runs, least, MOST_REPLICATIONS):
         limits = f"from {least}, as fewer can refute nothing, to {MOST_REPLICATIONS:,}"
         raise ReportError(f"runs {shown(runs):.60}: expected {limits}")
-    if orders and len(orders) != len(logs):
-        raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
+    days, sheets = each(logs), each(orders)
+    if sheets and len(sheets) != len(days):
+        raise ReportError(f"{len(sheets)} files of orders for {len(days)} logs, expected one for each")
     base = as_model(model)
-    read = read_logs(logs, dates)
+    read = read_logs(days, dates)
     parts, real, simulated = [], [], []
     for day, log in enumerate(read):
-        changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})
+        changed = base.replace(as_they_are(base, Path(sheets[day])) if sheets else {})
         parts.append(parts_of(changed, log))
         real.append(measured(changed, log, parts[-1]))
         simulated.append([_simulated(changed, log, parts[-1], day * runs + run) for run in range(runs)])

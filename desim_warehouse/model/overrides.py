@@ -42,7 +42,7 @@ def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
         return key, UNSET
     document = read_yaml(written, f"{option} {key}")
     if document.data is None and not written.strip():
-        raise ModelError([f"{option} {key}: no value after '=', expected one (null leaves the key out)"])
+        raise ModelError([f"{option} {key}: no value after '=', expected one (--unset {key} leaves the key out)"])
     if document.problems:
         raise ModelError([f"{option} {key}: {problem.text}" for problem in document.problems])
     return key, document.data

@@ -139,7 +139,8 @@ def best(  # half of it documents its arguments
         place_chargers: for a model, the number of nodes to search for, each with a charger. None: chargers stay.
         directions: for a model, whether aisles may be reversed.
         maximise: whether larger is better (default: as usual for the indicator; required for your own indicators).
-        search: settings of runs, at most 500 by default; `first` and `cap` are for a race.
+        search: settings of runs, at most 500 by default, in a race at most `cap` of each design; `first` and `cap` are
+            for a race.
 
     Returns:
         `Best`, after a race: the best design and those as good. `BestOfMany`, after a search: the best design and those

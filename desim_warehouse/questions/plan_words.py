@@ -132,7 +132,8 @@ class _Planned:
             return self._none(sized)
         cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
         reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
-        line = f"{self._are(sized.best.counts)} the {'cheapest' if cost else 'smallest'} {self.noun} shown to be enough"
+        first = "cheapest" if cost and self.key is None else "smallest"
+        line = f"{self._are(sized.best.counts)} the {first} {self.noun} shown to be enough"
         number = "" if self.plan.beside else f": {reached}"
         line = f"{line}{self._in_time(sized)}{number}{cost}.{self._days(sized.best)}{self._worst(sized)}"
         if close := plan_cells.left(self.plan, sized, "open"):
@@ -368,10 +369,11 @@ class _Planned:
         if sized is None or sized.best is None:
             return []
         best = sized.best
+        year = [] if best.cost is None else [BigNumber(value=self._money(best.cost), what="cost a year")]
         if self.key is not None:
             value = self.key.value(best.counts)
             what = f"robot{'s' * (value != 1)}" if self.key.is_fleet else words.in_words(self.key.of)
-            return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best)]
+            return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best), *year]
         if len(self.demands) > 1:
             return [self._tile(size, size.best) for size in self.demands if size.best is not None and not size.open]
         totals = self.plan.designs.totals(best.counts)
@@ -380,8 +382,7 @@ class _Planned:
             for name, number in totals.items()
             if number
         ]
-        tiles += self._reached(sized, best)
-        return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="cost a year")])
+        return [*tiles, *self._reached(sized, best), *year]
 
     def _tile(self, sized: Sized, best: Shown) -> BigNumber:
         """Return the tile of the fleet for one of several demands, with its indicator and cost."""

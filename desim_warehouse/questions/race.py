@@ -155,10 +155,8 @@ def _promise(selection: Selection, zone: str) -> str:
     """Return the guarantee of a choice, with its indifference zone in the unit of the indicator."""
     if not selection.guaranteed:
         left = len(selection.survivors)
-        most = max(selection.samples)
-        return (
-            f"{left} options were left at the cap of {most} replications: this is the best mean, without a guarantee."
-        )
+        most = number_of(sum(selection.samples), "run")
+        return f"{left} options were left after {most} in all: this is the best mean, without a guarantee."
     if selection.deterministic:
         return "Nothing in this model is random: the options are compared by exact numbers."
     sure = f"{100 * selection.confidence:g} %"

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from desim_warehouse import plot
-from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.answer.page import page as page_of
 from desim_warehouse.answer.parts import BigNumber, Folded
-from desim_warehouse.fleet_log.measures import MEASURES
-from desim_warehouse.fleet_log.validate import Validation
+from desim_warehouse.fleet_log.validate import HEAD, Validation
 from desim_warehouse.plot.days import farthest
 
 _METHOD = (
@@ -17,7 +15,6 @@ _METHOD = (
     "All measures count at once: a right model is refuted on at most one day in twenty. Not refuted is no proof.",
     "Measures alone decide. Figures show where to look: the band of each holds all of a right day on 95 of 100 days.",
 )
-HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
 
 
 def page(validation: Validation, command: str = "") -> str:
@@ -53,7 +50,7 @@ def page(validation: Validation, command: str = "") -> str:
         ),
         tables=(
             Folded(title=first, note=_in_words(validation, worst), printed=True),
-            Folded(title="Measures", head=HEAD, rows=tuple(cells(validation)), numbers=True, printed=True),
+            Folded(title="Measures", head=HEAD, rows=tuple(validation.cells()), numbers=True, printed=True),
             *(Folded(title=title) for title in drawings if title != first),
         ),
         notes=_METHOD,
@@ -71,16 +68,3 @@ def _in_words(validation: Validation, number: int) -> str:
     held = where if out else "wholly inside the band of the simulated days"
     besides = ", which lies out farthest of all" if len(validation.days) > 1 else ""
     return f"Drops on the day {validation.days[number]}{besides}: {held}."
-
-
-def cells(validation: Validation) -> list[tuple[str, ...]]:
-    """Return the rows of the table with the head `HEAD`, the largest distances first."""
-    rows: list[tuple[str, ...]] = []
-    for row in sorted(validation.rows(), key=lambda row: -abs(row.off)):
-        meaning, _, kind = MEASURES[row.name]
-        scale = words.scale_of_kind(kind, validation.model, (row.real, row.simulated))
-        name = words.with_unit(capital(meaning), "" if scale.is_share else scale.unit)
-        high = min(row.high, 1.0) if scale.is_share else row.high
-        band = f"{scale.bare(row.low)} to {scale.single(high)}"
-        rows.append((name, scale.single(row.real), scale.single(row.simulated), band, row.verdict))
-    return rows

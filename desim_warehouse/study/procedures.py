@@ -24,7 +24,7 @@ from desim_warehouse.study.statistics.cheapest import (
     scout_steps,
 )
 from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError, looks_of_days
-from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED, DaysNeeded
+from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, MOST_RUNS, RACED, DaysNeeded
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
@@ -73,7 +73,7 @@ def race(
         delta: indifference zone in the indicator's unit; None: `share` of the largest mean of the first replications.
         share: a part of that mean.
         maximise: whether more is better (default: as usual for the indicator; of one of its own it must be said).
-        search: how runs are done; confidence, seed and time limit are the study's.
+        search: how runs are done, and how many; confidence, seed and time limit are the study's.
 
     Raises:
         StudyError: unknown indicator, one of its own without `maximise`, fewer than two designs, or a run that failed.
@@ -94,6 +94,7 @@ def race(
         raise StudyError("the best of one design: expected factors with several values")
     refuse_other(study, search)
     first, cap = search.looks(*RACED)
+    most = search.runs or MOST_RUNS
 
     def steps(exact: bool) -> Procedure[Selection]:
         begin, end = (2, 2) if exact else (first, cap)  # designs without chance are compared by two runs each
@@ -104,7 +105,15 @@ def race(
             zone = max(share * max(sums) / begin, LEAST_DELTA)
         return (
             yield from kn_steps(
-                designs, zone, study.plan.confidence, begin, maximise=more, cap=end, ahead=_AHEAD, deterministic=exact
+                designs,
+                zone,
+                study.plan.confidence,
+                begin,
+                maximise=more,
+                cap=end,
+                most=most,
+                ahead=_AHEAD,
+                deterministic=exact,
             )
         )
 

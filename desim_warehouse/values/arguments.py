@@ -1,4 +1,4 @@
-"""Arguments that are numbers: whether they are whole, or finite, whatever has been given.
+"""Arguments of any type: whether a number is whole, or finite, and one value where several may be given.
 
 For functions called from Python, which refuse anything else in their own words before they begin.
 """
@@ -6,7 +6,14 @@ For functions called from Python, which refuse anything else in their own words 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from numbers import Integral, Real
+from typing import Any
+
+
+def each(values: Any) -> list[Any]:
+    """Return one value, or an iterable of several, as a list; text is one value."""
+    return list(values) if isinstance(values, Iterable) and not isinstance(values, str) else [values]
 
 
 def is_whole(value: object, least: float = -math.inf, most: float = math.inf) -> bool:

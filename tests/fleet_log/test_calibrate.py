@@ -12,6 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.fleet_log.calibrate import calibrate
 from desim_warehouse.fleet_log.handling import mean_interval
+from desim_warehouse.report.example import example
 from desim_warehouse.study.fit import fit_between
 from tests.fleet_log import plants
 from tests.fleet_log.conftest import plant
@@ -65,6 +66,32 @@ def test_the_file_says_where_each_figure_comes_from(found, a_plant):
     assert set(ranges["fleet.robot.speed"]) == {"low", "high", "confidence", "n"}
     for key in ranges:
         assert dw.load(out, {key: ranges[key]["low"]}), key  # every range is of a key that can be set
+
+
+def test_estimates_print_as_lines_and_as_a_table(found):
+    lines = str(found).splitlines()
+    assert "day.jsonl: 8 robots" in lines[0]
+    head = lines.index(next(line for line in lines if line.startswith("figure")))
+    assert lines[head].split("  ")[-1] == "from"
+    assert lines[head + 1].startswith("Speed (m per s)")
+    assert lines[head + 1].endswith(" stretches on an edge")
+    assert lines[-1].startswith("a log does not show who is sent where")
+    known = sum(one.identified for one in found.estimates)
+    assert repr(found) == f"Calibration({found.base.name}: {known} of {len(found.estimates)} figures identified)"
+    assert list(found.table["key"]) == [one.key for one in found.estimates]
+    assert found.table["mean"].notna().sum() >= known
+
+
+def test_a_model_in_memory_is_calibrated_as_a_file_is(tmp_path):
+    """200 trips that begin half a minute after each other: 120 loads an hour."""
+    trips = tmp_path / "trips.csv"
+    trips.write_text("robot,pick,drop,start,end\n" + "".join(f"R1,A,G,{30 * n},{30 * n + 20}\n" for n in range(200)))
+    found = calibrate(example(), [trips])
+    out = tmp_path / "calibrated.yaml"
+    out.write_text(found.files(out)[out], encoding="utf-8")
+    assert "Calibrated by desim calibrate" in out.read_text(encoding="utf-8")
+    assert dw.load(out).tasks.goods.poisson == pytest.approx(120, rel=0.01)
+    assert dw.load(out).digest() == found.model.digest()
 
 
 def test_orders_are_taken_as_they_are(a_plant, tmp_path):

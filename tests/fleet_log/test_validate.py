@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
+from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
 from desim_warehouse.fleet_log.ranks import ranked
 from desim_warehouse.fleet_log.runs import from_run
@@ -72,6 +73,17 @@ def test_too_few_runs_and_orders_are_refused(a_plant):
         validate(a_plant.sheet, [a_plant.log], runs=20)
     with pytest.raises(ReportError, match="2 files of orders for 1 logs"):
         validate(a_plant.sheet, [a_plant.log], orders=["a", "b"])
+
+
+def test_one_log_and_one_file_of_orders_need_no_list(a_plant, tmp_path):
+    """Two trips of half a minute: the log is read whole, not letter by letter."""
+    trips = tmp_path / "trips.csv"
+    trips.write_text("robot,pick,drop,start,end\nR1,A,G,0,30\nR1,A,G,60,90\n")
+    for logs in (str(trips), trips, dw.read_log(trips)):
+        [log] = read_logs(logs)
+        assert (log.name, log.length) == (str(trips), 90)
+    with pytest.raises(ReportError, match="1 files of orders for 2 logs"):
+        validate(a_plant.sheet, [trips, trips], orders="orders.csv")
 
 
 def told(sheet, log, *options):

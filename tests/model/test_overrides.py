@@ -188,7 +188,7 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
     [
         ("fleet.size", "--set fleet.size: no assignment, expected KEY=VALUE such as fleet.size=3"),
         ("=3", "--set =3: no assignment, expected KEY=VALUE such as fleet.size=3"),
-        ("fleet.size=", "--set fleet.size: no value after '=', expected one (null leaves the key out)"),
+        ("fleet.size=", "--set fleet.size: no value after '=', expected one (--unset fleet.size leaves the key out)"),
         (
             "tasks.goods=[1, 2",
             (

@@ -56,6 +56,19 @@ def by_hand(model, real, simulated):
     return Validation(model, ("monday",), ("drops_per_hour",), measures, (hours,), (drops,), passed, stood)
 
 
+def test_a_verdict_prints_as_lines_and_a_table_of_its_measures(model):
+    """On the real day 30 loads an hour were put down, on 40 simulated days 30, 31 or 32."""
+    monday = by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)])
+    verdict, power, head, measure = str(monday).splitlines()
+    assert verdict.startswith("not refuted (1 day, 40 simulated for each, p = ")
+    assert power.endswith("for drops per hour")
+    assert head.split() == ["Measure", "Real", "Simulated", "Band", "Verdict"]
+    assert measure.split()[:5] == ["Drops", "per", "hour", "30", "31"]
+    assert repr(monday) == f"Validation({model.name}: {verdict})"
+    row = monday.table.iloc[0]
+    assert (row["name"], row["real"], row["simulated"], row["outside"]) == ("drops_per_hour", 30, 30.975, False)
+
+
 def test_the_line_of_a_right_day_lies_in_the_band(right):
     shown = steps(plot.real_day(right))
     high, low = shown["band of 39 simulated days"]

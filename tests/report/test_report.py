@@ -321,6 +321,39 @@ def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
     assert not {"Hours", "What goes wrong"} & {name for name, _ in facts(dw.load(SQUARE))}
 
 
+def test_the_facts_of_a_model_name_its_pickers_lifts_and_wide_aisles():
+    """Two pickers on a floor with wide aisles, at work in the morning, and a mezzanine with two lifts."""
+    picked = {
+        "name": "shop",
+        "calendars": {"morning": {"open": ["08:00-12:00"]}},
+        "layout": {
+            "blocks": {
+                "columns": 2,
+                "rows": 1,
+                "block_width": 2,
+                "block_depth": 4,
+                "goods_size": 1.2,
+                "aisle_width": 4.2,
+                "directions": "ring",
+            },
+            "aisles": "wide",
+            "bays": {"home": {"at": ["A"]}},
+            "stations": {"desk": {"at": ["C"]}},
+        },
+        "fleet": {"size": 1, "robot": {"radius": 0.4, "margin": 0.2, "speed": 1}},
+        "tasks": {"goods": {"poisson": 20}, "load_time": 10, "unload_time": 5, "unload_at": ["desk"]},
+        "pickers": {"count": 2, "speed": 1, "zones": 2, "hours": "morning"},
+        "run": {"length": "1 h", "start": "08:00"},
+    }
+    rows = facts(dw.load(picked))
+    assert dict(rows)["Floor"].endswith(", all aisles wide")
+    assert ("Pickers", "2, speed 1 m per s, 2 zones") in rows
+    assert ("Hours", "pickers: morning, 08:00-12:00") in rows
+    assert "Lift" not in dict(rows)
+    lifts = [value for name, value in facts(dw.load(ROOT / "models" / "gallery" / "mezzanine.yaml")) if name == "Lift"]
+    assert lifts == ["goods: 2 cabins, 8 s per floor, doors 3 s"]
+
+
 def test_the_first_page_of_a_run_has_large_numbers(tmp_path, lifelong):
     said = run_words.numbers_of(lifelong)
     assert said[0].what == "loads an hour"

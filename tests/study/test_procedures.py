@@ -66,6 +66,16 @@ def test_the_smallest_fleet_for_a_throughput(tmp_path):
     assert means.isna().any()  # bisection leaves some out
 
 
+def test_the_smallest_value_is_shown_with_its_cost_a_year():
+    """Robots cost 100 a year each; the smallest fleet is named, and so called, though prices would have a cheapest."""
+    priced = {"tasks.goods": [11, 8, 39], "prices": {"hours": 1000, "robot": 100}}
+    found = dw.size(study({"fleet.size": [2, 3]}, priced), "T <= 100000")
+    assert (found.smallest, found.table["annual_cost"].to_list()) == (2, [200])
+    assert "2 robots are the smallest fleet shown to be enough" in found.answer.answer[0]
+    assert ", 200 a year" in found.answer.answer[0]
+    assert ("200", "cost a year") in [(tile.value, tile.what) for tile in found.answer.tiles]
+
+
 def test_a_value_with_which_a_robot_runs_flat_is_too_small():
     tiny = {"battery.threshold": 0, "battery.reserve": 0, "accept": ["BATTERY_TOO_SMALL"], "tasks.goods": {"random": 5}}
     found = dw.size(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")

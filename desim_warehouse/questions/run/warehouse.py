@@ -1,8 +1,8 @@
-"""Key facts about a model in words: floor, fleet, work, batteries, policies and hours."""
+"""Key facts about a model in words: floor, fleet, people, lifts, work, batteries, policies and hours."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.errors import number_of
@@ -20,13 +20,13 @@ from desim_warehouse.values.units import SECONDS
 
 
 def facts(model: Model) -> list[tuple[str, str]]:
-    """Return floor, fleet, work, batteries, policies, hours and disturbances, each with its name."""
+    """Return floor, fleet, pickers, lifts, work, batteries, policies, hours and disturbances, each with its name."""
     floor = model.floor
     units, fleet = model.units, model.fleet
     most = fleet.largest_capacity
     rows = [
         ("Model", model.name),
-        ("Floor", _floor(floor)),
+        ("Floor", _floor(floor) + "".join(f", {width}" for width in _wide_aisles(model))),
         (
             "Robots",
             (
@@ -36,6 +36,8 @@ def facts(model: Model) -> list[tuple[str, str]]:
                 + (f", up to {most} loads each" if most > 1 else "")
             ),
         ),
+        *_pickers(model),
+        *_lifts(model),
         ("Work", work(model)),
         ("Unloading", f"at {', '.join(destinations(model, floor))}"),
         ("Battery", _batteries(model)),
@@ -74,11 +76,13 @@ def work(model: Model) -> str:
 
 
 def _hours(model: Model) -> Iterator[tuple[str, str]]:
-    """Yield the hours of stations, robots, flows and tasks that have a calendar."""
+    """Yield the hours of stations, robots, pickers, people, flows and tasks that have a calendar."""
     fleet, tasks = model.fleet, model.tasks
     named = {f"station {name}": station.hours for name, station in model.layout.stations.items()}
     pauses = {f"station {name}" for name, station in model.layout.stations.items() if station.at_close == "pause"}
     named |= {"robots": fleet.hours} | {f"robots of kind {name}": kind.hours for name, kind in fleet.kinds.items()}
+    named |= {"pickers": getattr(model.pickers, "hours", None)}
+    named |= {f"people {name}": people.hours for name, people in model.people.items()}
     named |= {f"flow {name}": flow.hours for name, flow in tasks.flows.items()}
     named |= {"tasks": getattr(tasks.goods, "hours", None)}
     for who, calendar in named.items():
@@ -108,6 +112,39 @@ def _floor(floor: Layout) -> str:
     lanes = number_of(len(floor.lanes) - two_way, "one-way lane")
     lanes += f", {number_of(two_way, 'two-way lane')}" if two_way else ""
     return f"{number_of(len(floor.graph), 'node')}, {lanes}, {number_of(len(floor.storage), 'storage place')}"
+
+
+def _wide_aisles(model: Model) -> Iterator[str]:
+    """Yield the width of aisles that are not narrow."""
+    aisles = model.layout.aisles
+    widths = {name: lines.width for name, lines in aisles.items()} if isinstance(aisles, Mapping) else {"": aisles}
+    for name, width in widths.items():
+        if width != "narrow":
+            how = width if isinstance(width, str) else f"{numbers.number(width)} {model.units.length} wide"
+            yield f"aisles {name} {how}" if name else f"all aisles {how}"
+
+
+def _pickers(model: Model) -> Iterator[tuple[str, str]]:
+    """Yield the number of pickers, their speed, and what else they do not do as usual."""
+    pickers, units = model.pickers, model.units
+    if pickers is None:
+        return
+    unusual = (
+        (pickers.zones > 1, f"{pickers.zones} zones"),
+        (pickers.choose != "nearest", f"next robot: {pickers.choose}"),
+        (pickers.stay == "order", "stay with a robot for all picks of a tour"),
+        (pickers.call == "ahead", "called ahead"),
+        (bool(pickers.flows), f"for {', '.join(pickers.flows)} only"),
+    )
+    speed = f"speed {numbers.number(pickers.speed)} {units.length} per {units.time}"
+    yield "Pickers", ", ".join([str(pickers.count), speed, *(text for is_so, text in unusual if is_so)])
+
+
+def _lifts(model: Model) -> Iterator[tuple[str, str]]:
+    """Yield the cabins of each lift, and the time of their rides and doors."""
+    for name, lift in model.layout.lifts.items():
+        ride, doors = (numbers.duration(time, model.units.time) for time in (lift.ride, lift.doors))
+        yield "Lift", f"{name}: {number_of(lift.cabins, 'cabin')}, {ride} per floor, doors {doors}"
 
 
 def _batteries(model: Model) -> str:

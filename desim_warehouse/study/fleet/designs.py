@@ -177,9 +177,13 @@ class OneKey(Designs):
         """Return the changes that make the model into a design."""
         return dict(self.study.points[design[0]].overrides)
 
-    def cost(self, design: Counts) -> float | None:  # noqa: ARG002 - of all alike
-        """Return None: the smallest value is sought, not the cheapest."""
-        return None
+    def cost(self, design: Counts) -> float | None:
+        """Return the yearly cost of a design before any run, or None without prices."""
+        return None if self.model.prices is None else year_of(self.model.replace(self.overrides(design)))
+
+    def key(self, design: Counts) -> tuple[float, ...]:
+        """Return the position of a value as its sort key: the smallest is sought, not the cheapest."""
+        return tuple(map(float, design))
 
     def counts(self, growth: float) -> list[list[int]]:  # noqa: ARG002 - the values are given
         """Return the positions of all values."""

@@ -13,7 +13,7 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, differing_share, gaps
-from desim_warehouse.study.statistics.limits import COMMON_DAYS
+from desim_warehouse.study.statistics.limits import COMMON_DAYS, MOST_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.values.arrays import Floats
 
@@ -23,7 +23,7 @@ class Selection:
     """The design chosen by KN, and when others were eliminated; designs have numbers from 0, in the indicator's unit.
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it was never
-    eliminated (None). `samples[i]` counts the runs requested. `guaranteed` is False if the cap ended the race; `best`
+    eliminated (None). `samples[i]` counts the runs requested. `guaranteed` is False if a limit ended the race; `best`
     then merely has the best mean of the `survivors`. `within`: the other designs that are less than delta worse than
     the best, with simultaneous `confidence` (one-sided bounds of the differences, Bonferroni), so that any will do.
     `equal`: the designs among them that equal the best in every run.
@@ -67,6 +67,7 @@ def kn_steps(
     *,
     maximise: bool = True,
     cap: int = 1000,
+    most: int = MOST_RUNS,
     ahead: int = 1,
     deterministic: bool = False,
 ) -> Procedure[Selection]:
@@ -79,6 +80,7 @@ def kn_steps(
         n0: replications of every design in the first stage, at least 2; 10 or more are recommended.
         maximise: the largest mean is best, or else the smallest.
         cap: most replications of one design; `guaranteed` is False when it ends the race.
+        most: most runs of all designs together, at least n0 of each; it ends the race likewise.
         ahead: replications of each survivor to request at a time. More of them keep many workers busy at the price
             of some superfluous runs; the selection does not change.
         deterministic: the models use no random numbers, so that differences are exact.
@@ -100,14 +102,16 @@ def kn_steps(
         raise StudyError(f"indifference zone {delta!r}: expected a number above 0, in the indicator's unit")
     if cap < n0 or ahead < 1:
         raise StudyError(f"cap {cap}, ahead {ahead}: expected a cap of at least n0 = {n0}, and ahead >= 1")
+    if most < k * n0:
+        raise StudyError(f"{most} runs: too few for {k} designs, expected at least {k * n0}, {n0} for each")
     race = _Race(k, 1.0 if maximise else -1.0)
     yield from race.run(n0)
     each = 1.0 - (1.0 - confidence) / (k - 1)
     variances = np.zeros((k, k)) if deterministic else race.difference_variances(each)
     slack = race.shortened(h2 * variances / delta**2)  # N_il of the paper, before rounding down
     race.screen(slack, delta)
-    while not race.over(slack) and race.r < cap:
-        yield from race.run(1, ahead=min(ahead, cap - race.r))
+    while not race.over(slack) and race.r < (last := min(cap, race.last(most))):
+        yield from race.run(1, ahead=min(ahead, last - race.r))
         slack = race.shortened(h2 * variances / delta**2)
         race.screen(slack, delta)
     return Selection(
@@ -148,6 +152,11 @@ class _Race:
             self.totals[i] += sum(self.data[i][self.r : want])
             self.judged_on[i] = want
         self.r = want
+
+    def last(self, most: int) -> int:
+        """Return the replications that every survivor can have within `most` runs of all designs together."""
+        made = [len(row) for row in self.data]
+        return made[self.alive[0]] + (most - sum(made)) // len(self.alive)
 
     def difference_variances(self, level: float) -> Floats:
         """Return S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k).

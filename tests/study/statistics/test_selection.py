@@ -101,6 +101,15 @@ def test_the_steps_ask_for_the_first_stage_at_once():
     assert steps.send([0, -1, 0, 0, 0, 1]) == [(0, 3), (1, 3)]
 
 
+def test_a_race_ends_before_it_exceeds_its_runs():
+    """Three designs, the last clearly worse: 9 runs, then 2 at a time for the other two, which cannot be told apart."""
+    table = [[0.0, 1.0, 2.0] * 20, [1.0, 2.0, 0.0] * 20, [-90.0, -91.0, -92.0] * 20]
+    for most, each in ((9, 3), (10, 3), (11, 4), (15, 6), (16, 6)):
+        found = kn(lambda design, r: table[design][r], 3, delta=0.5, n0=3, most=most, ahead=2)
+        assert found.samples == (each, each, 3)
+        assert not found.guaranteed
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -111,6 +120,7 @@ def test_the_steps_ask_for_the_first_stage_at_once():
         ({"k": 4, "delta": 1.0, "confidence": 0.25}, "more than 1/4"),
         ({"k": 2, "delta": 1.0, "cap": 9}, "at least n0 = 10"),
         ({"k": 2, "delta": 1.0, "ahead": 0}, "ahead >= 1"),
+        ({"k": 3, "delta": 1.0, "most": 29}, "29 runs: too few for 3 designs, expected at least 30, 10 for each"),
     ],
 )
 def test_arguments_out_of_range_are_refused(arguments, message):
