@@ -325,7 +325,7 @@ def indicators() -> str:
     said += (
         f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day, as in "
         "`on_time@11:30-13:00` or `robots_busy@11:30-13:00`: of the tasks that come in it, and utilisation of what "
-        "happens in it. Parts are the stretches of one rate, those of more than two hours by the hour.\n"
+        "happens in it. Parts are the stretches in which no rate changes, those of more than two hours by the hour.\n"
     )
     return table(("indicator", "unit", "what it is"), rows) + said
 

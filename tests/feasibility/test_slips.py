@@ -122,6 +122,14 @@ def test_releases_as_parts_of_a_day_are_asked_about(tmp_path):
     assert orders(tmp_path, ["26,0,packing", "3600,1,packing"]) == {}
 
 
+def test_a_lorry_may_come_in_the_first_minute_if_others_follow():
+    """Twenty seconds after the start is no time for the only lorry, but for the first of three within an hour."""
+    alone, followed = (check(base("flows").replace(slips.schedule(*at))).findings for at in ([20], [20, 90, 3700]))
+    schedule = "tasks.flows.goods in.arrivals.schedule"
+    assert [item.place for item in alone if item.code == "UNUSUAL"] == [f"{schedule}.0.at"]
+    assert not [item for item in followed if item.code == "UNUSUAL"]
+
+
 # Targets, zones, names
 
 

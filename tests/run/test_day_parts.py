@@ -53,6 +53,16 @@ def test_a_part_of_a_run_of_several_days_is_the_same_on_each():
     assert parts["11:00-12:00"] == [(3 * HOUR, 4 * HOUR), (27 * HOUR, 28 * HOUR)]
 
 
+def test_orders_for_whom_goods_make_way_have_their_parts_though_their_sum_stays():
+    """Goods come in for two hours, and then as many orders go out."""
+    model = ring([30, 30, 0, 0], every=HOUR)
+    goods_in = {
+        **model.tasks.flows["out"].content(),
+        "arrivals": {"profile": {"per_hour": [0, 0, 30, 30], "every": HOUR}},
+    }
+    assert list(parts_of_the_day(model.replace({"tasks.flows.in": goods_in}))) == ["08:00-10:00", "10:00-12:00"]
+
+
 def test_there_are_none_where_the_rate_stays():
     assert parts_of_the_day(ring([30] * 24)) == {}
     goods = {**RING["tasks"], "goods": [0], "unload_at": ["pack"]}

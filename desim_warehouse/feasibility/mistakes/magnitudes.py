@@ -241,14 +241,23 @@ def _states(battery: BatterySpec) -> Iterator[Finding]:
 
 
 def _of_keys(model: Model) -> Iterator[Finding]:
-    """Find unusual values of keys, and of parameters of policies."""
+    """Find unusual values of keys, and of parameters of policies; of the instants of a list the last is looked at."""
+    last: dict[str, tuple[float, str, Usual, str]] = {}
     for place, part in parts_in(model, _with_usual()):
+        of_list, _, rank = place.rpartition(".")
         for name, key, usual, kind in _usual_keys(type(part)):
             if not _judged(model, part, usual, kind):
                 continue
-            since = _begins(model) if usual.instant else 0.0
             for below, value in _numbers(getattr(part, name), usual):
-                yield from _unusual(f"{place}.{key}{below}", value, usual, kind, model.units, since)
+                named = f"{place}.{key}{below}"
+                if not usual.instant:
+                    yield from _unusual(named, value, usual, kind, model.units)
+                    continue
+                listed = f"{of_list}.{key}{below}" if rank.isdigit() else named
+                if listed not in last or value > last[listed][0]:
+                    last[listed] = value, named, usual, kind
+    for value, named, usual, kind in last.values():
+        yield from _unusual(named, value, usual, kind, model.units, _begins(model))
     for decision, spec in model.policies.specs().items():
         kinds = catalogue.quantities_of(decision, spec.name)
         for key, note in catalogue.notes_of(decision, spec.name):

@@ -1,4 +1,4 @@
-"""The parts of the day in which orders come at one rate, such as a peak, by the clock."""
+"""The parts of the day in which the orders of each flow come at one rate, such as a peak, by the clock."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST = 24
 
 
 def parts_of_the_day(model: Model) -> dict[str, list[Stretch]]:
-    """Return the stretches of a run in which orders come at one rate, long ones by the hour; none where it stays.
+    """Return the stretches of a run in which no rate of orders changes, long ones by the hour; none where all stay.
 
     By the clock, as `11:30-13:00`: a part of a run of several days has a stretch on each.
     """
@@ -28,27 +28,28 @@ def parts_of_the_day(model: Model) -> dict[str, list[Stretch]]:
     rates = [model.rates(profile) for profile in profiles]
     begin, end = model.run.warm_up, model.run.end
 
-    def expected(stretch: Stretch) -> float:
-        return math.fsum(
-            profile_rates.expected(stretch[1]) - profile_rates.expected(stretch[0]) for profile_rates in rates
-        )
+    def expected(stretch: Stretch) -> list[float]:
+        return [profile_rates.expected(stretch[1]) - profile_rates.expected(stretch[0]) for profile_rates in rates]
 
-    pieces: list[tuple[Stretch, float]] = []
+    def comes(stretch: Stretch) -> bool:
+        return any(tasks > 0 for tasks in expected(stretch))
+
+    pieces: list[tuple[Stretch, list[float]]] = []
     for stretch in pairwise(sorted({begin, end, *(t for rate in rates for t in rate.changes(end) if begin < t < end)})):
-        rate = expected(stretch) / (stretch[1] - stretch[0])
-        if pieces and math.isclose(pieces[-1][1], rate, abs_tol=1e-12):
-            pieces[-1] = ((pieces[-1][0][0], stretch[1]), rate)
+        now = [tasks / (stretch[1] - stretch[0]) for tasks in expected(stretch)]
+        if pieces and all(math.isclose(*both, abs_tol=1e-12) for both in zip(pieces[-1][1], now, strict=True)):
+            pieces[-1] = ((pieces[-1][0][0], stretch[1]), now)
         else:
-            pieces.append((stretch, rate))
+            pieces.append((stretch, now))
     if len(pieces) == 1:
         return {}
     parts: list[Stretch] = []
     for stretch, _ in pieces:
         parts += _by_the_hour(model, stretch) if stretch[1] - stretch[0] > LONG * model.units.hour else [stretch]
-    named = _by_the_clock(model, (stretch for stretch in parts if expected(stretch) > 0))
+    named = _by_the_clock(model, (stretch for stretch in parts if comes(stretch)))
     if len(named) <= MOST:
         return named
-    return _by_the_clock(model, (stretch for stretch in _by_the_hour(model, (begin, end)) if expected(stretch) > 0))
+    return _by_the_clock(model, (stretch for stretch in _by_the_hour(model, (begin, end)) if comes(stretch)))
 
 
 def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
