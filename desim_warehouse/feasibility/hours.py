@@ -36,10 +36,15 @@ def on_duty(model: Model) -> float:
         model.hours(spec_of[node].hours) if node in spec_of else ALWAYS for node in destinations(model, layout)
     ] or [ALWAYS]
     names = model.fleet.hours_of_robots()
-    pickers = model.pickers
-    people = model.hours(pickers.hours) if pickers is not None and need_one(pickers, model.tasks.flows) else ALWAYS
+    people = _of_pickers(model)
     share = {name: _share_of_all(model.hours(name), people, stations, end) for name in set(names)}
     return fmean(share[name] for name in names)
+
+
+def _of_pickers(model: Model) -> Hours:
+    """Return the hours of pickers where every task needs one; always where some work goes on without them."""
+    pickers = model.pickers
+    return model.hours(pickers.hours) if pickers is not None and need_one(pickers, model.tasks.flows) else ALWAYS
 
 
 def _share_of_all(robot: Hours, pickers: Hours, stations: Sequence[Hours], end: float) -> float:
@@ -68,16 +73,20 @@ def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Ite
 
 
 def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
-    """Yield the intervals of a run in which no robot is on duty, or no station that tasks go to is open."""
+    """Yield the intervals of a run in which no task can be done.
+
+    No robot is on duty then, no station that tasks go to is open, or no pickers are at work, whom every task needs.
+    """
     layout = model.floor
     spec_of = specs(model, layout)
     stations = {spec_of[node].hours if node in spec_of else None for node in destinations(model, layout)}
     robots = [model.hours(name) for name in set(model.fleet.hours_of_robots())]
     open_ones = [model.hours(name) for name in stations] or [ALWAYS]
+    needed = robots, open_ones, [_of_pickers(model)]
     idle = [
         stretch
-        for stretch in _between_changes((*robots, *open_ones), 0.0, model.run.end)
-        if not all(any(hours.is_open(stretch[0]) for hours in group) for group in (robots, open_ones))
+        for stretch in _between_changes([hours for group in needed for hours in group], 0.0, model.run.end)
+        if not all(any(hours.is_open(stretch[0]) for hours in group) for group in needed)
     ]
     yield from merged(idle)
 

@@ -7,6 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.feasibility.loads import loads
+from desim_warehouse.feasibility.mistakes import clashes
 from desim_warehouse.feasibility.parts import PickerLoad
 from desim_warehouse.feasibility.pickers import picker_load
 from desim_warehouse.questions.check.words import sentences
@@ -116,6 +117,22 @@ def test_robots_work_in_the_hours_of_pickers_where_each_task_needs_one(flows, pa
     quick = estimate(dw.load(RING, {**FLOWS, **hours, **flows}))
     assert quick.on_duty == part
     assert quick.limits["the pickers"] == pytest.approx(0.25 / quick.pickers.pick / quick.pickers.share)
+
+
+@pytest.mark.parametrize(("flows", "warned"), [({}, True), ({"pickers.flows": ["out"]}, False)])
+def test_orders_that_come_when_pickers_have_gone_home_are_late_with_any_fleet(flows, warned):
+    """They leave after 15 of 60 minutes; due within 5, all that come until 55 are late: 40 of 60 minutes.
+
+    With pickers for one flow alone, the other goes on without them.
+    """
+    changes = {"calendars.shift": {"between": [[0, 900]]}, "pickers.hours": "shift", "fleet.size": 3}
+    model = dw.load(RING, {**FLOWS, **changes, **flows}).replace({"tasks.flows.out.due_within": 300})
+    said = {one.code: one.text for one in clashes.warnings(model, model.floor)}
+    assert ("BREAK_BEYOND_DUE" in said) == warned
+    assert not warned or said["BREAK_BEYOND_DUE"] == (
+        "no robot or no picker works, or no station is open, for up to 45 min; tasks that arrive in the first 40 min "
+        "of this break cannot be done within 5 min, with any fleet (66.67 % of the time)"
+    )
 
 
 @pytest.mark.usefixtures("brief_probes")

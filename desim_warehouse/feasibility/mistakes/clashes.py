@@ -176,6 +176,7 @@ def _breaks(model: Model) -> Iterator[Finding]:
     end, units = model.run.end, model.units
     due = _within(model)
     gaps = list(nobody_at_work(model)) if due else []
+    who = "no robot works" if model.pickers is None else "no robot or no picker works"
     for place, within, calendar in due:
         hours = model.hours(calendar)
         lost = [(a, b - within) for a, b in gaps if b - a > within]
@@ -187,7 +188,7 @@ def _breaks(model: Model) -> Iterator[Finding]:
             yield Finding(
                 "BREAK_BEYOND_DUE",
                 place,
-                f"no robot works, or no station is open, for up to {whole}; tasks that arrive in the first {first} of "
+                f"{who}, or no station is open, for up to {whole}; tasks that arrive in the first {first} of "
                 f"this break cannot be done within {allowed}, with any fleet ({amount(100 * share)} % of the time)",
                 "hours for the tasks, later due times, or robots with breaks at other times (fleet.kinds)",
             )
