@@ -253,8 +253,8 @@ def did_you_mean(word: str, words: Collection[str]) -> str:
 def other_marks(header: Iterable[str]) -> str:
     """Return the end of a message on a CSV file whose header has other marks between cells than commas; else empty."""
     written = "".join(header)
-    found = next((name for mark, name in _MARKS.items() if mark in written), None)
-    return f"; its cells end with {found}, expected commas, and decimal points" if found else ""
+    marks = next((name for mark, name in _MARKS.items() if mark in written), None)
+    return f"; its cells end with {marks}, expected commas, and decimal points" if marks else ""
 
 
 def synonym(word: str, words: Iterable[str]) -> str | None:
