@@ -105,6 +105,7 @@ _LARGE = 1e15  # whole numbers below it are written out
 _ALIKE = 0.6  # of 1, as difflib counts
 _LONG = 3  # letters that may abbreviate a longer word
 _COMPARED = 1000  # words among which the nearest is looked for
+_MARKS = {";": "semicolons", "\t": "tabs"}  # between the cells of a file that is no plain CSV
 
 _ALSO_CALLED = {
     "service_level": ("on_time",),
@@ -247,6 +248,13 @@ def did_you_mean(word: str, words: Collection[str]) -> str:
     """Return the end of a message that names the nearest word; empty without one, or among too many to compare."""
     near = nearest(word, words) if len(words) <= _COMPARED else None
     return f"; did you mean '{near}'?" if near else ""
+
+
+def other_marks(header: Iterable[str]) -> str:
+    """Return the end of a message on a CSV file whose header has other marks between cells than commas; else empty."""
+    written = "".join(header)
+    marks = next((name for mark, name in _MARKS.items() if mark in written), None)
+    return f"; its cells end with {marks}, expected commas, and decimal points" if marks else ""
 
 
 def synonym(word: str, words: Iterable[str]) -> str | None:

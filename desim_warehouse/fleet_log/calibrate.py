@@ -171,8 +171,8 @@ class Calibration:
         return self.text()
 
     def __repr__(self) -> str:
-        found = sum(estimate.identified for estimate in self.estimates)
-        return f"Calibration({self.base.name}: {found} of {number_of(len(self.estimates), 'figure')} identified)"
+        identified = sum(estimate.identified for estimate in self.estimates)
+        return f"Calibration({self.base.name}: {identified} of {number_of(len(self.estimates), 'figure')} identified)"
 
 
 def calibrate(

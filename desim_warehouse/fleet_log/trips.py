@@ -9,7 +9,7 @@ from pathlib import Path
 from sys import intern
 from typing import NamedTuple
 
-from desim_warehouse.errors import ReportError, did_you_mean, got, reason
+from desim_warehouse.errors import ReportError, did_you_mean, got, other_marks, reason
 from desim_warehouse.fleet_log.table import DROP, PICK, Collector, FleetLog
 from desim_warehouse.values.dates import Slashes, across_midnight, end_across_midnight, instant, read_times
 from desim_warehouse.values.fields import LIMITS
@@ -35,7 +35,7 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
             header = next(table, [])
             for name in COLUMNS:
                 if name not in header:
-                    hint = did_you_mean(name, header)
+                    hint = other_marks(header) or did_you_mean(name, header)
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
             for number, row, start, end in _timed(_trips(path, table, header), slashes, collector):
                 try:

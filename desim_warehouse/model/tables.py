@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError, did_you_mean, got, reason
+from desim_warehouse.errors import ModelError, did_you_mean, got, other_marks, reason
 from desim_warehouse.folders import sha256
 from desim_warehouse.layout.spec import NamesFile, StorageFile
 from desim_warehouse.model import layout_file
@@ -334,7 +334,7 @@ class _Table:
             if row.width != len(header):
                 where = next(iter(row.at.values())).text
                 wrong = "a row without all columns" if row.width < len(header) else "a row with more cells than columns"
-                text = f"{wrong} (got {where}), expected {_columns(header)} in every row"
+                text = f"{wrong} (got {where}), expected {_columns(header)} in every row{other_marks(header)}"
                 raise _RefusedError(Problem(keys, text))
         return cls(str(path), header, rows)
 
@@ -342,7 +342,7 @@ class _Table:
         """Refuse a table without this column, which is named at `keys`."""
         if column in self.header:
             return
-        hint = did_you_mean(column, self.header)
+        hint = other_marks(self.header) or did_you_mean(column, self.header)
         text = f"no column '{column}' in '{self.name}' (got {_columns(self.header)}), expected it in line 1{hint}"
         raise _RefusedError(Problem(keys, text))
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError, did_you_mean, got, reason
+from desim_warehouse.errors import StudyError, did_you_mean, got, other_marks, reason
 from desim_warehouse.values.arrays import Floats, Ints
 from desim_warehouse.values.distributions import (
     Distribution,
@@ -432,7 +432,7 @@ def read_times(path: Path, column: str) -> list[float]:
             rows = csv.DictReader(lines, skipinitialspace=True)
             names = rows.fieldnames or []
             if column not in names:
-                hint = did_you_mean(column, names)
+                hint = other_marks(names) or did_you_mean(column, names)
                 raise StudyError(f"{path}: no column '{column}' (it has {', '.join(names) or 'none'}){hint}")
             cells = [(rows.line_num, row[column]) for row in rows if row[column]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import ModelError, ReportError, StudyError
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.fit import fit
 
@@ -60,6 +60,19 @@ def test_a_column_that_is_not_there(picks, tmp_path):
         call(picks, "--column", "load")
     with pytest.raises(StudyError, match="cannot be read"):
         call(tmp_path / "none.csv", "--column", "load")
+
+
+@pytest.mark.parametrize(("mark", "named"), [(";", "semicolons"), ("\t", "tabs")])
+def test_a_file_with_other_marks_between_its_cells_is_told_so(tmp_path, mark, named):
+    """A sheet that was saved where numbers have decimal commas, read by `fit`, by a model, and as trips of a fleet."""
+    file, said = tmp_path / "saved.csv", f"its cells end with {named}, expected commas, and decimal points"
+    file.write_text(f"load_s{mark}n\n8,5{mark}1\n9,5{mark}2\n", encoding="utf-8")
+    with pytest.raises(StudyError, match=rf"no column 'load_s' .*{said}"):
+        call(file, "--column", "load_s")
+    with pytest.raises(ModelError, match=said):
+        dw.load("models/multibots.yaml", {"tasks.load_time": {"empirical": {"file": str(file), "column": "load_s"}}})
+    with pytest.raises(ReportError, match=said):
+        dw.read_log(file)
 
 
 def test_the_figure_shows_the_times_and_the_best_three():
