@@ -15,7 +15,7 @@ from desim_warehouse.model.facts.workers import Group, Kind, peak_factor
 
 
 def with_busiest_hour(model: Model, mean: QuickEstimate) -> QuickEstimate:
-    """Return an estimate with that of the busiest hour; as it is where the demand does not change.
+    """Add the estimate of the busiest hour to an estimate; return the latter unchanged where the demand is steady.
 
     The busiest hour of each station, and of pickers, counts as if it were that of the whole fleet, so that whoever is
     overloaded in an hour of its own is the limit. A task takes a robot as long as on the mean.
