@@ -5,7 +5,7 @@ For `plot.utilisation`, `gantt` and `battery`, in notebooks.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.answer import words
@@ -16,7 +16,7 @@ from desim_warehouse.model.facts import charging
 from desim_warehouse.plot import style as look
 from desim_warehouse.run import RunData
 from desim_warehouse.study.table import averaged_over, cells
-from desim_warehouse.values.arguments import is_finite, is_whole
+from desim_warehouse.values.arguments import each, is_finite, is_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -121,8 +121,7 @@ def part_shown(
     if not (is_finite(begin) and is_finite(until) and begin < until):
         raise ReportError(f"window from {shown(begin):.60} to {shown(until):.60}: expected it to have a length")
     size = run.model.fleet.size
-    robots = range(size) if robots is None else robots
-    numbers = list(robots) if isinstance(robots, Iterable) else [robots]
+    numbers = each(range(size) if robots is None else robots)
     strange = [number for number in numbers if not is_whole(number, 0, size - 1)]
     if strange:
         raise ReportError(f"robot {shown(strange[0]):.60}: there are robots 0 to {size - 1}")

@@ -16,7 +16,7 @@ from desim_warehouse.errors import ModelError, ReportError, shown
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
-from desim_warehouse.values.arguments import is_finite
+from desim_warehouse.values.arguments import each, is_finite
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -256,7 +256,7 @@ class RunData:
         import numpy as np
         import pandas as pd
 
-        listed = list(times) if isinstance(times, Iterable) else [times]
+        listed = each(times)
         if strange := [time for time in listed if not is_finite(time)]:
             raise ReportError(f"positions at time {shown(strange[0]):.60}: expected a finite number")
         tracks, asked = self._positions, np.array(listed, dtype=float)
