@@ -152,6 +152,12 @@ def drawn(under, seed, count):
     return sorted(random.Random(seed).sample(every, min(count, len(every))))
 
 
+def place_of(path, rank):
+    """The place of a mutant, and what is changed."""
+    _, line, what, _ = sites(path)[1][rank]
+    return f"{path}:{line} {what}"
+
+
 def codes(code):
     """Code of all functions in it, by qualified name and line."""
     yield (code.co_qualname, code.co_firstlineno), code
@@ -237,13 +243,15 @@ class Tried:
         covered = forked(lambda: self.functions(session.items), 24 * 3600)
         print(f"{len(covered)} tests, {sum(one for one, _ in covered):.0f} s while they are watched")  # noqa: T201
         caught, mutants = 0, drawn(self.arguments.under.split(","), self.arguments.seed, self.arguments.count)
+        if self.arguments.survived is not None:
+            survivors = self.arguments.survived.read_text()
+            mutants = [(path, rank) for path, rank in mutants if f"{place_of(path, rank)}: SURVIVED" in survivors]
         for path, rank in mutants:
-            function, line, what, _ = sites(path)[1][rank]
-            key = f"{path}:{function}"
+            key = f"{path}:{sites(path)[1][rank][0]}"
             running = [(seconds, i) for i, (seconds, functions) in enumerate(covered) if key in functions]
             said = self.outcome(session.items, self.affordable(sorted(running)), path, rank)
             caught += said.startswith("caught")
-            print(f"{path}:{line} {what}: {said}", flush=True)  # noqa: T201 - a tool to be read
+            print(f"{place_of(path, rank)}: {said}", flush=True)  # noqa: T201 - a tool to be read
         print(f"{caught} of {len(mutants)} caught")  # noqa: T201
         return True
 
@@ -282,8 +290,10 @@ def main():
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--under", default="world,outcome,study/statistics", help="folders or modules of the package")
     parser.add_argument("--budget", type=int, default=30, help="seconds of tests for each mutant")
+    parser.add_argument("--mark", default="not long", help="which of the tests: `long` for the proofs")
+    parser.add_argument("--survived", type=Path, help="what an earlier call printed: only mutants that survived there")
     arguments = parser.parse_args()
-    quiet = ["--tb=no", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not long"]
+    quiet = ["--tb=no", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", arguments.mark]
     return pytest.main([*quiet, *arguments.tests], plugins=[Tried(arguments)])
 
 

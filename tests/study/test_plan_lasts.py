@@ -1,5 +1,6 @@
 """What a plan names as enough is enough on the days after: fleets of random warehouses, three battery lives later."""
 
+import itertools
 import random
 
 import pytest
@@ -49,11 +50,8 @@ def falls_short(seed):
 
 
 @pytest.mark.long
-def test_at_most_six_of_sixty_plans_fall_short_three_battery_lives_later():
-    found = []
-    seed = 0
-    while len(found) < 60:
-        short = falls_short(seed)
-        found += [] if short is None else [short]
-        seed += 1
-    assert sum(found) <= 6
+def test_at_most_two_of_twenty_plans_fall_short_three_battery_lives_later():
+    """A plan takes half a minute of processor and more, so sixty would keep one of two processes busy for an hour."""
+    outcomes = (falls_short(seed) for seed in itertools.count())
+    named = itertools.islice((short for short in outcomes if short is not None), 20)
+    assert sum(named) <= 2
