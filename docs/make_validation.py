@@ -63,7 +63,7 @@ LITTLE = """## Little's law on every run
 The average number of open tasks L equals their arrival rate times their mean time W. `tests/little.py` computes the
 area under the number of open tasks from the log, event by event, and compares it with `tasks` and `cycle_time_mean`
 of the indicators. Tasks cut off at either end of the counted time are included, so the law holds exactly, not just
-in the limit. It is checked to 1e-9 on every random warehouse of `tests/laws`, 162 in `make test` and 40,000 in
+in the limit. It is checked to 1e-9 on every random warehouse of `tests/laws`, 82 in `make test` and 23,000 in
 `make test-long`, with stations, batteries, two-way lanes, zones and every policy; on runs with several flows, for
 each flow; and on the packing hall.
 """

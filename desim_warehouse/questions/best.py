@@ -14,7 +14,7 @@ from desim_warehouse.answer.parts import Bar, BigNumber, Dot, Folded, Option, Po
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import StudyError, number_of, spoken
 from desim_warehouse.model import Source, as_model
-from desim_warehouse.model.facts.costs import is_fixed
+from desim_warehouse.model.facts.costs import COST, is_fixed
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import judged, race
 from desim_warehouse.questions.race import Best, best_of_study
@@ -217,7 +217,7 @@ def _question(searched: SearchedDesigns) -> str:
 
 def _best(searched: SearchedDesigns) -> str:
     """Return the word for the best option: `cheapest` or `best`."""
-    return "cheapest" if searched.indicator == "annual_cost" and not searched.maximise else "best"
+    return "cheapest" if searched.indicator == COST and not searched.maximise else "best"
 
 
 def _option(searched: SearchedDesigns, candidate: JudgedDesign) -> Option:
@@ -344,7 +344,7 @@ def _runner_up(searched: SearchedDesigns, other: JudgedDesign) -> str:
     low, high = apart.interval or (apart.mean, apart.mean)
     if not apart.mean and not apart.sd:
         return sentence(f"{line}; no difference in {number_of(apart.n, 'pair')} of runs: take either")
-    exact = searched.indicator == "annual_cost" and is_fixed(searched.model)
+    exact = is_fixed(searched.model, searched.indicator)
     amount = scale.value(apart.mean) if exact else scale.within(apart.mean, low, high)
     line += f"; the difference is {amount} in {number_of(apart.n, 'pair')} of runs"
     if max(abs(low), abs(high)) < searched.delta:

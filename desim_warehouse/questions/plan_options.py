@@ -11,9 +11,10 @@ from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.parts import Option
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source, as_model
+from desim_warehouse.model.facts.costs import COST
 from desim_warehouse.questions import plan, plan_cells
 from desim_warehouse.questions.plan import Plan
-from desim_warehouse.study.fleet.options import COST, Against, ComparedOptions, compare_options
+from desim_warehouse.study.fleet.options import Against, ComparedOptions, compare_options
 from desim_warehouse.study.search import USUAL, Search
 
 if TYPE_CHECKING:

@@ -17,7 +17,6 @@ from desim_warehouse.values.distributions import mean_of
 
 FEW = 20
 """Number of runs below which intervals of times do not reflect rare days."""
-COST = "annual_cost"
 _OFTEN = 1 / 3
 """Probability of an event in a run from which even few runs show its cost."""
 
@@ -95,7 +94,7 @@ def shows(model: Model, indicator: str) -> bool:
 
     This holds if the indicator is measured (not a count), and no rare event may change it.
     """
-    if indicator == COST and is_fixed(model):
+    if is_fixed(model, indicator):
         return True
     return is_measured(indicator) and not chances(model, model.run.length)
 

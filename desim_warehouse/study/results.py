@@ -280,7 +280,7 @@ class ResultsData:
 
         Beside deterministic runs, these are costs of a year that depend on no run.
         """
-        fixed = indicator == "annual_cost" and is_fixed(self.base) and len(set(_known(rows, indicator))) == 1
+        fixed = is_fixed(self.base, indicator) and len(set(_known(rows, indicator))) == 1
         return fixed or _deterministic(rows)
 
     def shown(self, design: str, indicator: str) -> intervals.Estimate | None:

@@ -30,6 +30,12 @@ def with_breakdowns(mapping, number):
     return {**mapping, "fleet": fleet, "layout": layout, "battery": battery}
 
 
+def share_working(every, repair):
+    """Return the part of the time in which something that fails and is repaired works."""
+    up, down = (mean[WITH_CHANCE] if isinstance(mean, dict) else mean for mean in (every, repair))
+    return up / (up + down)
+
+
 def failures(draw):
     """Return a section `breakdowns`; in half of them robots are cleared off the lanes, some of them at once."""
     section = {"every": varying(draw, draw.choice((15, 60, 300))), "repair": varying(draw, draw.choice((0, 3, 30)))}

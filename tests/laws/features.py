@@ -2,7 +2,7 @@
 
 `warehouse(17)` is one of `random_models`; `warehouse(17, "tours breakdowns")` has tours and robots that break down;
 `warehouse(17, "zones", "tree")` is made on a network with two-way lanes. `python -m tests.laws.features 17 tours grid`
-looks for faults in one model alone.
+looks for faults in one model alone, with `200-300` in place of 17 in each of a hundred.
 """
 
 import random
@@ -10,7 +10,7 @@ import sys
 
 from tests.laws import random_models, two_way
 from tests.laws.aisles import with_wide_aisles
-from tests.laws.breakdowns import with_breakdowns
+from tests.laws.breakdowns import share_working, with_breakdowns
 from tests.laws.closures import with_closures
 from tests.laws.hours import with_hours
 from tests.laws.kinds import with_kinds
@@ -101,8 +101,10 @@ def restless(mapping, key):
         draws = battery["consumption"]
         most = max(draws.values()) if isinstance(draws, dict) else draws
         battery["charge_rate"] = max(battery["charge_rate"], 2 * fleet["size"] * most)  # else work may never end
-        turns = fleet["size"] / random_models.chargers_of(mapping["layout"]["bays"], fleet["size"])
-        battery = random_models.lasting(battery, max(turns / MOST_TURNS, 1))  # nor if turns outlast a charge
+        bays = mapping["layout"]["bays"]
+        turns = fleet["size"] / random_models.chargers_of(bays, fleet["size"])
+        working = min((share_working(**bay["outages"]) for bay in bays.values() if "outages" in bay), default=1)
+        battery = random_models.lasting(battery, max(turns / MOST_TURNS, 1) / working)  # nor if turns outlast a charge
         policies["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": draw.uniform(0.1, 0.6)}))
     tasks, unload = mapping["tasks"], mapping["tasks"]["unload_at"]
     if len(unload) > 1 and draw.random() < 0.5:
@@ -144,5 +146,8 @@ if __name__ == "__main__":
     from tests.laws.faults import faults_of
 
     arguments = sys.argv[1:]
-    number, features, ground = (*arguments, *("", ONE_WAY)[len(arguments) - 1 :])
-    print("\n".join(faults_of(warehouse(int(number), features, ground), int(number))))  # noqa: T201 - a tool
+    numbers, features, ground = (*arguments, *("", ONE_WAY)[len(arguments) - 1 :])
+    first, _, last = numbers.partition("-")
+    for number in range(int(first), int(last or int(first) + 1)):
+        for fault in faults_of(warehouse(number, features, ground), number):
+            print(number, fault, flush=True)  # noqa: T201 - a tool

@@ -370,10 +370,14 @@ def enough_at_rest(battery, chargers, size):
     battery["charge_rate"] = max(battery["charge_rate"], (size - chargers) * standing / gives)
 
 
+MOST = 1e12
+"""The largest amount of energy in a model."""
+
+
 def lasting(battery, times):
     """Return a battery that lasts `times` as long, and is charged in an equal time; None without a battery."""
     amounts = ("capacity", "threshold", "charge_rate", "reserve")
-    return battery and {**battery, **{key: times * battery[key] for key in amounts if key in battery}}
+    return battery and {**battery, **{key: min(times * battery[key], MOST) for key in amounts if key in battery}}
 
 
 def model(number):

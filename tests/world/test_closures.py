@@ -452,6 +452,20 @@ def test_check_says_what_is_cut_off_and_for_how_long(tasks, said):
     assert said in found.text
 
 
+def test_check_counts_what_is_put_away_behind_a_closure_and_how_often_flows_go_there():
+    """Of 40 tasks an hour 10 put goods away at the place that is cut off, one of two for a fourth of the visits."""
+    flows = {
+        "in": {"from": "packing", "to": {"popularity": {"weights": [1, 0]}}, "arrivals": {"poisson": 10}},
+        "out": {"from": {"popularity": {"weights": [0, 1]}}, "to": "packing", "arrivals": {"poisson": 30}},
+    }
+    storage = [{"edge": ["D", "E"], "offset": 5}, {"edge": ["A", "B"], "offset": 5}]
+    tasks = {"flows": flows, "load_time": 1, "unload_time": 1}
+    over = {"layout.storage": storage, "tasks": tasks, "run.length": 1000}
+    model = behind(LOOP, (100, 400), members=[("C", "D")], **over)
+    found = next(item for item in check(model).findings if item.code == "CLOSED_GOODS")
+    assert "1 storage place, with 25 % of the visits to storage, and " in found.text
+
+
 HALL = {
     "layout": {
         "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},

@@ -170,6 +170,8 @@ def test_in_flows_people_come_to_storage_by_the_rates_of_the_flows():
     spec = {**LOOP, "tasks": {"flows": flows, "load_time": 1, "unload_time": 1}}
     model = dw.load(spec, {"layout.storage": storage, "run": {"length": 3600}})
     assert storage_aisles(model, build(model.layout), ())[1] == pytest.approx([15 / 40, 25 / 40])
+    half = model.replace({"calendars.morning": {"between": [[0, 1800]]}, "tasks.flows.in.hours": "morning"})
+    assert storage_aisles(half, build(half.layout), ())[1] == pytest.approx([7.5 / 25, 17.5 / 25])
 
 
 @pytest.mark.parametrize(("stay", "left"), [(30, 15), ({"exponential": 30}, 30), ({"uniform": [0, 30]}, 10)])

@@ -313,7 +313,7 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
 
     if not model.traffic.closures:
         return
-    share = demand(model, layout) if _fetches(model) else [0.0] * len(layout.storage)
+    share, whose = demand(model, layout), "visits to storage" if model.tasks.flows else "tasks"
     for name, closure in model.traffic.closures.items():
         if never_in_run(model, closure.hours):
             continue
@@ -330,7 +330,8 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
             )
         ]
         part = sum(float(share[number]) for number in lost)
-        behind = [f"{number_of(len(lost), 'storage place')}, with {amount(100 * part)} % of the tasks,"] if part else []
+        places = f"{number_of(len(lost), 'storage place')}, with {amount(100 * part)} % of the {whose},"
+        behind = [places] if part else []
         if cut_off := [node for node in destinations(model, layout) if node not in reached]:
             behind.append(f"{', '.join(cut_off[:MOST_NAMED])}{', ...' * (len(cut_off) > MOST_NAMED)}")
         if behind:
@@ -361,12 +362,6 @@ def _lasts(time: float, units: Units) -> str:
         return f"{amount(time)} {units.time}"
     hours = time / units.hour
     return f"{amount(hours)} h" if hours >= 1 else f"{amount(60 * hours)} min"
-
-
-def _fetches(model: Model) -> bool:
-    """Return whether any task is fetched from storage."""
-    routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
-    return not routes or any(isinstance(route.source, StorageEnd) for route in routes)
 
 
 # Too much for the floor or fleet

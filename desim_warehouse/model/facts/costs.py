@@ -10,11 +10,14 @@ from desim_warehouse.model.facts.people import PACKERS, PEOPLE, PICKERS, at_work
 from desim_warehouse.model.schema import Model
 from desim_warehouse.values.calendars import Stretch
 
+COST = "annual_cost"
+"""The indicator of the cost of a year."""
 
-def is_fixed(model: Model) -> bool:
-    """Whether nothing in the cost of a year depends on a run, such as its length where it ends with its work."""
+
+def is_fixed(model: Model, indicator: str = COST) -> bool:
+    """Whether no run changes an indicator: the annual cost alone, where it needs neither energy nor the end of work."""
     prices = model.prices
-    if prices is None or prices.energy or prices.late_order:
+    if indicator != COST or prices is None or prices.energy or prices.late_order:
         return False
     pickers = () if model.pickers is None else (model.pickers.hours,)
     hours = {PACKERS: [spec.hours for spec in model.layout.stations.values()], PICKERS: pickers}

@@ -9,7 +9,7 @@ from typing import Any
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.schema import Model, reading
-from desim_warehouse.model.sections.flows import FlowSpec, OrdersArrivals, SaturatedArrivals, mean_rate
+from desim_warehouse.model.sections.flows import FlowSpec, OrdersArrivals, SaturatedArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import Summary, files_of, summary
 
@@ -38,14 +38,27 @@ def listed(model: Model) -> list[int]:
 
 
 def demand(model: Model, layout: Layout) -> Any:
-    """Return each storage place's share of all tasks, a numpy array."""
+    """Return each storage place's share of all tasks, of flows its share of their visits to storage: a numpy array."""
     import numpy as np
 
     goods, size = model.tasks.goods, len(layout.storage)
     if isinstance(goods, tuple):
         return np.bincount(listed(model), minlength=size) / len(goods)
-    drawn = place_shares(model, layout)
-    return np.full(size, 1 / size) if drawn is None else drawn
+
+    def drawn(end: StorageEnd | None) -> Any:
+        drawn_shares = place_shares(model, layout, end)
+        return np.full(size, 1 / size) if drawn_shares is None else drawn_shares
+
+    if goods is not None:
+        return drawn(None)
+    rates = {} if always_open(model) else flow_rates(model)
+    visits = np.zeros(size)
+    for name, flow in model.tasks.flows.items():
+        for route in flow.routes:
+            for end in (route.source, route.target):
+                if isinstance(end, StorageEnd):
+                    visits += route.share * rates.get(name, 1.0) * drawn(end)
+    return visits / (visits.sum() or 1.0)
 
 
 def flow_rates(model: Model) -> dict[str, float]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.costs import is_fixed
+from desim_warehouse.model.facts.costs import COST, is_fixed
 from desim_warehouse.study.fleet.plan import size_fleet
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized
 from desim_warehouse.study.search import USUAL, Search
@@ -24,7 +24,6 @@ from desim_warehouse.study.target import read_target
 
 DAYS = 10
 """Days on which options are compared."""
-COST = "annual_cost"
 
 
 @dataclass(frozen=True)

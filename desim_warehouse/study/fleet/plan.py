@@ -16,7 +16,7 @@ from typing import Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.costs import is_fixed
+from desim_warehouse.model.facts.costs import COST, is_fixed
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.model.facts.people import COUNTED, PACKERS, PICKERS
@@ -34,7 +34,6 @@ from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.people import people_of
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy, strategy_label
 from desim_warehouse.study.procedures import judge_of, measured, scouted
-from desim_warehouse.study.rare import COST
 from desim_warehouse.study.results import outcome_of
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search

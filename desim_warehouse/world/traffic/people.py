@@ -15,9 +15,7 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_along
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.places import place_shares
-from desim_warehouse.model.sections.flows import StorageEnd, mean_rate
-from desim_warehouse.model.sections.goods import Good
+from desim_warehouse.model.facts.demand import demand
 from desim_warehouse.model.sections.traffic import PeopleSpec
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.values.distributions import drawn, mean_left
@@ -148,34 +146,10 @@ def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[Peopl
 
 def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tuple[list[tuple[Edge, ...]], list[float]]:
     """Return the edges with storage places, each an aisle by itself, and their shares of demand, without `inside`."""
-    demand = [0.0] * len(layout.storage)
-    for share, weights in _asked_for(model, layout):
-        for number in range(len(demand)):
-            demand[number] += share * (1 / len(demand) if weights is None else float(weights[number]))
     demand_of: dict[tuple[Edge, ...], float] = {}
-    for place, wanted in zip(layout.storage, demand, strict=True):
+    for place, share in zip(layout.storage, demand(model, layout), strict=True):
         if place.edge[0] != place.edge[1] and place.edge not in inside:
             aisle = edges_along(layout, sorted(place.edge))
-            demand_of[aisle] = demand_of.get(aisle, 0.0) + wanted
+            demand_of[aisle] = demand_of.get(aisle, 0.0) + float(share)
     total = math.fsum(demand_of.values())
     return list(demand_of), [wanted / total if total else 1 / len(demand_of) for wanted in demand_of.values()]
-
-
-def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[float] | None]]:
-    """Iterate over the spread of demand over storage places: weights, or None for equal shares."""
-    tasks, storage = model.tasks, layout.storage
-    if isinstance(tasks.goods, tuple):
-        listed = [0.0] * len(storage)
-        for good in tasks.goods:
-            listed[good.good if isinstance(good, Good) else good] += 1 / len(tasks.goods)
-        yield 1.0, listed
-    elif tasks.goods is not None:
-        yield 1.0, place_shares(model, layout)
-    flows = list(tasks.flows.values())
-    rates = [mean_rate(flow, model.run.end, model.units.hour, model.run.start) for flow in flows]
-    for flow, rate in zip(flows, rates, strict=True):
-        for route in flow.routes:
-            for end in (route.source, route.target):
-                if isinstance(end, StorageEnd):
-                    share = route.share * (rate if rate is not None and None not in rates else 1.0)
-                    yield share, place_shares(model, layout, end)
