@@ -99,7 +99,8 @@ def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_TH
     except ValueError:
         number = math.nan
     if not 0 < number < math.inf:
-        raise ModelError([f"{option} {text}: not a rate, expected {option[2:]} an hour such as 200/h"])
+        expected = f"{option[2:]} an hour such as 200/h, or a day such as 1600/d"
+        raise ModelError([f"{option} {text}: not a rate, expected {expected}"])
     number = number * 24 / day.hours if _A_DAY.search(text) else number
     if number > (most := LIMITS["hourly"][0]):
         raise ModelError([f"{option} {text}: too many, expected at most {most}/h"])

@@ -118,8 +118,8 @@ def test_what_is_not_given_suffices_by_hand(orders):
     ("words", "said"),
     [
         ("--size 60", "--size 60: not a floor, expected width x height such as 60x40 (metres) or 200x130ft"),
-        ("--orders 5/x", "--orders 5/x: not a rate, expected orders an hour such as 200/h"),
-        ("--orders 0", "--orders 0: not a rate, expected orders an hour such as 200/h"),
+        ("--orders 5/x", "--orders 5/x: not a rate, expected orders an hour such as 200/h, or a day such as 1600/d"),
+        ("--orders 0", "--orders 0: not a rate, expected orders an hour such as 200/h, or a day such as 1600/d"),
         ("--aisles 90", "--aisles 90: too many for 60 m (each would be -1.7 m wide), expected at most 18"),
         ("--aisles 1", "--aisles 1: too few, expected at least 2: robots go up one and down another"),
         ("--size 20x5", "--size 20x5: too small, expected at least 7.2 m each way"),
