@@ -361,11 +361,11 @@ class History:
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
         spans = []
-        for row in self.rows("docked", "lifted", "stored", "delivered", *STATES):
+        for row in self.rows("docked", "lifted", "stored", "picking", "delivered", *STATES):
             if row.kind == "docked":
                 inside[row.robot] = row.node or ""
                 continue
-            if row.kind == "delivered":
+            if row.kind in {"picking", "delivered"}:
                 if row.edge is not None:  # in the lane at the station's node
                     inside.pop(row.robot, None)
                     since.pop(row.robot, None)

@@ -74,6 +74,7 @@ WENT_WRONG = {
     "closures": (260,),  # a robot that waited for a robot and then for an opening turned off
     "wider pods": (794, 1211),  # a run ended as a pod was picked up, or put down, at the node of a station
     "wider moving": (1213,),  # a run ended while a ring gathered speed, and its robots had wrong positions
+    "tours pickers": (762,),  # a run ended as a picker unloaded a robot in the lane at a station's node
     "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
     "closures moving aisles": (421, 623),  # off a node, or out of a bay, a robot drove on as in its ring
     "wider breakdowns": (1157,),  # robots drove to chargers for longer than they stayed, and levels fell forever
