@@ -143,6 +143,13 @@ def test_orders_are_delivered_as_they_say(tmp_path):
     assert dw.load_run(run.save(tmp_path / "run")).kpis == run.kpis
 
 
+def test_a_row_to_storage_goes_to_any_other_place(tmp_path):
+    """Of two places, the one on C>D is where the load comes from; the flow by itself goes to pack."""
+    path = written(tmp_path / "orders.csv", "release,from,to\n" + 8 * "0,0,storage\n")
+    rows = dw.simulate(model(path)).record.rows
+    assert [row[5] for row in rows if row[1] == "delivered"] == 8 * [("B", "C")]
+
+
 def test_a_run_can_be_looked_at_where_its_orders_are_not(tmp_path):
     path = written(tmp_path / "orders.csv", "release,from\n0,1\n")
     run = dw.simulate(model(path))

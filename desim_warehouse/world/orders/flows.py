@@ -220,10 +220,9 @@ class _Flow:
             return self._line(number, nth, now, line)
         which = 0 if len(self.routes) == 1 else bisect_left(self._cumulated, self._share("route") * self._cumulated[-1])
         route = self.routes[which]
-        begins, ends = route.source, route.target
-        source = self._named("from", which, None if line is None else line.source, begins)
-        target = self._named("to", which, None if line is None else line.target, ends)
-        tries = TRIES if line is None or not isinstance(line.target, int) else 0
+        begins = self._end(None if line is None else line.source, route.source)
+        ends = self._end(None if line is None else line.target, route.target)
+        source, target, tries = self._place("from", which, begins), self._place("to", which, ends), TRIES
         while tries and source is target:  # both in storage: a place is no destination of itself, if there are others
             target, tries = self._place("to", which, ends), tries - 1
         if isinstance(source, str):
@@ -231,9 +230,8 @@ class _Flow:
         else:
             good, edge, offset = source.number, source.edge, source.offset
         if isinstance(target, str):
-            named = self.layout.nodes_of(line.target) if line is not None and isinstance(line.target, str) else ends
-            assert isinstance(named, tuple)
-            targets, drop = tuple(node for node in named if node != source) or named, None
+            assert isinstance(ends, tuple)
+            targets, drop = tuple(node for node in ends if node != source) or ends, None
         else:
             targets, drop = (target.edge[1],), (target.edge, target.offset)
         return Task(
@@ -311,16 +309,18 @@ class _Flow:
                 return part.priority
         return priority[-1].priority
 
-    def _named(self, end: str, which: int, named: str | int | None, places: End) -> str | StoragePlace:
-        """Return the place named by the row of an order, or otherwise one by the flow."""
+    def _end(self, named: str | int | None, end: End) -> End | StoragePlace:
+        """Return the place or places that the row of an order names, or otherwise those of the flow."""
         if named is None:
-            return self._place(end, which, places)
+            return end
         if isinstance(named, int):
             return self.layout.storage[named]
-        return self._place(end, which, StorageEnd() if named == STORAGE else self.layout.nodes_of(named))
+        return StorageEnd() if named == STORAGE else self.layout.nodes_of(named)
 
-    def _place(self, end: str, which: int, places: End) -> str | StoragePlace:
+    def _place(self, end: str, which: int, places: End | StoragePlace) -> str | StoragePlace:
         """Draw a storage place, or take one of some nodes (a destination is chosen when a robot gets the task)."""
+        if isinstance(places, StoragePlace):
+            return places
         if isinstance(places, StorageEnd):
             return self.layout.storage[self._drawn(end, which, places)]
         if len(places) == 1 or end == "to":
