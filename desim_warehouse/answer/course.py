@@ -32,7 +32,9 @@ _HELD = {
     "batteries": "robots charged or waited to charge, with {}",
     "off duty": "robots were off duty",
     "closed": "stations were closed",
-    "lanes": "lanes were closed, or people were in them",
+    "lanes": "lanes were closed",
+    "people": "people were in lanes",
+    "lifts": "robots waited for lifts, or for people in them",
     "broken": "robots had broken down",
     "queues": "robots waited for each other",
     "pickers": "robots waited for pickers",
@@ -95,9 +97,12 @@ def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
     `times`: number of standstills with this cause, of which `halt` is the longest.
     """
     start, end = moment(model, halt.start), moment(model, halt.end)
+    when = f"from {start} to {end}"
+    if start == end:
+        when = f"for {numbers.duration(halt.end - halt.start, model.units.time)} at {start}"
     more = f" (the longest of {times} times)" if times > 1 else ""
     why = _HELD[halt.cause].format(number_of(chargers, "charger"))
-    return f"Deliveries stood still from {start} to {end}{more} with {number_of(halt.open, 'task')} open: {why}."
+    return f"Deliveries stood still {when}{more} with {number_of(halt.open, 'task')} open: {why}."
 
 
 def worst(day: Day, model: Model, chargers: int) -> str:

@@ -6,7 +6,7 @@ For the quick estimate (`run.quick`), and for `desim check`.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from statistics import fmean
 
 from desim_warehouse.findings import Finding, amount
@@ -18,7 +18,7 @@ from desim_warehouse.model.facts.demand import asked_until
 from desim_warehouse.model.facts.hours import STEPS
 from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.model.schema import reading
-from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
+from desim_warehouse.model.sections.flows import STORAGE, End, FlowSpec, OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.model.sections.pickers import need_one
 from desim_warehouse.values.calendars import ALWAYS, Hours, merged, repeat_together
@@ -36,15 +36,15 @@ def on_duty(model: Model) -> float:
         model.hours(spec_of[node].hours) if node in spec_of else ALWAYS for node in destinations(model, layout)
     ] or [ALWAYS]
     names = model.fleet.hours_of_robots()
-    people = _of_pickers(model)
+    people = _of_pickers(model, model.tasks.flows)
     share = {name: _share_of_all(model.hours(name), people, stations, end) for name in set(names)}
     return fmean(share[name] for name in names)
 
 
-def _of_pickers(model: Model) -> Hours:
-    """Return the hours of pickers where every task needs one; always where some work goes on without them."""
+def _of_pickers(model: Model, flows: Mapping[str, FlowSpec]) -> Hours:
+    """Return the hours of pickers where every task of some flows needs one; always where some goes on without them."""
     pickers = model.pickers
-    return model.hours(pickers.hours) if pickers is not None and need_one(pickers, model.tasks.flows) else ALWAYS
+    return model.hours(pickers.hours) if pickers is not None and need_one(pickers, flows) else ALWAYS
 
 
 def _share_of_all(robot: Hours, pickers: Hours, stations: Sequence[Hours], end: float) -> float:
@@ -72,23 +72,34 @@ def _between_changes(calendars: Sequence[Hours], time: float, end: float) -> Ite
         yield begin, time
 
 
-def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
-    """Yield the intervals of a run in which no task can be done.
+def nobody_at_work(model: Model, flow: str = "") -> Iterator[tuple[float, float]]:
+    """Yield the intervals of a run in which no task of a flow can be done; of goods where it has no name.
 
-    No robot is on duty then, no station that tasks go to is open, or no pickers are at work, whom every task needs.
+    No robot that does its tasks is on duty then, no station is open at one of their stops, or no pickers are at work,
+    whom each of them needs.
     """
-    layout = model.floor
-    spec_of = specs(model, layout)
-    stations = {spec_of[node].hours if node in spec_of else None for node in destinations(model, layout)}
-    robots = [model.hours(name) for name in set(model.fleet.hours_of_robots())]
-    open_ones = [model.hours(name) for name in stations] or [ALWAYS]
-    needed = robots, open_ones, [_of_pickers(model)]
+    spec, fleet = model.tasks.flows.get(flow), model.fleet
+    kinds = zip(fleet.kinds_of_robots(), fleet.hours_of_robots(), strict=True)
+    robots = {hours for kind, hours in kinds if spec is None or not spec.kinds or kind in spec.kinds}
+    needed = [[model.hours(name) for name in names] for names in (robots, *_hours_of_stops(model, spec))]
+    needed.append([_of_pickers(model, {} if spec is None else {flow: spec})])
     idle = [
         stretch
         for stretch in _between_changes([hours for group in needed for hours in group], 0.0, model.run.end)
         if not all(any(hours.is_open(stretch[0]) for hours in group) for group in needed)
     ]
     yield from merged(idle)
+
+
+def _hours_of_stops(model: Model, flow: FlowSpec | None) -> list[set[str | None]]:
+    """Return the calendars of each stop of a flow's tasks, one of which must be open; None: always, as storage is."""
+    layout, spec_of = model.floor, specs(model, model.floor)
+    stops: list[list[End]] = [[destinations(model, layout)]]
+    if flow is not None:
+        stops = [[route.source for route in flow.routes], [route.target for route in flow.routes]]
+        stops += [[layout.nodes_of(name)] for name in flow.via]
+    nodes = [[node for end in ends for node in (end if isinstance(end, tuple) else [STORAGE])] for ends in stops]
+    return [{spec_of[node].hours if node in spec_of else None for node in stop} for stop in nodes]
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:

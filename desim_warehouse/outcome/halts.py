@@ -19,9 +19,21 @@ from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.outcome.account import booked
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.measures import quantile
-from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, PICKER, SHOWN, Phase, Queue
+from desim_warehouse.states import (
+    APART,
+    AT_START,
+    CHARGER,
+    CLOSED_LANE,
+    IN_LIFT,
+    OPENING,
+    PERSON_AHEAD,
+    PICKER,
+    SHOWN,
+    Phase,
+    Queue,
+)
 
-Cause = Literal["batteries", "off duty", "closed", "lanes", "broken", "queues", "pickers", "no task"]
+Cause = Literal["batteries", "off duty", "closed", "lanes", "people", "lifts", "broken", "queues", "pickers", "no task"]
 """Activity of robots during a standstill: charging or waiting for it, resting off duty, waiting for a station, ..."""
 LEAST_DONE = 20
 """Fewest tasks done from which the quantile of cycle times is computed."""
@@ -97,7 +109,8 @@ def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
 def _what(part: str) -> Cause | None:
     """Return the cause of a standstill that a state or a wait in traffic suggests; None for work and drives to park."""
     if part in APART:
-        return "lanes"
+        waits: dict[str, Cause] = {CLOSED_LANE: "lanes", PERSON_AHEAD: "people", IN_LIFT: "lifts"}
+        return waits[part]
     if part not in SHOWN:
         return "queues"
     state = SHOWN[part]
@@ -118,7 +131,7 @@ def _cause(history: History, spent: Mapping[Cause, float], start: float, end: fl
     """Return the cause of a standstill: the main activity of robots in it, or the root of queues, hours or repairs."""
     cause = max(spent, key=spent.__getitem__)
     if cause == "queues":
-        roots: tuple[Cause, ...] = ("lanes", "pickers")
+        roots: tuple[Cause, ...] = ("lanes", "people", "lifts", "pickers")
         cause = next((root for root in roots if spent.get(root, 0.0) > MOST_AT_WORK * (end - start)), cause)
     if cause != "no task":
         return cause

@@ -6,12 +6,14 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.feasibility.hours import on_duty
+from desim_warehouse.feasibility.mistakes import clashes
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.questions.check import check
 from desim_warehouse.questions.check.details import of_estimate
 from desim_warehouse.run.quick import estimate
 from tests.world.test_hours import SQUARE
+from tests.world.test_zones import LOOP
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
 
@@ -218,3 +220,22 @@ def test_a_station_is_in_use_for_a_part_of_its_open_time():
     used = run.robots["unloading"].sum() / 40_000
     assert desk.utilisation(0, run.T) == pytest.approx(used)
     assert math.isnan(desk.utilisation(600, 900))  # it is closed
+
+
+def test_a_break_of_one_station_is_named_though_other_flows_go_on():
+    """Packing rests from 7 to 13 h; of the 8 h all orders of 5 h 50 min are late, while loads are put away."""
+    packing = {"at": ["D"], "places": 3, "hours": "pack"}
+    flows = {
+        "in": {"from": "dock", "to": "storage", "arrivals": {"poisson": 20}},
+        "picks": {"from": "storage", "to": "packing", "arrivals": {"poisson": 20}, "due_within": "10 min"},
+    }
+    changes = {
+        "calendars.pack": {"open": ["06:00-07:00", "13:00-14:00"]},
+        "layout.stations": {"packing": packing, "dock": {"at": ["C"], "places": 3}},
+        "tasks": {"flows": flows, "load_time": 1, "unload_time": 1},
+        "run": {"start": "06:00", "length": "8 h"},
+    }
+    model = dw.load(LOOP, changes)
+    warned = {one.place: one.text for one in clashes.warnings(model, model.floor) if one.code == "BREAK_BEYOND_DUE"}
+    assert list(warned) == ["tasks.flows.picks.due_within"]
+    assert "(72.92 % of the time)" in warned["tasks.flows.picks.due_within"]

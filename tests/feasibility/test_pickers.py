@@ -119,11 +119,13 @@ def test_robots_work_in_the_hours_of_pickers_where_each_task_needs_one(flows, pa
     assert quick.limits["the pickers"] == pytest.approx(0.25 / quick.pickers.pick / quick.pickers.share)
 
 
-@pytest.mark.parametrize(("flows", "warned"), [({}, True), ({"pickers.flows": ["out"]}, False)])
+@pytest.mark.parametrize(
+    ("flows", "warned"), [({}, True), ({"pickers.flows": ["out"]}, True), ({"pickers.flows": ["in"]}, False)]
+)
 def test_orders_that_come_when_pickers_have_gone_home_are_late_with_any_fleet(flows, warned):
     """They leave after 15 of 60 minutes; due within 5, all that come until 55 are late: 40 of 60 minutes.
 
-    With pickers for one flow alone, the other goes on without them.
+    Where pickers are for another flow alone, these go on without them.
     """
     changes = {"calendars.shift": {"between": [[0, 900]]}, "pickers.hours": "shift", "fleet.size": 3}
     model = dw.load(RING, {**FLOWS, **changes, **flows}).replace({"tasks.flows.out.due_within": 300})

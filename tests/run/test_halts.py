@@ -68,6 +68,10 @@ STANDS = {
         "calendars": {"cleaning": {"between": [[3600, 6000]]}},
         "traffic.closures": {"aisle": {"members": [["B", "C"]], "hours": "cleaning", "tasks": "go"}},
     },
+    "people, robots on the way": {
+        **POISSON,
+        "people": {"cleaners": {"aisles": [["B", "C"]], "times": [3600], "stay": 2400}},
+    },
     "pickers": {
         **POISSON,
         "fleet.size": 1,
@@ -133,7 +137,7 @@ WORKS = {
 )
 def test_a_fleet_that_stands_still_is_seen_with_its_cause(name, level):
     model = dw.load(RING, {**STANDS[name], "log": level})
-    if name == "lanes, robots on the way" and level == "tasks":
+    if name.endswith("robots on the way") and level == "tasks":
         pytest.skip("waits in traffic are known with log: all")
     run = dw.simulate(model, 1)
     longest = max(halts(run.history), key=lambda halt: halt.end - halt.start)
@@ -141,6 +145,38 @@ def test_a_fleet_that_stands_still_is_seen_with_its_cause(name, level):
     assert longest.end - longest.start > 500
     assert longest.open > 0
     assert sum(line.startswith("Deliveries stood still from ") for line in words.sentences(run)) >= 1
+
+
+def test_people_in_a_lift_hold_up_a_robot_and_no_lane_is_blamed():
+    """From 5,000 to 7,000 s 200 people an hour ride, each for longer than it takes until the next one comes."""
+    model = {
+        "layout": {
+            "nodes": {"h": [0, 0], "a": [10, 0], "l0": [20, 0], "l1": [20, 30], "b": [10, 30]},
+            "edges": [{"from": one, "to": other, "two_way": True} for one, other in ("ha", ("a", "l0"), ("l1", "b"))],
+            "lifts": {
+                "main": {
+                    "nodes": ["l0", "l1"],
+                    "ride": 12,
+                    "doors": 4,
+                    "people": {"per_hour": 200, "transfer": 3, "hours": "rush"},
+                }
+            },
+            "bays": {"b": {"at": ["h"], "places": 1, "chargers": 0}},
+            "stations": {"src": {"at": ["a"], "places": 1}, "dst": {"at": ["b"], "places": 1}},
+        },
+        "calendars": {"rush": {"between": [[5000, 7000]]}},
+        "fleet": {"size": 1, "robot": {"radius": 0.4, "margin": 0.2, "speed": 1}},
+        "tasks": {
+            "load_time": 5,
+            "unload_time": 5,
+            "flows": {"f": {"from": "src", "to": "dst", "arrivals": {"saturated": 1}}},
+        },
+        "run": {"length": 9000},
+        "log": "all",
+    }
+    run = dw.simulate(dw.load(model))
+    assert {halt.cause for halt in halts(run.history)} == {"lifts"}
+    assert "robots waited for lifts, or for people in them" in str(run)
 
 
 def test_robots_without_a_task_stand_still_for_the_one_that_broke_down_with_it():

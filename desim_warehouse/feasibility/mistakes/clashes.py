@@ -157,15 +157,15 @@ def _orders(model: Model) -> Iterator[Finding]:
 # Due times
 
 
-def _within(model: Model) -> list[tuple[str, float, str | None]]:
-    """Return the times until tasks are due: key, time, and the calendar by which these tasks come."""
+def _within(model: Model) -> list[tuple[str, str, float, str | None]]:
+    """Return the times until tasks are due: key, flow, time, and the calendar by which these tasks come."""
     goods = model.tasks.goods
     if isinstance(goods, PoissonGoods | SaturatedGoods):
         hours = goods.hours if isinstance(goods, PoissonGoods) else None
-        return [] if goods.due_within is None else [("tasks.goods.due_within", goods.due_within, hours)]
+        return [] if goods.due_within is None else [("tasks.goods.due_within", "", goods.due_within, hours)]
     flows = model.tasks.flows.items()
     return [
-        (f"tasks.flows.{name}.due_within", flow.due_within, flow.hours)
+        (f"tasks.flows.{name}.due_within", name, flow.due_within, flow.hours)
         for name, flow in flows
         if flow.due_within is not None
     ]
@@ -174,11 +174,9 @@ def _within(model: Model) -> list[tuple[str, float, str | None]]:
 def _breaks(model: Model) -> Iterator[Finding]:
     """Find tasks that arrive in a break longer than the time until they are due, so that they must be late."""
     end, units = model.run.end, model.units
-    due = _within(model)
-    gaps = list(nobody_at_work(model)) if due else []
     who = "no robot works" if model.pickers is None else "no robot or no picker works"
-    for place, within, calendar in due:
-        hours = model.hours(calendar)
+    for place, flow, within, calendar in _within(model):
+        hours, gaps = model.hours(calendar), list(nobody_at_work(model, flow))
         lost = [(a, b - within) for a, b in gaps if b - a > within]
         late = sum(hours.open_time(b) - hours.open_time(a) for a, b in lost)
         if late > 0:
@@ -198,7 +196,7 @@ def _due(model: Model) -> Iterator[Finding]:
     """Find due times that no task can miss, and waits that make tasks miss them."""
     run, unit, policies = model.run, model.units.time, model.policies
     counted = run.end - run.warm_up
-    for place, within, _ in _within(model):
+    for place, _, within, _ in _within(model):
         if within >= counted:
             text = (
                 f"tasks are due after {amount(within)} {unit}, as long as the run is counted, {amount(counted)}: none "
