@@ -20,6 +20,24 @@ def checked(flow=None, **changes):
     return examine(model, build(model.layout), estimate)
 
 
+@pytest.mark.parametrize(
+    ("changes", "warned"),
+    [
+        ({}, True),
+        ({"policies__batching": {"name": "fixed-size", "size": 2}}, False),
+        ({"policies__batching": {"name": "time-window", "window": 60}}, False),
+        ({"flow": {**FLOW, "kinds": ["small"]}}, False),
+    ],
+)
+def test_robots_that_carry_less_than_every_tour_are_named(changes, warned):
+    """Tours have four loads, as the large robot carries, and the two small ones carry two."""
+    kinds = {"small": {"count": 2, "capacity": 2}, "large": {"count": 1}}
+    common = {"fleet.size": 3, "fleet.kinds": kinds, "fleet__robot__capacity": 4, "policies__batching": "fixed-size"}
+    findings, _ = checked(**{**common, **changes})
+    named = {item.place for item in findings if item.code == "MORE_THAN_FIT"}
+    assert named == ({"fleet.kinds.small.capacity"} if warned else set())
+
+
 def test_a_stop_on_the_way_is_driven_to_and_handled():
     _, alone = checked()
     assert (alone.cycle.empty, alone.cycle.loaded, alone.cycle.unload) == pytest.approx((40, 40, 6))

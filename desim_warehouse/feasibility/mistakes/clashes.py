@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from itertools import combinations
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
@@ -376,10 +377,28 @@ def crowds(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
     if isinstance(size, int) and not batching.own and size > most > 1:
         text = f"tours of {size} loads, and a robot carries {most}: tours have {most}"
         yield Finding("MORE_THAN_FIT", "policies.batching.size", text, "fleet.robot.capacity, or a smaller size")
+    yield from _too_small_for_tours(model)
     yield from _windows(model)
     yield from _aisles(model, estimate)
     yield from _chargers(model)
     yield from _pace(model)
+
+
+def _too_small_for_tours(model: Model) -> Iterator[Finding]:
+    """Find kinds of robots that carry less than any tour of their flows, which are made for the largest robots."""
+    size, kinds, flows = most_loads(model), model.fleet.kinds_of_robots(), model.tasks.flows.values()
+    if model.policies.batching.name != "fixed-size":
+        return
+    loads = {kind: robot.capacity for kind, robot in zip(kinds, model.fleet.robots(), strict=True)}
+    able = [set(flow.kinds) & loads.keys() if flow.kinds else loads.keys() for flow in flows] or [loads.keys()]
+    for kind, own in loads.items():
+        tours = [min(size, max(loads[one] for one in doing)) for doing in able if kind in doing]
+        if tours and min(tours) > own:
+            text = f"it carries {number_of(own, 'load')}, and tours have {min(tours)} for larger robots: "
+            text += f"{number_of(kinds.count(kind), 'robot')} of this kind never get one"
+            place = f"fleet.kinds.{kind}.capacity" if kind else "fleet.robot.capacity"
+            cure = f"at least {min(tours)}, flows with kinds of their own, or policies.batching.size: {own}"
+            yield Finding("MORE_THAN_FIT", place, text, cure)
 
 
 def _windows(model: Model) -> Iterator[Finding]:
