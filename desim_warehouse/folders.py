@@ -20,6 +20,8 @@ ANSWER = "answer.json"
 """The answer to a question, in the folder of its runs."""
 RUN, STUDY, JOURNAL, RESULTS = "run.json", "study.json", "runs.jsonl", "results.parquet"
 """The files by which folders of runs and studies are recognised; the finished runs of a study, and their table."""
+PAGE = "report.html"
+"""The page of a run or an answer, in its folder."""
 LOCK = ".lock"
 """Held while a study is running in its folder."""
 _OURS = {
@@ -76,6 +78,19 @@ def refuse_other(path: Path, made: Made) -> None:
     """
     if path.is_file() and path.stat().st_size and not _is_ours(path, _MADE[made]):
         raise OSError(errno.EPERM, "a file of somebody else is there; expected another name", str(path))
+
+
+def drop_page(folder: Path, name: str, text: str) -> None:
+    """Remove the page, and the replay, that `desim report` made of a folder, unless its file holds this text already.
+
+    Their figures would be those of another run or answer.
+    """
+    file = folder / name
+    if file.exists() and file.read_text(encoding="utf-8", errors="replace") == text:
+        return
+    for path in (folder / PAGE, folder / f"{Path(PAGE).stem}-replay.html"):
+        if _is_ours(path, _MADE["page"]):
+            path.unlink()
 
 
 def _is_ours(path: Path, words: re.Pattern[bytes]) -> bool:

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from desim_warehouse.answer.parts import AnswerData
 from desim_warehouse.answer.text import printed
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import ANSWER, write_whole
+from desim_warehouse.folders import ANSWER, drop_page, write_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +37,9 @@ class Answer(AnswerData):
 
     def save(self, folder: str | Path) -> None:
         """Write answer.json, from which `desim report` makes the page, into a folder."""
-        write_whole(Path(folder, ANSWER), self.model_dump_json(indent=1) + "\n")
+        text = self.model_dump_json(indent=1) + "\n"
+        drop_page(Path(folder), ANSWER, text)
+        write_whole(Path(folder, ANSWER), text)
 
     def keep(self, folder: str | Path | None, command: str) -> Answer:
         """Return the answer with its command, and save it in the folder of its runs if this exists."""

@@ -8,7 +8,18 @@ from pathlib import Path
 from desim_warehouse.answer.answer import Answer, load
 from desim_warehouse.answer.page import page
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
-from desim_warehouse.folders import ANSWER, RESULTS, RUN, STUDY, Made, make_folder, refuse_other, shipped, write_whole
+from desim_warehouse.folders import (
+    ANSWER,
+    PAGE,
+    RESULTS,
+    RUN,
+    STUDY,
+    Made,
+    make_folder,
+    refuse_other,
+    shipped,
+    write_whole,
+)
 from desim_warehouse.model import load as load_model
 from desim_warehouse.questions.run import page as run_page
 from desim_warehouse.questions.study import Results
@@ -43,7 +54,7 @@ def report(
     """
     folder = Path() if isinstance(source, RunData) else Path(source)
     kind = "run" if isinstance(source, RunData) else kind_of(folder)
-    path = folder / "report.html" if out is None else Path(out)
+    path = folder / PAGE if out is None else Path(out)
     beside = path.with_name(f"{path.stem}-replay.html") if replay else None
     _make(path.parent)
     try:

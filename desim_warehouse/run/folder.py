@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import LayoutError, ModelError, ReportError, reason, spoken
-from desim_warehouse.folders import RUN, STUDY, make_folder, refuse_theirs, sha256, too_old, write_whole
+from desim_warehouse.folders import RUN, STUDY, drop_page, make_folder, refuse_theirs, sha256, too_old, write_whole
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -113,6 +113,7 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
     table.to_parquet(partial, index=False)
     content["sha256"] = {LOG: sha256(partial)}
     texts[RUN] = json.dumps(content) + "\n"
+    drop_page(folder, RUN, texts[RUN])
     partial.replace(folder / LOG)
     for name, text in texts.items():
         write_whole(folder / name, text)

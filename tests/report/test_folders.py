@@ -10,6 +10,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.report.example import example
+from desim_warehouse.report.write import report
 from tests.docs import pages
 from tests.lasting import LASTING
 from tests.report.test_report import needs_nothing_from_outside
@@ -104,3 +105,18 @@ def test_an_answer_that_another_replaces_is_named(tmp_path, monkeypatch):
     _, _, said = pages.run_desim("desim best made --indicator throughput_per_hour --first 2 --cap 2 --quiet")
     assert said.startswith("made/answer.json: replaced; it answered: ")
     assert json.loads(Path("made", "answer.json").read_text("utf-8"))["kind"] == "best"
+
+
+def test_a_page_of_the_run_before_does_not_stay_beside_another(tmp_path):
+    """Saving the same run again keeps its page; a page that somebody else wrote stays, too."""
+    folder = tmp_path / "run"
+    model = example().replace({"run.length": 300, "run.warm_up": 0, **LASTING})
+    dw.simulate(model).save(folder)
+    page = report(folder)
+    dw.simulate(model).save(folder)
+    assert page.exists()
+    dw.simulate(model, 1).save(folder)
+    assert not page.exists()
+    page.write_text("by hand", encoding="utf-8")
+    dw.simulate(model, 2).save(folder)
+    assert page.read_text(encoding="utf-8") == "by hand"
