@@ -55,7 +55,8 @@ def pile_on(model: Model, few: float, many: float) -> PileOn:
 def driven(model: Model, lines: float = 1.0) -> Model:
     """Return the model as its robots drive it: a task is a visit of a pod to a station for some lines, and back.
 
-    With one line it is the shortest possible visit. A flow to several stations becomes one flow for each of them.
+    With one line it is the shortest possible visit. A flow to several stations becomes one flow for each of them. Its
+    arrivals stay those of lines, as schedules have whole numbers, and `tasks.demand` makes them visits.
     """
     if model.pods is None:
         return model
@@ -81,7 +82,7 @@ def stations_of(flow: FlowSpec) -> tuple[str, ...]:
 
 
 def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
-    """Return the arrivals of a flow, with all rates and numbers multiplied by `share`."""
+    """Return the arrivals of a flow, with all rates and numbers multiplied by `share`; numbers are rounded in sum."""
     when = flow.when
     if isinstance(when, PoissonArrivals):
         return {"poisson": when.poisson * share}
