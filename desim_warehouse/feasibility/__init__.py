@@ -50,6 +50,7 @@ def examine(
         )
         return checks.worst_first(findings), None
     findings += rules.warnings(on_floor, layout, calculation)
+    findings += rules.mistakes(model, layout, calculation)
     findings += pods.warnings(model, calculation)
     return checks.worst_first(findings), calculation
 

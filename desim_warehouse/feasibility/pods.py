@@ -21,7 +21,9 @@ from desim_warehouse.model.facts.demand import arrival_rate, asked_until, flow_r
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
+    Batch,
     FlowSpec,
+    OrdersArrivals,
     PoissonArrivals,
     ProfileArrivals,
     SaturatedArrivals,
@@ -29,11 +31,14 @@ from desim_warehouse.model.sections.flows import (
     StorageEnd,
 )
 from desim_warehouse.model.sections.orders import summary
+from desim_warehouse.model.sections.pods import PodsSpec
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.fields import parts_in
 
 TO_SPARE = 2
 """Pods bound for a picker beyond those that keep it busy, as a reserve for random arrivals."""
+_ROUNDING = 1e-9
+"""Relative error of units that are calculated from rates."""
 
 
 def pile_on(model: Model, few: float, many: float) -> PileOn:
@@ -50,7 +55,8 @@ def pile_on(model: Model, few: float, many: float) -> PileOn:
 def driven(model: Model, lines: float = 1.0) -> Model:
     """Return the model as its robots drive it: a task is a visit of a pod to a station for some lines, and back.
 
-    With one line it is the shortest possible visit. A flow to several stations becomes one flow for each of them.
+    With one line it is the shortest possible visit. A flow to several stations becomes one flow for each of them. Its
+    arrivals stay those of lines, as schedules have whole numbers, and `tasks.demand` makes them visits.
     """
     if model.pods is None:
         return model
@@ -58,13 +64,14 @@ def driven(model: Model, lines: float = 1.0) -> Model:
     for name, flow in model.tasks.flows.items():
         nodes = stations_of(flow)
         time = lines * mean_of(flow.stop_time) + (model.pods.change_time if lines > 1 else 0.0)
-        visits = _arrivals(model, flow, flow.mean_lines / lines / len(nodes))
+        visits = _arrivals(model, flow, flow.mean_lines / len(nodes))
         changes = {"from": "storage", "to": "storage", "lines": 1, "stop_time": time, "arrivals": visits}
         for rank, node in enumerate(nodes):
             flows[f"{name} {node}" if rank else name] = {**flow.content(), **changes, "via": [node]}
+    demand = 1.0 if arrival_rate(model) is None else model.tasks.demand / lines
     several = {f"fleet.kinds.{name}.capacity": None for name, kind in model.fleet.kinds.items() if kind.capacity}
-    uniform = {"tasks.popularity": "uniform"}
-    return model.replace({"pods": None, "tasks.flows": flows, "fleet.robot.capacity": 1, **several, **uniform})
+    tasks = {"tasks.flows": flows, "tasks.demand": demand, "tasks.popularity": "uniform"}
+    return model.replace({"pods": None, **tasks, "fleet.robot.capacity": 1, **several})
 
 
 def stations_of(flow: FlowSpec) -> tuple[str, ...]:
@@ -75,20 +82,20 @@ def stations_of(flow: FlowSpec) -> tuple[str, ...]:
 
 
 def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
-    """Return the arrivals of a flow, with all rates and numbers multiplied by `share`."""
+    """Return the arrivals of a flow, with all rates and numbers multiplied by `share`; numbers are rounded in sum."""
     when = flow.when
     if isinstance(when, PoissonArrivals):
         return {"poisson": when.poisson * share}
     if isinstance(when, ProfileArrivals):
         rates = [rate * share for rate in when.profile.per_hour]
         return {"profile": {**when.profile.content(), "per_hour": rates}}
-    if isinstance(when, ScheduleArrivals):
-        some = [{"at": batch.at, "tasks": max(round(batch.tasks * share), 1)} for batch in when.schedule]
-        return {"schedule": some}
     if isinstance(when, SaturatedArrivals):
         return {"saturated": when.saturated}
-    orders = summary(when.orders, reading(model, model.floor))
-    return {"schedule": [{"at": orders.last, "tasks": max(round(orders.tasks * share), 1)}]}
+    if isinstance(when, OrdersArrivals):
+        orders = summary(when.orders, reading(model, model.floor))
+        when = ScheduleArrivals(schedule=(Batch(at=orders.last, tasks=orders.tasks),))
+    batches = [{"at": time, "tasks": tasks} for time, tasks in when.times(share)]
+    return {"schedule": [batch for batch in batches if batch["tasks"]] or [{**batches[-1], "tasks": 1}]}
 
 
 def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
@@ -98,7 +105,7 @@ def by_line(estimate: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimat
     return replace(
         estimate,
         cycle=cycle,
-        rate=None if estimate.rate is None else estimate.rate * most,
+        rate=arrival_rate(model),
         peak=None if estimate.peak is None else estimate.peak * most,
         charging=None if estimate.charging is None else estimate.charging / most,
         fleet_capacity=estimate.fleet_capacity * most,
@@ -166,15 +173,27 @@ def _stock(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
     stock = pods.units
     if stock is None or not estimate.rate:
         return
-    flows, hours = model.tasks.flows.items(), asked_until(model) / model.units.hour
-    taken = sum(-pods.bundle * rates[n] if isinstance(flow.target, StorageEnd) else rates[n] for n, flow in flows)
-    asked = taken * hours * pods.item_shares
-    worst = int((asked - stock).argmax())
-    if asked[worst] > stock[worst]:
-        name = pods.names[worst] if pods.names else worst
-        text = f"in this run {amount(asked[worst])} units of item {name} are picked beyond what is put onto pods, "
-        text += f"which hold about {amount(stock[worst])}: lines will wait without end"
+    net = sum(_taken(model, pods, flow, rates[name]) for name, flow in model.tasks.flows.items())
+    worst = int((net - stock).argmax())
+    if net[worst] > stock[worst] * (1 + _ROUNDING):
+        text = f"in this run {amount(net[worst])} units of item {pods.name_of(worst)} are picked beyond what is put "
+        text += f"onto pods, which hold about {amount(stock[worst])}: lines will wait without end"
         yield Finding("STOCK_RUNS_OUT", "pods.stock", text, "more stock, or a flow to storage that brings as much")
+
+
+def _taken(model: Model, pods: PodsSpec, flow: FlowSpec, rate: float) -> Any:
+    """Return how many units of each item a flow takes from pods in the run, less than 0 if it puts them onto pods.
+
+    Rows of a file name their items; the items of other lines are drawn by popularity. The result is a numpy array.
+    """
+    each = -pods.bundle if isinstance(flow.target, StorageEnd) else 1
+    if not isinstance(flow.when, OrdersArrivals):
+        return each * rate * asked_until(model) / model.units.hour * pods.item_shares
+    orders = summary(flow.when.orders, reading(model, model.floor))
+    lines = (orders.tasks - sum(orders.items.values())) * pods.item_shares
+    for item, count in orders.items.items():
+        lines[item] += count
+    return each * model.tasks.demand * lines
 
 
 def _robots(model: Model, estimate: QuickEstimate, pile: PileOn) -> Iterator[Finding]:

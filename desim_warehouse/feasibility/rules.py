@@ -65,6 +65,10 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
         yield from of_kinds.warnings(model, layout, estimate.power)
         yield from at_once.warnings(model, estimate)
         yield from rest.warnings(model, layout, estimate)
+
+
+def mistakes(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find probable mistakes in a model as it is written, with pods not as its robots drive it."""
     yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, estimate)
     yield from clashes.warnings(model, layout)

@@ -11,7 +11,7 @@ from simpy import Event
 from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
-from desim_warehouse.errors import BatteryError, StallError, spoken
+from desim_warehouse.errors import BatteryError, StallError, first_of, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.aisles import wide_edges
@@ -437,8 +437,8 @@ class World:
 
     def _out_of_stock(self) -> str:
         """Return the words on items that lines wait for and that no pod has now; empty where there are none."""
-        gone = [] if self.pods is None else self.pods.out_of_stock()
-        return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
+        gone = [] if self.pods is None else list(map(self.pods.spec.name_of, self.pods.out_of_stock()))
+        return f"; lines wait for items of which no pod has any left (pods.stock): {first_of(gone, 10)}" if gone else ""
 
     def _doing(self) -> str:
         """Return the explanation of a stall by default: that no task was requested, or what the robots do."""

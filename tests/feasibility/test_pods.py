@@ -3,8 +3,11 @@
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.feasibility.mistakes import unused
+from desim_warehouse.feasibility.pods import driven
 from desim_warehouse.findings import CODES
 from desim_warehouse.folders import gallery
+from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
 from tests.daily import some
@@ -23,6 +26,11 @@ MISTAKES = {
         "tasks.flows.picks.from.popularity",
     ),
     "two pods on a robot": ({"fleet.robot.capacity": 2}, "CHANGES_NOTHING", "fleet.robot.capacity"),
+    "priorities for allocation": (
+        {"tasks.flows.picks.priority": 3, "policies.allocation": "earliest-due"},
+        "CHANGES_NOTHING",
+        "tasks.flows.picks.priority",
+    ),
     "pods change in no time": ({"pods.change_time": 0}, "UNUSUAL", "pods.change_time"),
     "fewer robots than stations": ({"fleet.size": 1}, "MORE_THAN_FIT", "fleet.size"),
     "too many pods at the stations": (
@@ -85,6 +93,44 @@ def test_stations_are_limited_by_their_pickers():
     assert found.station_capacity * 3600 == pytest.approx(720)
     assert [item.busy for item in found.stations] == pytest.approx([0.625, 0.625])
     assert found.places_limit["picking at r5c1"] * 3600 == pytest.approx(720)
+
+
+def test_priorities_are_for_a_pod_policy_of_your_own(tmp_path):
+    """Allocation chooses a robot for a pod that is called already: only who calls it chooses among lines."""
+    (tmp_path / "mine.py").write_text(
+        "class Urgent:\n"
+        "    def choose(self, call):\n"
+        "        return max(call.pods, key=lambda pod: max(line.priority for line in pod.lines)).number\n"
+    )
+    urgent = {"tasks.flows.picks.priority": [{"priority": 1, "share": 0.1}, {"priority": 0, "share": 0.9}]}
+    for allocation in ("nearest", "earliest-due"):
+        assert ignored({**urgent, "policies.allocation": allocation}) == [
+            "priorities are given, and policies.pod: most-lines does not look at them"
+        ]
+    assert ignored({**urgent, "policies.pod": f"{tmp_path / 'mine.py'}:Urgent"}) == []
+
+
+def ignored(changes):
+    model = dw.load(HALL, changes)
+    return [item.text for item in unused.warnings(model, model.floor)]
+
+
+@pytest.mark.parametrize(("every", "tasks"), [(20, 1), (60, 3), (180, 9)])
+@pytest.mark.parametrize("lines", [1, 2.5, 9])
+def test_a_schedule_asks_for_as_many_lines_in_any_batches(every, tasks, lines):
+    """180 lines an hour of two stations: 1 every 20 s is no visit for each line at each of them."""
+    schedule = [{"at": every * n, "tasks": tasks} for n in range(3600 // every)]
+    picks = {"from": "storage", "to": "picking", "arrivals": {"schedule": schedule}, "stop_time": 5}
+    visits = driven(dw.load(HALL, {"tasks.flows": {"picks": picks}, "run.length": "1 h"}), lines)
+    assert arrival_rate(visits) * lines * 3600 == pytest.approx(180)
+
+
+def test_a_short_file_asks_for_its_lines_where_visits_serve_many(tmp_path):
+    """10 lines in 5 min are 120 an hour, and 1.3 visits an hour where each serves 93: not one in 5 min."""
+    (tmp_path / "orders.csv").write_text("release,quantity\n0,9\n300,1\n")
+    picks = {"from": "storage", "to": "picking", "arrivals": {"orders": {"file": str(tmp_path / "orders.csv")}}}
+    changes = {"tasks.flows": {"picks": {**picks, "stop_time": 5}}, "run.length": None, "run.warm_up": 0}
+    assert arrival_rate(driven(dw.load(HALL, changes), 93)) * 3600 == pytest.approx(120 / 93)
 
 
 @pytest.mark.parametrize(("least", "less"), [(3, 1.5), pytest.param(1, 2, marks=pytest.mark.long)])

@@ -12,6 +12,8 @@ from desim_warehouse.world.orders.pods import Shelves
 from tests.audit_pods import audit_pods
 from tests.world.test_pods import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
+
 HOLDS = "pod,place,item,units\nA,0,tea,2\nA,0,milk,1\nB,2,tea,1\n"
 ORDERS = "release,order,item\n0,1,milk\n0,1,tea\n200,2,tea\n200,3,tea\n"
 
@@ -58,12 +60,51 @@ def test_what_a_file_does_not_say_is_as_without_it(files):
     assert all(len(delivered(run)) == 6 for run in runs)  # stock without end
     assert len({row.other for run in runs for row in run.history.rows("lifted")}) == 3  # places are drawn
     assert {row.other for run in runs for row in run.history.rows("released")} == {0, 1}  # and items
-    with pytest.raises(
-        dw.StallError, match=r"3 of 6 tasks .*items of which no pod has any left \(pods.stock\): \[0, 1\]"
-    ):
+    with pytest.raises(dw.StallError, match=r"3 of 6 tasks .* no pod has any left \(pods.stock\): tea, milk"):
         dw.simulate(bare.replace({"pods.stock": 1}))
-    found = [one.text for one in check(bare.replace({"pods.stock": 1})).findings if one.code == "STOCK_RUNS_OUT"]
-    assert found[0].startswith("in this run 3 units of item milk are picked")
+    assert out_of_stock(bare.replace({"pods.stock": 1})) == "in this run 3 units of item milk are picked"
+
+
+def out_of_stock(model):
+    """The beginning of the warning that an item runs out; empty if none does."""
+    texts = [finding.text for finding in check(model).findings if finding.code == "STOCK_RUNS_OUT"]
+    return texts[0].partition(" beyond ")[0] if texts else ""
+
+
+def test_stock_is_compared_with_the_items_that_rows_name(files):
+    """Pods hold 3 of tea and 1 of milk: just enough for 3 and 1, and too little for 2 of milk."""
+    enough = files(orders="release,order,item,quantity\n0,1,tea,3\n0,2,milk,1\n")
+    assert out_of_stock(enough) == ""
+    assert len(delivered(dw.simulate(enough))) == 4
+    short = files(orders="release,order,item,quantity\n0,1,milk,2\n")
+    assert out_of_stock(short) == "in this run 2 units of item milk are picked"
+    with pytest.raises(dw.StallError, match=r"1 of 2 tasks .* no pod has any left \(pods.stock\): milk$"):
+        dw.simulate(short)
+
+
+def test_rows_without_an_item_count_by_popularity(files):
+    """A line of milk, and two lines of which one is expected to be milk: 2 of milk, of which pods hold 1."""
+    assert out_of_stock(files(orders="release,item\n0,milk\n0,\n0,\n")) == "in this run 2 units of item milk are picked"
+
+
+def test_bundles_of_a_file_bring_the_items_that_it_names(files, tmp_path):
+    """Two lines of milk, of which pods hold 1: a bundle of milk makes up for it, and one of tea does not."""
+    for item, said in (("milk", ""), ("tea", "in this run 2 units of item milk are picked")):
+        (tmp_path / "bundles.csv").write_text(f"release,item\n0,{item}\n")
+        arrivals = {"orders": {"file": str(tmp_path / "bundles.csv")}}
+        bundles = {"from": "pick", "to": "storage", "arrivals": arrivals, "stop_time": 5}
+        orders = "release,order,item,quantity\n0,1,milk,2\n"
+        assert out_of_stock(files(orders=orders, tasks__flows__bundles=bundles)) == said
+
+
+def test_check_reads_the_due_times_and_releases_of_a_file_with_pods(files):
+    """Orders are due, so that a late one costs something, and some are released after 100 s, when the run ends."""
+    orders = "release,order,item,due\n0,1,milk,90\n200,2,tea,300\n"
+    model = files(orders=orders, prices={"late_order": 5, "hours": 4000}, run__length=100)
+    texts = {finding.place: finding.text for finding in check(model).findings}
+    assert texts["run.length"] == "orders are released until 200 s, and the run ends at 100 s"
+    assert "prices.late_order" not in texts
+    assert "tasks.flows.picks.arrivals.schedule" not in texts
 
 
 def test_a_row_may_name_its_station(files):

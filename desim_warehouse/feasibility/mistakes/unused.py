@@ -20,6 +20,7 @@ from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.fleet import BatterySpec
 from desim_warehouse.model.sections.flows import FlowSpec, StorageEnd
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
+from desim_warehouse.model.sections.policy import OF_PODS
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.calendars import Names
 from desim_warehouse.values.fields import Part, parts_in
@@ -114,10 +115,12 @@ def _stations(model: Model, layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _reads(model: Model, what: str) -> bool:
-    """Return whether a policy looks at an attribute of tasks; the user's own policies may look at any."""
-    specs = model.policies.specs().items()
-    classes = [catalogue.find(kind, spec.name) for kind, spec in specs if not spec.own]
-    return bool(model.policies.own()) or any(what in getattr(policy, "reads", ()) for policy in classes)
+    """Return whether a policy looks at an attribute of tasks; the user's own policies may look at any.
+
+    With pods only the policies of pods count: allocation chooses a robot for a visit, and no line.
+    """
+    specs = [item for item in model.policies.specs().items() if model.pods is None or item[0] in OF_PODS]
+    return any(spec.own or what in getattr(catalogue.find(kind, spec.name), "reads", ()) for kind, spec in specs)
 
 
 def _priorities(model: Model) -> Iterator[Finding]:
@@ -129,9 +132,13 @@ def _priorities(model: Model) -> Iterator[Finding]:
     places += [f"tasks.flows.{name}.priority" for name, flow in tasks.flows.items() if flow.priority]
     places += ["tasks.flows"] * any(file.urgent for file in order_files(model))
     for place in places[:1]:
-        name = model.policies.allocation.name
-        text = f"priorities are given, and policies.allocation: {name} does not look at them"
-        yield Finding("CHANGES_NOTHING", place, text, "policies.allocation: earliest-due, or a policy of your own")
+        if model.pods is None:
+            decides = f"policies.allocation: {model.policies.allocation.name}"
+            cure = "policies.allocation: earliest-due, or a policy of your own"
+        else:
+            decides = f"policies.pod: {model.policies.of_pods('pod').name}"
+            cure = "policies.pod: one of your own, which chooses among the lines of a station"
+        yield Finding("CHANGES_NOTHING", place, f"priorities are given, and {decides} does not look at them", cure)
 
 
 def _by_order(model: Model) -> Iterator[Finding]:

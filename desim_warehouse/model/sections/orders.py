@@ -24,7 +24,7 @@ from desim_warehouse.errors import ModelError, first_of, got, nearest, reason
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, FlowSpec, OrdersArrivals, OrdersFile
 from desim_warehouse.model.sections.order_lines import BEYOND, ISO, OrderLine, OrderRows, Problems, Reading
-from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.fields import LIMITS, FrozenMap
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,7 +44,7 @@ class Summary:
 
     `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones; `in_order`:
     whether every row is released no earlier than those before; `fetched`, `stored`: rows from a storage place to a node
-    or station, and the other way.
+    or station, and the other way; `items`: with pods, the tasks of each item that rows name.
     """
 
     tasks: int
@@ -57,6 +57,7 @@ class Summary:
     in_order: bool = True
     fetched: int = 0
     stored: int = 0
+    items: Mapping[int, int] = FrozenMap()
 
 
 # The table
@@ -240,7 +241,7 @@ def summary(spec: OrdersFile, how: Reading) -> Summary:
 def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     tasks, rows, last, in_order = 0, 0, 0.0, True
     names: set[str | int | None] = set()
-    due, urgent, orders = 0, 0, set[str]()
+    due, urgent, orders, items = 0, 0, set[str](), Counter[int]()
     ways: Counter[tuple[bool | None, bool | None]] = Counter()
     wrong, most = Problems(str(near(spec.file))), LIMITS["tasks"][0]
     for lines in _checked(spec, how, wrong):
@@ -252,6 +253,9 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         due += sum(line.due is not None for line in lines)
         urgent += sum(bool(line.priority) for line in lines)
         orders.update(map(attrgetter("order"), lines))
+        for line in lines:
+            if line.item is not None:
+                items[line.item] += line.quantity
         ways.update((_in_storage(line.source), _in_storage(line.target)) for line in lines)
         names.update(map(attrgetter("source"), lines), map(attrgetter("target"), lines))
         names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
@@ -266,7 +270,7 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         raise ModelError(problems)
     named = frozenset(name for name in names if isinstance(name, str) and name != STORAGE)
     fetched, stored = ways[True, False], ways[False, True]
-    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, fetched, stored)
+    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, fetched, stored, FrozenMap(items))
 
 
 def _in_storage(end: str | int | None) -> bool | None:

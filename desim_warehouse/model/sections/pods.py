@@ -169,6 +169,10 @@ class PodsSpec(Part):
         """The names of the items in a file, in order of number; none without one."""
         return () if self.holds is None else self.holds.names
 
+    def name_of(self, item: int) -> str:
+        """Return how files of the model call an item: by its name, or else by its number."""
+        return self.names[item] if self.names else str(item)
+
     @property
     def held(self) -> float:
         """The chance that a pod has an item."""
