@@ -10,6 +10,7 @@ from scipy import stats
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
+from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.sections.flows import OrdersFile
 from desim_warehouse.model.sections.order_lines import OrderLine, Reading
 from desim_warehouse.model.sections.orders import read, resampled, summary
@@ -141,6 +142,14 @@ def test_orders_are_delivered_as_they_say(tmp_path):
     assert run.kpis["orders_on_time"] == 0
     assert run.kpis["on_time"] == 0.5
     assert dw.load_run(run.save(tmp_path / "run")).kpis == run.kpis
+
+
+@pytest.mark.parametrize(("hours", "rate"), [(1, 30), (2, 30), (4, 15)])
+def test_the_rate_of_a_file_is_that_of_its_own_time_where_the_run_is_shorter(tmp_path, hours, rate):
+    """Sixty orders, one every two minutes; a run of four hours asks for half as many an hour."""
+    path = written(tmp_path / "orders.csv", "release\n" + "".join(f"{120 * (n + 1)}\n" for n in range(60)))
+    asked = model(path, {"run.length": f"{hours} h"})
+    assert 3600 * arrival_rate(asked) == pytest.approx(rate)
 
 
 def test_a_row_to_storage_goes_to_any_other_place(tmp_path):

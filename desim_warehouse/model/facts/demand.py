@@ -66,7 +66,7 @@ def flow_rates(model: Model) -> dict[str, float]:
     flows, hour = model.tasks.flows, model.units.hour
     length = asked_until(model)
     rates = {
-        name: len_of_orders(model, flow) / length * hour
+        name: _rate_of_orders(model, flow, length)
         if isinstance(flow.when, OrdersArrivals)
         else mean_rate(flow, length, hour, model.run.start, model.hours(flow.hours)) or 0.0
         for name, flow in flows.items()
@@ -94,8 +94,18 @@ def order_files(model: Model) -> list[Summary]:
 
 def len_of_orders(model: Model, flow: FlowSpec) -> int:
     """Count the tasks in the file of a flow's orders."""
+    return _orders(model, flow).tasks
+
+
+def _orders(model: Model, flow: FlowSpec) -> Summary:
     assert isinstance(flow.when, OrdersArrivals)
-    return summary(flow.when.orders, reading(model, model.floor)).tasks
+    return summary(flow.when.orders, reading(model, model.floor))
+
+
+def _rate_of_orders(model: Model, flow: FlowSpec, length: float) -> float:
+    """Return the tasks an hour of a file of orders; of a file beyond the run, the mean rate of the whole file."""
+    orders = _orders(model, flow)
+    return orders.tasks / max(length, orders.last) * model.units.hour
 
 
 def last_release(model: Model) -> float:
@@ -103,11 +113,7 @@ def last_release(model: Model) -> float:
     goods, flows = model.tasks.goods, model.tasks.flows.values()
     times = [item.release for item in goods if isinstance(item, Good)] if isinstance(goods, tuple) else []
     times += [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
-    times += [
-        summary(flow.when.orders, reading(model, model.floor)).last
-        for flow in flows
-        if isinstance(flow.when, OrdersArrivals)
-    ]
+    times += [_orders(model, flow).last for flow in flows if isinstance(flow.when, OrdersArrivals)]
     return max(times, default=0.0)
 
 
