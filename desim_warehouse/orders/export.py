@@ -24,6 +24,7 @@ from desim_warehouse.errors import ModelError, first_of, got, nearest
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.orders import EXCEL, PARQUET, check_there, framed, parquet_chunks, unreadable
 from desim_warehouse.model.workbook import rows_of
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 
@@ -150,7 +151,7 @@ def _limited(path: Path, rows: Iterable[Sequence[str]]) -> Iterator[Sequence[str
 
 def _of_text(path: Path, encoding: str, delimiter: str) -> Iterator[list[str]]:
     with path.open(encoding=encoding, newline="") as lines:
-        yield from csv.reader(lines, delimiter=delimiter)
+        yield from (cells for _, cells in csv_rows(lines, delimiter))
 
 
 def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str]]:

@@ -24,6 +24,7 @@ from desim_warehouse.errors import ModelError, first_of, got, nearest, reason
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, FlowSpec, OrdersArrivals, OrdersFile
 from desim_warehouse.model.sections.order_lines import BEYOND, ISO, OrderLine, OrderRows, Problems, Reading
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ def _names(path: Path) -> list[str]:
 
         return list(parquet.read_schema(path).names)
     with path.open(encoding="utf-8-sig", newline="") as lines:
-        return [name.strip() for name in next(csv.reader(lines), [])]
+        return [name.strip() for name in next(csv_rows(lines), (1, []))[1]]
 
 
 def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.DataFrame]:
@@ -146,7 +147,7 @@ def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.D
                 yield framed(zip(*cells, strict=True), wanted, begin)
             return
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows, begin = islice(csv.reader(lines), 1, None), 1
+            rows, begin = (cells for _, cells in islice(csv_rows(lines), 1, None)), 1
             while some := list(islice(rows, CHUNK)):
                 yield framed(some, names, begin)
                 begin += len(some)
