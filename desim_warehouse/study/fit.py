@@ -434,7 +434,8 @@ def read_times(path: Path, column: str) -> list[float]:
             names = next(rows, (1, []))[1]
             if column not in names:
                 hint = other_marks(names) or did_you_mean(column, names)
-                raise StudyError(f"{path}: no column '{column}' (it has {', '.join(names) or 'none'}){hint}")
+                have = f" (it has {', '.join(names)}){hint}" if any(names) else ", as the file is empty"
+                raise StudyError(f"{path}: no column '{column}'{have}")
             rank = names.index(column)
             cells = [(line, row[rank]) for line, row in rows if row[rank:] and row[rank]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:

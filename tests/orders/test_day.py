@@ -328,7 +328,8 @@ def test_dates_with_slashes_are_refused_until_it_is_said_how_they_are_meant(hall
 
 
 HOSTILE = {
-    "nothing": ("a.csv", b"", "no column 'release'"),
+    "nothing": ("a.csv", b"", "empty, expected a header with a column 'release'"),
+    "blank lines": ("a.csv", b"\n;;\n\n", "empty, expected a header with a column 'release'"),
     "garbage": ("a.csv", bytes(range(256)) * 20, "cannot be read|no column"),
     "garbage in Excel": ("a.xlsx", b"PK\3\4" + b"x" * 1000, "cannot be read"),
     "garbage in Parquet": ("a.parquet", b"PAR1" + b"x" * 1000, "cannot be read"),
@@ -404,6 +405,40 @@ def test_cells_are_merged_in_the_sheet_that_is_read_wherever_it_stands(hall, tmp
             file.writestr(part, content)
     path.write_bytes(out.getvalue())
     assert [line.order for line in order_day(path, hall, sheet="orders").lines] == ["a", "a"]
+
+
+def test_a_cover_in_front_of_the_orders_is_told_with_the_other_sheets(hall, tmp_path):
+    path = tmp_path / "a.xlsx"
+    path.write_bytes(book(("Cover", [["Export of 2 March"]]), ("Data", [["Pos"], [1]]), ("Notes", [])))
+    with pytest.raises(dw.ModelError) as cover:
+        order_day(path, hall)
+    assert "no column 'release' in sheet 'Cover' (it has 'Export of 2 March'); desim orders --map" in str(cover.value)
+    assert str(cover.value).endswith("; --sheet reads another: 'Data', 'Notes'")
+    with pytest.raises(dw.ModelError) as notes:
+        order_day(path, hall, sheet="Notes")
+    assert str(notes.value) == (
+        f"{path}: empty in sheet 'Notes', expected a header with a column 'release'; "
+        "--sheet reads another: 'Cover', 'Data'"
+    )
+    path.write_bytes(book(("Cover", [])))
+    with pytest.raises(dw.ModelError, match=r"a.xlsx: empty, expected a header with a column 'release'$"):
+        order_day(path, hall)
+
+
+def test_a_folder_is_no_file_of_orders(hall, tmp_path):
+    with pytest.raises(dw.ModelError, match=r"cannot be read \(a folder\), expected orders in CSV"):
+        order_day(tmp_path, hall)
+
+
+@pytest.mark.parametrize("name", ["orders.xlsx", "orders.txt", "orders"])
+def test_orders_are_written_under_no_name_that_models_read_otherwise(name, hall, tmp_path):
+    (tmp_path / "day.csv").write_text("release\n60\n")
+    done = CliRunner().invoke(
+        desim, ["orders", str(tmp_path / "day.csv"), "--model", str(hall), "--out", str(tmp_path / name)]
+    )
+    assert done.exit_code == 2
+    assert "is no table that models read, expected one that ends in .parquet or .pq or .csv" in done.output
+    assert not (tmp_path / name).exists()
 
 
 def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path, monkeypatch):

@@ -110,11 +110,13 @@ def not_plain(path: Path) -> list[str]:
 def check_there(path: Path) -> tuple[int, int]:
     """Return when a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
     try:
-        if not path.is_file():
-            raise FileNotFoundError(2, "no such file")
         state = path.stat()
+    except FileNotFoundError:
+        raise ModelError([unreadable(path, OSError(0, "no such file"))]) from None
     except (OSError, ValueError) as error:
         raise ModelError([unreadable(path, error)]) from None
+    if not path.is_file():
+        raise ModelError([unreadable(path, OSError(0, "a folder" if path.is_dir() else "not a file"))])
     return state.st_mtime_ns, state.st_size
 
 
