@@ -294,6 +294,6 @@ def _flow(value: Any) -> str:  # noqa: PLR0911 - a return for each kind of value
 
 
 def _inner(value: Any) -> str:
-    """Write a value in a list or a mapping: a plain word needs no quotes."""
-    plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*", value)
+    """Write a value in a list or a mapping: a plain word, or a number with a unit, needs no quotes."""
+    plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*|[\d.]+ [a-z]+", value)
     return str(value) if plain else _flow(value)

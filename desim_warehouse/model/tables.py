@@ -170,7 +170,8 @@ def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePosit
     rows = [row for row in table.rows if row.cells[form.column]]  # a table may have longer columns beside it
     for rank, row in enumerate(rows):
         positions.values[*keys, "values", rank] = row.at[form.column]
-    return {"values": [row.number(form.column) for row in rows]}
+    times = [row.number(form.column) for row in rows]
+    return {"values": [f"{time!r} {form.unit}" if form.unit and isinstance(time, float) else time for time in times]}
 
 
 def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> list[dict[str, Any]]:

@@ -323,7 +323,7 @@ class Fitted:
 
     @property
     def best(self) -> Distribution:
-        """The distribution that fits best."""
+        """The distribution that fits best, in the unit of the times."""
         return self.candidates[0].distribution
 
     @property
