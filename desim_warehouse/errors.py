@@ -105,6 +105,7 @@ _LARGE = 1e15  # whole numbers below it are written out
 _ALIKE = 0.6  # of 1, as difflib counts
 _LONG = 3  # letters that may abbreviate a longer word
 _COMPARED = 1000  # words among which the nearest is looked for
+_DECIMAL_COMMA = re.compile(r"([+-]?\d+),(\d+)((?: ?[a-zA-Z%/].*)?)")
 _MARKS = {";": "semicolons", "\t": "tabs"}  # between the cells of a file that is no plain CSV
 
 _ALSO_CALLED = {
@@ -255,6 +256,16 @@ def other_marks(header: Iterable[str]) -> str:
     written = "".join(header)
     marks = next((name for mark, name in _MARKS.items() if mark in written), None)
     return f"; its cells end with {marks}, expected commas, and decimal points" if marks else ""
+
+
+def with_point(text: str) -> str | None:
+    """Return how a number with a decimal comma is written instead, also with a unit; None for any other text."""
+    match = _DECIMAL_COMMA.fullmatch(text.strip())
+    if match is None:
+        return None
+    whole, part, unit = match.groups()
+    thousands = f", or {whole}{part}{unit}" if len(part) == _LONG else ""
+    return f"{whole}.{part}{unit}{thousands}"
 
 
 def synonym(word: str, words: Iterable[str]) -> str | None:
