@@ -105,6 +105,7 @@ _LARGE = 1e15  # whole numbers below it are written out
 _ALIKE = 0.6  # of 1, as difflib counts
 _LONG = 3  # letters that may abbreviate a longer word
 _COMPARED = 1000  # words among which the nearest is looked for
+_DECIMAL_COMMA = re.compile(r"([+-]?\d+),(\d+)((?: ?[a-zA-Z%/].*)?)")
 _MARKS = {";": "semicolons", "\t": "tabs"}  # between the cells of a file that is no plain CSV
 
 _ALSO_CALLED = {
@@ -257,6 +258,16 @@ def other_marks(header: Iterable[str]) -> str:
     return f"; its cells end with {marks}, expected commas, and decimal points" if marks else ""
 
 
+def with_point(text: str) -> str | None:
+    """Return how a number with a decimal comma is written instead, also with a unit; None for any other text."""
+    match = _DECIMAL_COMMA.fullmatch(text.strip())
+    if match is None:
+        return None
+    whole, part, unit = match.groups()
+    thousands = f", or {whole}{part}{unit}" if len(part) == _LONG else ""
+    return f"{whole}.{part}{unit}{thousands}"
+
+
 def synonym(word: str, words: Iterable[str]) -> str | None:
     """Return the word that people mean by another name for it, or by its own with other spaces and capitals."""
     lower = {_plain(candidate): candidate for candidate in words}
@@ -294,6 +305,6 @@ def _flow(value: Any) -> str:  # noqa: PLR0911 - a return for each kind of value
 
 
 def _inner(value: Any) -> str:
-    """Write a value in a list or a mapping: a plain word needs no quotes."""
-    plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*", value)
+    """Write a value in a list or a mapping: a plain word, or a number with a unit, needs no quotes."""
+    plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*|[\d.]+ [a-z]+", value)
     return str(value) if plain else _flow(value)

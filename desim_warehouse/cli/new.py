@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +13,8 @@ import click
 from click.core import ParameterSource
 
 from desim_warehouse.cli.completion import AtPath
-from desim_warehouse.cli.options import TimeIn, with_force, write_files
+from desim_warehouse.cli.options import TimeIn, refuse_files, with_force, write_files
+from desim_warehouse.errors import ModelError
 from desim_warehouse.folders import gallery
 
 if TYPE_CHECKING:
@@ -20,6 +23,22 @@ if TYPE_CHECKING:
 _WORKED_OUT = "by a quick estimate"
 _OTHERS = ("file", "like", "schema", "force")
 """Parameters of the command that do not describe a draft."""
+_QUESTIONS = {
+    "size": ("Floor in metres, width x height", ""),
+    "orders": ("Orders", ""),
+    "due": ("Due after how many minutes", ""),
+    "shifts": ("Shifts", "always"),
+    "peak": ("Peak, such as 11:30-13x1.6", "none"),
+    "packers": ("Packers, or auto", "not said"),
+    "inbound": ("Loads put away", "none"),
+    "floors": ("How many floors", "one"),
+    "lifts": ("How many lifts", _WORKED_OUT),
+    "aisles": ("How many aisles", "as many as fit"),
+    "stations": ("How many stations", "as many as needed"),
+    "robots": ("How many robots", _WORKED_OUT),
+    "chargers": ("How many chargers", _WORKED_OUT),
+}
+"""Questions in the terminal, by option: the prompt, and words for no answer; empty: the default of the option."""
 
 
 @click.command("new")
@@ -94,8 +113,9 @@ def command(
         if file is None:
             if not sys.stdin.isatty():
                 raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
-            file, wishes = _asked(wishes)
-        text = draft(_words(wishes))
+            file, text = _asked(wishes, force=force)
+        else:
+            text = draft(_words(wishes))
         summary = text.splitlines()[0].removeprefix("# ")
     write_files(_with_schema(Path(file), text) if schema else {Path(file): text}, force=force)
     click.echo(summary)
@@ -121,7 +141,7 @@ def _of_gallery(context: click.Context, like: str) -> str:
     return gallery()[like].read_text(encoding="utf-8")
 
 
-def _words(wishes: dict[str, Any]) -> Draft:
+def _words(wishes: Mapping[str, Any]) -> Draft:
     from desim_warehouse.draft import Draft, read_orders, read_packers, read_size
     from desim_warehouse.working_day import WorkingDay, read_peak, read_shifts
 
@@ -141,38 +161,70 @@ def _words(wishes: dict[str, Any]) -> Draft:
     return Draft(**{**words, **read})
 
 
-def _asked(defaults: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Prompt for the file and the options of a draft one by one; Enter accepts the default in brackets."""
-    file = click.prompt("Model file to write", default="warehouse.yaml")
+def _asked(defaults: dict[str, Any], *, force: bool) -> tuple[str, str]:
+    """Prompt for the file and the options of a draft one by one; return the file and its text.
+
+    Enter accepts the default in brackets. A question is asked again if its answer is impossible, by itself or, once all
+    are answered, beside the others.
+    """
+    from desim_warehouse.draft import draft
+
+    file: str = click.prompt(
+        "Model file to write", default="warehouse.yaml", value_proc=partial(_new_file, force=force)
+    )
     words = dict(defaults)
-    words["size"] = click.prompt("Floor in metres, width x height", default=defaults["size"])
-    words["orders"] = click.prompt("Orders", default=defaults["orders"])
-    words["due"] = click.prompt("Due after how many minutes", default=f"{defaults['due']:g}", type=TimeIn("min"))
-    words["shifts"] = _text("Shifts", "always")
-    words["peak"] = _text("Peak, such as 11:30-13x1.6", "none")
-    words["packers"] = _text("Packers, or auto", "not said")
-    words["inbound"] = _text("Loads put away", "none")
-    words["floors"] = _number("floors", "one")
-    if words["floors"] not in {None, 1}:
-        words["lifts"] = _number("lifts", _WORKED_OUT)
-    for name, what in (("aisles", "as many as fit"), ("stations", "as many as needed"), ("robots", _WORKED_OUT)):
-        words[name] = _number(name, what)
-    words["chargers"] = _number("chargers", _WORKED_OUT)
-    return file, words
-
-
-def _text(what: str, otherwise: str) -> str | None:
-    """Prompt for a text; return None if the default is accepted."""
-    reply: str = click.prompt(what, default=otherwise)
-    return None if reply == otherwise else reply
-
-
-def _number(name: str, otherwise: str) -> int | None:
-    """Prompt for a whole number; return None if the default is accepted."""
+    for name in _QUESTIONS:
+        if name != "lifts" or words["floors"] not in {None, 1}:
+            words[name] = _ask(name, words, defaults[name])
     while True:
-        reply = click.prompt(f"How many {name}", default=otherwise)
-        if reply == otherwise:
-            return None
-        if reply.isdecimal():
-            return int(reply)
-        click.echo(f"{reply}: not a number; Enter alone: {otherwise}")
+        try:
+            return file, draft(_words(words))
+        except ModelError as error:
+            if not (again := [name for name in _QUESTIONS if _about(name, error)]):
+                raise
+            for name in again:
+                click.echo(f"Error: {_about(name, error)}")
+                words[name] = _ask(name, words, defaults[name])
+
+
+def _new_file(path: str, *, force: bool) -> str:
+    """Return the path of a file that can be written; raise UsageError for another."""
+    if not Path(path).absolute().parent.is_dir():
+        raise click.UsageError(f"{path}: no such folder")
+    try:
+        refuse_files([Path(path)], force=force)
+    except ModelError as error:
+        raise click.UsageError(str(error)) from None
+    return path
+
+
+def _ask(name: str, words: Mapping[str, Any], default: Any) -> Any:
+    """Prompt for one option of a draft until the answer is possible; return the default if it is accepted."""
+    from desim_warehouse.draft import checked
+
+    question, otherwise = _QUESTIONS[name]
+    accepted = otherwise or (f"{default:g}" if isinstance(default, float) else default)
+
+    def value_of(reply: str) -> Any:
+        value: Any = reply
+        if reply == accepted:
+            value = default
+        elif name == "due":
+            value = TimeIn("min").convert(reply, None, None)
+        elif question.startswith("How many"):
+            if not reply.isdecimal():
+                raise click.UsageError(f"{reply}: not a number; Enter alone: {otherwise}")
+            value = int(reply)
+        try:
+            checked(_words({**words, name: value}))
+        except ModelError as error:
+            if wrong := _about(name, error):
+                raise click.UsageError(wrong) from None
+        return value
+
+    return click.prompt(question, default=accepted, value_proc=value_of)
+
+
+def _about(name: str, error: ModelError) -> str:
+    """Return what an error says of an option of a draft, without its dashes; empty for nothing."""
+    return next((problem[2:] for problem in error.problems if problem.startswith(f"--{name} ")), "")

@@ -15,11 +15,25 @@ if TYPE_CHECKING:
     from desim_warehouse.orders.day import OrderDay
 
 
+def _plain_table(_context: click.Context, _option: click.Parameter, path: str | None) -> str | None:
+    """Return the path of a table that models read; raises BadParameter for another ending."""
+    from desim_warehouse.model.sections.orders import PARQUET
+
+    if path is not None and Path(path).suffix.lower() not in (endings := (*PARQUET, ".csv")):
+        raise click.BadParameter(
+            f"{path!r} is no table that models read, expected one that ends in {' or '.join(endings)}"
+        )
+    return path
+
+
 @click.command("orders")
 @click.argument("file", type=AtPath())
 @click.option("--model", required=True, metavar="MODEL", help="Model file with the places that the orders name.")
 @click.option(
-    "--out", metavar="PATH", help="File to write the orders to, for the model: Parquet, or CSV if it ends in .csv."
+    "--out",
+    metavar="PATH",
+    callback=_plain_table,
+    help="File to write the orders to, for the model: .parquet or .csv.",
 )
 @with_force
 @click.option(

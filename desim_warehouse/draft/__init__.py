@@ -33,7 +33,7 @@ from desim_warehouse.working_day import AROUND_THE_CLOCK, DAY
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
 
-__all__ = ["Draft", "draft", "read_orders", "read_packers", "read_size"]
+__all__ = ["Draft", "checked", "draft", "read_orders", "read_packers", "read_size"]
 
 
 def draft(words: Draft) -> str:
@@ -47,16 +47,20 @@ def draft(words: Draft) -> str:
     complete = _worked_out(busiest)
     complete = replace(complete, orders=words.orders, day=words.day, inbound=words.inbound)
     if complete.inbound and complete.stations == complete.aisles:
-        raise ModelError(
-            [f"--stations {complete.stations}: no aisle is left for goods in, expected fewer, or more aisles"]
-        )
+        beside = f"beside {number_of(complete.stations or 0, 'packing station')}"
+        text = f"no aisle is left for goods in {beside}, expected fewer of these, or more aisles"
+        raise ModelError([f"--inbound {complete.inbound:g}/h: {text}"])
     if words.day != AROUND_THE_CLOCK:
         complete = _full_in_the_morning(_lasts_a_night(complete, chargers), chargers)
     return text_of(complete)
 
 
-def _worked_out(words: Draft) -> Draft:
-    """Complete a draft: work out everything that was not given."""
+def checked(words: Draft) -> Draft:
+    """Complete a draft by its aisles, stations and packers, without an estimate.
+
+    Raises:
+        ModelError: what is impossible, with the option at fault.
+    """
     _see_floors(words)
     floor = floor_of(words)
     words = replace(words, aisles=floor.aisles)
@@ -80,9 +84,14 @@ def _worked_out(words: Draft) -> Draft:
         problems.append(f"--due {words.due:g}: expected minutes above 0")
     if problems:
         raise ModelError(problems)
+    return words
+
+
+def _worked_out(words: Draft) -> Draft:
+    """Complete a draft: work out everything that was not given."""
     from desim_warehouse.feasibility.power import needed_at_rest
 
-    words = _with_lifts(words)
+    words = _with_lifts(checked(words))
     wanted_chargers, wanted_robots = words.chargers, words.robots
     if words.robots is None or words.chargers is None:
         # As many robots and chargers as there could be, so that the estimate says how many are needed.

@@ -154,15 +154,17 @@ def floor_of(words: Draft) -> DraftFloor:
     if aisles < 2:  # noqa: PLR2004 - a ring has two
         problems.append(f"--aisles {aisles}: too few, expected at least 2: robots go up one and down another")
     aisle = (width - 2 * PLACE * (aisles - 1)) / aisles
-    if aisle < NARROWEST:
+    is_narrow = width < (narrowest := 2 * (PLACE + NARROWEST))  # two aisles with a block between them
+    if aisle < NARROWEST and not is_narrow:
         most = math.floor((width + 2 * PLACE) / (2 * PLACE + NARROWEST))
         problems.append(
             f"--aisles {aisles}: too many for {width:g} m (each would be {aisle:.2g} m wide), expected at most {most}"
         )
     down = max(round(height / (DEPTH + AISLE)), 1)
     depth = math.floor((height - (down + 1) * AISLE) / down / PLACE)
-    if depth < 1:
-        problems.append(f"--size {width:g}x{height:g}: too small, expected at least {2 * AISLE + PLACE:g} m each way")
+    if depth < 1 or is_narrow:
+        least = f"{narrowest:g} x {2 * AISLE + PLACE:g} m"
+        problems.append(f"--size {width:g}x{height:g}: too small, expected at least {least}")
     if (number := aisles * (down + 1) * words.floors) > (most := LIMITS["nodes"][0]):
         nodes = f"{aisles:,} aisles with {number:,} nodes"
         problems.append(f"--size {width:g}x{height:g}: {nodes}, expected at most {most:,}; sizes are in metres")

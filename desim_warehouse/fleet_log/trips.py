@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from desim_warehouse.errors import ReportError, did_you_mean, got, other_marks, reason
 from desim_warehouse.fleet_log.table import DROP, PICK, Collector, FleetLog
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.dates import Slashes, across_midnight, end_across_midnight, instant, read_times
 from desim_warehouse.values.fields import LIMITS
 
@@ -31,7 +32,7 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
         if path.stat().st_size > LIMITS["texts"][0]:
             raise ReportError(f"{path}: too large, expected trips of at most {LIMITS['texts'][0] / 1e6:,.0f} MB")
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            table = csv.reader(lines, skipinitialspace=True)
+            table = (cells for _, cells in csv_rows(lines, skip_spaces=True))
             header = next(table, [])
             for name in COLUMNS:
                 if name not in header:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import did_you_mean, got, nearest, spoken, synonym
+from desim_warehouse.errors import did_you_mean, got, nearest, spoken, synonym, with_point
 from desim_warehouse.values.fields import TOP
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
         return Problem(keys, f"missing, expected {outline.expected(keys)}", missing=True)
     if kind in {"missing", "too_long"}:
         keys = keys[:-1] if kind == "missing" else keys
-        return Problem(keys, f"should have {outline.entries(keys)} (got {got(value)})")
+        return Problem(keys, f"should have {outline.entries(keys)} (got {got(value)}){_commas(value)}")
     if kind in _SECTIONS:
         complaint = f"should be {outline.section(keys)}"
     elif kind == "float_type" and type(value) is int:
@@ -189,8 +189,8 @@ def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
     if isinstance(value, str):
         if hint := did_you_mean(value, re.findall(r"'(.*?)'", context.get("expected", ""))):
             return hint
-        if kind in _NUMBERS and _numeric(value):
-            return "; write it without quotes"
+        if kind in _NUMBERS and (_numeric(value) or with_point(value)):
+            return "; write it without quotes" if _numeric(value) else f"; a decimal comma? write {with_point(value)}"
         if kind == "tuple_type" and value:
             return f"; write [{value}]"
     elif kind == "int_type" and isinstance(value, float) and got(value).isdecimal():
@@ -198,6 +198,12 @@ def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
     elif kind == "string_type" and isinstance(value, bool | int | float):
         return f"; write it in quotes: '{got(value)}'"
     return ""
+
+
+def _commas(values: Any) -> str:
+    """Return the hint that a decimal comma makes two entries of a number; empty for a list of anything else."""
+    first = values[:2] if isinstance(values, list) else []
+    return f"; decimals have a point: {first[0]}.{first[1]}" if [*map(type, first)] == [int, int] else ""
 
 
 def _numeric(text: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NoReturn, TypeVar
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.errors import ModelError, got, nearest, reason, with_point
 from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem, from_pydantic, report
 from desim_warehouse.values.fields import LIMITS, Known, Part
 
@@ -207,7 +207,13 @@ class _Reader:
 
     def mapping(self, node: Any, keys: Keys) -> dict[str, Any]:
         made: dict[str, Any] = {}
+        before: Any = None
         for key_node, item in node.value:
+            if made and (number := _decimal_comma(before, key_node, item)):
+                wrong = f"a decimal comma (got {number}), expected a decimal point; write {with_point(number)}"
+                self.problems.append(Problem((*keys, [*made][-1]), wrong))
+                continue
+            before = item
             key = self.key(key_node, keys)
             here, position = (*keys, key), self.position(key_node)
             if key in made:
@@ -243,6 +249,17 @@ class _Reader:
     def tag(self, node: Any, keys: Keys) -> None:
         name = str(node.tag).replace(_TAG, "!!")
         self.problems.append(Problem(keys, f"unknown tag (got {name}), expected a value without a tag"))
+
+
+def _decimal_comma(before: Any, key: Any, item: Any) -> str | None:
+    """Return the number with a decimal comma that YAML reads in {speed: 1,5} as a value and a key; else None."""
+    if (
+        not before.id == key.id == item.id == "scalar"
+        or item.value
+        or before.end_mark.index + 1 != key.start_mark.index
+    ):
+        return None
+    return number if with_point(number := f"{before.value},{key.value}") else None
 
 
 def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0911 - one for each kind

@@ -22,6 +22,7 @@ from desim_warehouse.model.sections.orders import command, not_plain, without_ea
 from desim_warehouse.model.sections.pods import HoldsFile
 from desim_warehouse.model.sections.policy import KINDS
 from desim_warehouse.policies import catalogue
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS
 
@@ -169,7 +170,8 @@ def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePosit
     rows = [row for row in table.rows if row.cells[form.column]]  # a table may have longer columns beside it
     for rank, row in enumerate(rows):
         positions.values[*keys, "values", rank] = row.at[form.column]
-    return {"values": [row.number(form.column) for row in rows]}
+    times = [row.number(form.column) for row in rows]
+    return {"values": [f"{time!r} {form.unit}" if form.unit and isinstance(time, float) else time for time in times]}
 
 
 def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> list[dict[str, Any]]:
@@ -314,8 +316,8 @@ class _Table:
         try:
             _check_size(path)
             with path.open(encoding="utf-8-sig", newline="") as lines:
-                reader = csv.reader(lines, strict=True)
-                header = tuple(name.strip() for name in next(reader, ()))
+                reader = csv_rows(lines)
+                header = tuple(name.strip() for name in next(reader, (1, ()))[1])
                 rows = tuple(_rows(reader, header, str(path), next(positions.ranks)))
         except UnicodeDecodeError:
             text = f"not UTF-8 text (got '{path}'), expected the file to be saved as UTF-8"
@@ -360,13 +362,13 @@ def _check_size(path: Path) -> None:
         raise OSError(0, f"more than {LIMITS['bytes'][0]:,} bytes")
 
 
-def _rows(reader: Any, header: tuple[str, ...], file: str, rank: int) -> Iterator[_Row]:
-    for cells in reader:
+def _rows(reader: Iterator[tuple[int, list[str]]], header: tuple[str, ...], file: str, rank: int) -> Iterator[_Row]:
+    for number, cells in reader:
         if not any(cells):
             continue
         column, positions = 1, {}
         for name, cell in zip(header, cells, strict=False):
-            positions[name] = Position.in_file(rank, file, reader.line_num, column)
+            positions[name] = Position.in_file(rank, file, number, column)
             column += len(cell) + 1
         width = len(cells) if any(cells[len(header) :]) else min(len(cells), len(header))
         yield _Row(width, {name: cell.strip() for name, cell in zip(header, cells, strict=False)}, positions)

@@ -19,16 +19,21 @@ from typing import Any
 from desim_warehouse.errors import ModelError, did_you_mean, got, reason
 from desim_warehouse.values.fields import LIMITS
 
+NO_VALUE = "a formula without a stored value"
+"""Text of a cell whose formula was never calculated, as other programs than Excel write them."""
+RECALCULATE = "open and save the file in Excel"
+"""Cure for it."""
 _LARGEST_PART = 10_000_000  # bytes: larger parts may not unfold to too many times their size
 _FOLDED = 100  # times; sheets of orders are some 5 to 25
 _LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
 _LARGEST_ROW = 20  # megabytes
 _ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
+_FORMULA = re.compile(rb"<(?:\w+:)?f[ />]")
 _MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,7})"')
 
 
 def rows_of(path: Path, sheet: str | None) -> Iterator[list[str]]:
-    """Yield the rows of a sheet, by default the first, as text; formulas with the values last computed.
+    """Yield the rows of a sheet, by default the first, as text; formulas with the values last computed, or `NO_VALUE`.
 
     Cells that are merged downwards all have the value of the first.
 
@@ -71,12 +76,15 @@ def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
     if name not in names:
         hint = did_you_mean(name, names)
         raise ModelError([f"{path}: no sheet {got(name)}, expected one of its {len(names)} sheets{hint}"])
-    below = _merged(path, names.index(name) + 1)
     above: dict[int, tuple[int, Any]] = {}
     rows = book[name]
+    below, formulas = _merged(path, rows._worksheet_path), _not_computed(path, rows._worksheet_path)  # noqa: SLF001
     rows.reset_dimensions()  # which the file says, and with which rows of nothing are 16,384 cells
     for rank, row in enumerate(rows.iter_rows(values_only=True), 1):
         cells = _without_end(row)
+        for column in formulas.get(rank, ()):
+            cells += [None] * (column + 1 - len(cells))
+            cells[column] = NO_VALUE
         for column, (last, value) in above.items():
             if rank <= last:
                 cells += [None] * (column + 1 - len(cells))
@@ -129,21 +137,40 @@ def _check_cells(content: Any) -> None:
         length = others[-1] if others else length + first
 
 
-def _merged(path: Path, number: int) -> dict[int, list[tuple[int, int]]]:
+def _not_computed(path: Path, part: str) -> dict[int, list[int]]:
+    """Cells with a formula and no value, by the row (from 1): the columns (from 0)."""
+    from openpyxl.utils.cell import coordinate_to_tuple
+    from openpyxl.xml.functions import iterparse
+
+    columns: dict[int, list[int]] = {}
+    with zipfile.ZipFile(path) as file:
+        with file.open(part) as content:
+            if not any(map(_FORMULA.search, iter(lambda: content.read(1 << 20), b""))):
+                return columns
+        with file.open(part) as content:
+            for _, element in iterparse(content):
+                kind = element.tag.rpartition("}")[2]
+                if kind == "c" and element.get("r") and element.get("t") != "str":  # an empty text is a value
+                    values = {child.tag.rpartition("}")[2]: child.text for child in element}
+                    if "f" in values and not values.get("v"):
+                        row, column = coordinate_to_tuple(element.get("r", ""))
+                        columns.setdefault(row, []).append(column - 1)
+                elif kind == "row":
+                    element.clear()
+    return columns
+
+
+def _merged(path: Path, part: str) -> dict[int, list[tuple[int, int]]]:
     """Cells merged downwards, by the row (from 1) in which they begin: the column (from 0) and the last row."""
     from openpyxl.utils import column_index_from_string
 
     merged: dict[int, list[tuple[int, int]]] = {}
-    with zipfile.ZipFile(path) as file:
-        name = f"xl/worksheets/sheet{number}.xml"
-        if name not in file.namelist():
-            return merged
-        with file.open(name) as content:
-            before = b""
-            for block in chain(iter(lambda: content.read(1 << 20), b""), [b""]):
-                for left, top, _, bottom in _MERGED.findall(before + block):
-                    if int(bottom) > int(top):
-                        column = column_index_from_string(left.decode()) - 1
-                        merged.setdefault(int(top), []).append((column, int(bottom)))
-                before = (before + block)[-60:] if not _MERGED.search((before + block)[-60:]) else b""
+    with zipfile.ZipFile(path) as file, file.open(part) as content:
+        before = b""
+        for block in chain(iter(lambda: content.read(1 << 20), b""), [b""]):
+            for left, top, _, bottom in _MERGED.findall(before + block):
+                if int(bottom) > int(top):
+                    column = column_index_from_string(left.decode()) - 1
+                    merged.setdefault(int(top), []).append((column, int(bottom)))
+            before = (before + block)[-60:] if not _MERGED.search((before + block)[-60:]) else b""
     return merged

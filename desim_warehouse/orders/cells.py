@@ -14,7 +14,9 @@ import datetime as dt
 import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.order_lines import OrderRows, Problems, Reading
+from desim_warehouse.model.workbook import NO_VALUE, RECALCULATE
 from desim_warehouse.orders.export import Export
 from desim_warehouse.values.dates import TWOFOLD, Slashes, Times, across_midnight, end_across_midnight, read_times
 
@@ -45,6 +47,9 @@ class ExportRows(OrderRows):
         self._comma = export.decimal_comma
         self._slashes = dates
         self._per_load = per_load
+        for column in [name for name in ORDER_COLUMNS if name in export.cells]:
+            no_value = self.cells[column].str.contains(NO_VALUE, regex=False)
+            self.flag(no_value.to_numpy(), column, "no value", f"one; {RECALCULATE}")
         self._columns = {"release": (release := self._parsed("release"))}
         if later := across_midnight(release.clocks, how.clock):
             first = self.cells["release"].iloc[later[0]]

@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ModelError, first_of, got, nearest
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.orders import EXCEL, PARQUET, check_there, framed, parquet_chunks, unreadable
-from desim_warehouse.model.workbook import rows_of
+from desim_warehouse.model.workbook import rows_of, sheets_of
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 
@@ -93,7 +94,7 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
         if path.suffix.lower() in PARQUET:
             return _made(path, columns, _of_parquet(path, columns))
         if path.suffix.lower() in EXCEL:
-            return _made(path, columns, rows_of(path, sheet))
+            return _made(path, columns, rows_of(path, sheet), sheet=sheet)
         encoding = _encoding(path)
         delimiter = _delimiter(path, columns, encoding)
         return _made(path, columns, _of_text(path, encoding, delimiter), encoding, delimiter)
@@ -102,7 +103,12 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
 
 
 def _made(
-    path: Path, columns: Mapping[str, str], rows: Iterator[Sequence[str]], encoding: str = "", delimiter: str = ","
+    path: Path,
+    columns: Mapping[str, str],
+    rows: Iterator[Sequence[str]],
+    encoding: str = "",
+    delimiter: str = ",",
+    sheet: str | None = None,
 ) -> Export:
     """Make an export of the rows below the header, with assumptions in words."""
     head, names, ranks = _header(top := [*islice(rows, _HEAD)], columns)
@@ -110,7 +116,7 @@ def _made(
         raise ValueError(f"{len(names):,} columns, expected at most {LIMITS['columns'][0]:,}")
     for ours in ("release", *columns):
         if ours not in ranks:
-            raise _missing(path, ours, columns, names)
+            raise _missing(path, ours, columns, names, sheet)
     if twice := [names[rank] for rank in ranks.values() if names.count(names[rank]) > 1]:
         text = f"column {got(twice[0])} given twice, expected it once"
         raise ModelError([f"{path}: {text}; desim orders --map says which other is meant"])
@@ -150,7 +156,7 @@ def _limited(path: Path, rows: Iterable[Sequence[str]]) -> Iterator[Sequence[str
 
 def _of_text(path: Path, encoding: str, delimiter: str) -> Iterator[list[str]]:
     with path.open(encoding=encoding, newline="") as lines:
-        yield from csv.reader(lines, delimiter=delimiter)
+        yield from (cells for _, cells in csv_rows(lines, delimiter))
 
 
 def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str]]:
@@ -215,12 +221,21 @@ def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[i
     return 0, rows[0] if rows else [], {}
 
 
-def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[str]) -> ModelError:
+def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[str], sheet: str | None) -> ModelError:
+    """Return the error of a table without a column; of a workbook, it names the other sheets."""
+    sheets = sheets_of(path) if path.suffix.lower() in EXCEL else []
+    place, others = "", ""
+    if len(sheets) > 1:
+        read = sheet or sheets[0]
+        place = f" in sheet {got(read)}"
+        others = f"; --sheet reads another: {first_of([got(name) for name in sheets if name != read], 8)}"
     name = columns.get(ours, ours)
+    if not any(names):
+        return ModelError([f"{path}: empty{place}, expected a header with a column '{name}'{others}"])
     near = nearest(name, names)
     cure = f"did you mean '{near}'?" if near else f"desim orders --map {ours}=HEADING says what the file calls it"
-    headings = first_of([got(title) for title in names if title], 8) or "none"
-    return ModelError([f"{path}: no column '{name}' (it has {headings}); {cure}"])
+    headings = first_of([got(title) for title in names if title], 8)
+    return ModelError([f"{path}: no column '{name}'{place} (it has {headings}); {cure}{others}"])
 
 
 def _ours(names: Sequence[str], columns: Mapping[str, str]) -> dict[str, int]:

@@ -27,9 +27,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, did_you_mean, got, reason, spoken
-from desim_warehouse.model.workbook import rows_of, sheets_of
+from desim_warehouse.model.workbook import NO_VALUE, RECALCULATE, rows_of, sheets_of
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 from desim_warehouse.values.units import TABLE, UnitNames, converted
@@ -204,6 +205,8 @@ class TableRecord:
         """Return the value of a column; None for an empty cell or a missing column."""
         title = self.columns.named.get(name)
         value = None if title is None else self.values.get(title)
+        if value == NO_VALUE:
+            self.refuse(name, f"no value (got {got(value)}), expected one; {RECALCULATE}")
         return None if isinstance(value, str) and not value.strip() else value
 
     def refuse(self, name: str, text: str) -> NoReturn:
@@ -383,12 +386,7 @@ class _Table:
 
 def _lines(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the rows of a CSV text, each with the number of its last line; raise ModelError for other text."""
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    while True:
-        try:
-            cells = next(reader, None)
-        except csv.Error as error:
-            raise ModelError([f"{path}:{reader.line_num}: not a table ({error}), expected CSV"]) from None
-        if cells is None:
-            return
-        yield reader.line_num, cells
+    try:
+        yield from csv_rows(io.StringIO(text, newline=""), delimiter)
+    except csv.Error as error:
+        raise ModelError([f"{path}: not a table ({error}), expected CSV"]) from None

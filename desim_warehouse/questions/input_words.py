@@ -9,6 +9,7 @@ from desim_warehouse.answer.numbers import sentence
 from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import got, number_of
 from desim_warehouse.model import Model
+from desim_warehouse.values.distributions import in_unit
 
 if TYPE_CHECKING:
     from desim_warehouse.study.fit import Fitted
@@ -56,11 +57,14 @@ def fitted(fitting: Fitted, unit: str) -> list[str]:
     ]
 
 
-def proposed(fitting: Fitted, file: str, column: str) -> str:
-    """Return the line that proposes a distribution for the model file, or the measured times if none fits."""
+def proposed(fitting: Fitted, file: str, column: str, unit: str) -> str:
+    """Return the line that proposes a distribution for the model file, or the measured times if none fits.
+
+    Times have their unit, as a model may have another.
+    """
     if fitting.fits:
-        return f"proposed: {got(fitting.best.content())}"
-    return f"proposed, as none of them fits: {{empirical: {{file: {file}, column: {column}}}}}"
+        return f"proposed: {got(in_unit(fitting.best, unit))}"
+    return f"proposed, as none of them fits: {{empirical: {{file: {file}, column: {column}, unit: {unit}}}}}"
 
 
 def candidates(fitting: Fitted, unit: str) -> list[tuple[str, str]]:
@@ -75,7 +79,7 @@ def fit(fitting: Fitted, file: str, column: str, unit: str) -> Answer:
         kind="fit",
         name=column,
         question=f"Which distribution fits {column} of {file}?",
-        answer=(sentence(verdict), sentence(proposed(fitting, file, column)), sentence(measured)),
+        answer=(sentence(verdict), sentence(proposed(fitting, file, column, unit)), sentence(measured)),
         tables=(
             Folded(title="Distributions tried", head=("distribution", "AIC"), rows=tuple(candidates(fitting, unit))),
         ),

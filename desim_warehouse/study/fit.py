@@ -17,6 +17,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, did_you_mean, got, other_marks, reason
 from desim_warehouse.values.arrays import Floats, Ints
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.distributions import (
     Distribution,
     ExponentialTime,
@@ -322,7 +323,7 @@ class Fitted:
 
     @property
     def best(self) -> Distribution:
-        """The distribution that fits best."""
+        """The distribution that fits best, in the unit of the times."""
         return self.candidates[0].distribution
 
     @property
@@ -429,12 +430,14 @@ def read_times(path: Path, column: str) -> list[float]:
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows = csv.DictReader(lines, skipinitialspace=True)
-            names = rows.fieldnames or []
+            rows = csv_rows(lines, skip_spaces=True)
+            names = next(rows, (1, []))[1]
             if column not in names:
                 hint = other_marks(names) or did_you_mean(column, names)
-                raise StudyError(f"{path}: no column '{column}' (it has {', '.join(names) or 'none'}){hint}")
-            cells = [(rows.line_num, row[column]) for row in rows if row[column]]
+                have = f" (it has {', '.join(names)}){hint}" if any(names) else ", as the file is empty"
+                raise StudyError(f"{path}: no column '{column}'{have}")
+            rank = names.index(column)
+            cells = [(line, row[rank]) for line, row in rows if row[rank:] and row[rank]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise StudyError(f"{path}: cannot be read ({reason(error)}), expected a CSV file") from error
     times, problems = [], []

@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
@@ -316,10 +316,13 @@ class Observed(Part):
 
 
 class ObservedFile(Part):
-    """Measured times from a column of a CSV file, in the model's time unit."""
+    """Measured times from a column of a CSV file."""
 
     file: Name = Field(description="CSV file, relative to the model file")
     column: Name = Field(description="the column with the times")
+    unit: Literal["ms", "s", "min", "h", "d"] | None = Field(
+        None, description="of times without one; by default the unit of the model"
+    )
 
 
 class EmpiricalTime(Distribution):
@@ -413,13 +416,20 @@ def scaled(time: float | Distribution, factor: float) -> float | Distribution:
     """Return a time that may vary, made `factor` times as long."""
     if not isinstance(time, Distribution):
         return time * factor
-    return type(time).model_validate({time.kind: _times(time.content()[time.kind], factor)})
+    return type(time).model_validate({time.kind: _times(time.content()[time.kind], lambda part: part * factor)})
 
 
-def _times(value: Any, factor: float) -> Any:
+def in_unit(distribution: Distribution, unit: str) -> dict[str, Any]:
+    """Return a distribution as a model file has it, each of its times with a unit: `{uniform: [4 s, 12 s]}`."""
+    kind = distribution.kind
+    return {kind: _times(distribution.content()[kind], lambda part: f"{part:.15g} {unit}")}
+
+
+def _times(value: Any, change: Callable[[float], Any]) -> Any:
+    """Return the parameters of a distribution with its times changed."""
     if isinstance(value, Mapping):
-        return {key: item if key in _PURE else _times(item, factor) for key, item in value.items()}
-    return [_times(item, factor) for item in value] if isinstance(value, list) else value * factor
+        return {key: item if key in _PURE else _times(item, change) for key, item in value.items()}
+    return [_times(item, change) for item in value] if isinstance(value, list) else change(value)
 
 
 def mean_of(time: float | Distribution) -> float:

@@ -1,5 +1,8 @@
 """`desim fit`: what it proposes, the figure it writes, and files that it cannot read."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -34,11 +37,39 @@ def test_what_is_proposed_can_be_put_into_a_model(picks, tmp_path):
     assert {file.name for file in (tmp_path / "out").iterdir()} == {"answer.json", "fit.png", "fit.svg"}
 
 
+PROPOSED = re.compile(r"proposed[^:]*: (.*)")
+
+
+def proposal(file, column, *options):
+    """The mean load time, in seconds, of a model with what is proposed."""
+    text = PROPOSED.search(call(file, "--column", column, *options).stdout)[1]
+    return text, dw.load("models/tutorial.yaml", {"tasks.load_time": read_yaml(text, "proposed").data}).tasks.load_time
+
+
+def test_what_is_proposed_for_minutes_is_in_minutes(picks, tmp_path):
+    """Loads of 8.1 min are 486 s where a model is in seconds; in seconds they are 8.1 s."""
+    text, minutes = proposal(picks, "load_s", "--unit", "min")
+    assert text.startswith("{lognormal: {mean: 8.")
+    assert " min, cv: 0." in text
+    _, seconds = proposal(picks, "load_s")
+    assert minutes.mean == pytest.approx(60 * seconds.mean)
+    assert minutes.cv == seconds.cv
+    call(picks, "--column", "load_s", "--unit", "min", "--out", tmp_path / "out")
+    assert text in json.loads((tmp_path / "out" / "answer.json").read_text("utf-8"))["answer"][1]
+
+
 def test_where_nothing_fits_the_file_itself_is_proposed(tmp_path):
+    """The mean of 5, 5.1, 20 and 21 is 12.775: minutes, of which each has 60 s."""
     file = tmp_path / "two.csv"
     file.write_text("s\n" + "5\n5.1\n" * 20 + "20\n21\n" * 20, encoding="utf-8")
-    said = call(file, "--column", "s")
-    assert f"{{empirical: {{file: {file}, column: s}}}}" in said.stdout
+    text, minutes = proposal(file, "s", "--unit", "min")
+    assert text == f"{{empirical: {{file: {file}, column: s, unit: min}}}}"
+    assert minutes.mean == pytest.approx(60 * 12.775)
+    assert proposal(file, "s")[1].mean == pytest.approx(12.775)
+
+
+def test_a_unit_of_no_known_size_is_refused(picks):
+    assert "'min'" in call(picks, "--column", "load_s", "--unit", "minutes").output
 
 
 def test_cells_that_are_no_times_are_listed_by_row(tmp_path):

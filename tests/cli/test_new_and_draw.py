@@ -122,7 +122,9 @@ def test_what_is_not_given_suffices_by_hand(orders):
         ("--orders 0", "--orders 0: not a rate, expected orders an hour such as 200/h, or a day such as 1600/d"),
         ("--aisles 90", "--aisles 90: too many for 60 m (each would be -1.7 m wide), expected at most 18"),
         ("--aisles 1", "--aisles 1: too few, expected at least 2: robots go up one and down another"),
-        ("--size 20x5", "--size 20x5: too small, expected at least 7.2 m each way"),
+        ("--size 20x5", "--size 20x5: too small, expected at least 4.4 x 7.2 m"),
+        ("--size 2x2", "--size 2x2: too small, expected at least 4.4 x 7.2 m"),
+        ("--size 4.3x40 --aisles 2", "--size 4.3x40: too small, expected at least 4.4 x 7.2 m"),
         ("--robots 0", "--robots 0: out of range, expected 1 to 1000"),
         ("--stations 9 --aisles 8", "--stations 9: out of range, expected 1 to 8"),
         ("--lifts 1", "--lifts 1: one floor has no lift, expected --floors 2 or more beside it"),
@@ -191,6 +193,38 @@ def test_bare_in_a_terminal_it_asks(tmp_path, monkeypatch):
     model = dw.load("mine.yaml")
     assert (model.layout.blocks.columns, model.fleet.size) == (3, 5)
     assert (model.tasks.goods.poisson, model.tasks.goods.due_within) == (60, 600)
+
+
+def test_an_answer_that_cannot_be_is_asked_again_at_once(tmp_path, monkeypatch):
+    """Each wrong answer stands before the right one; at the end, the lanes of the floor do not hold 900 robots."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text("mine")
+    monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
+    answers = [
+        ("mine.yaml", "none/new.yaml", "new.yaml"),
+        ("40", "2x2", "30x20"),
+        ("60/x", "60/h"),
+        ("soon", "10"),
+        ("26", "always"),
+        ("1x1", "none"),
+        ("0", "2"),
+        ("0/h", "none"),
+        ("0", "one"),
+        ("90", "4"),
+        ("9", "2"),
+        ("900",),  # robots
+        ("1",),
+        ("5",),  # robots, again
+    ]
+    asked = call("new", input="".join(f"{reply}\n" for replies in answers for reply in replies))
+    assert asked.exit_code == 0, asked.output
+    problems = [line for line in asked.output.splitlines() if line.startswith("Error: ")]
+    assert [problem.split(": ")[1].split(" ")[0] for problem in problems] == [
+        "mine.yaml", "none/new.yaml", "size", "size", "orders", "not", "shifts", "peak", "packers", "inbound", "floors",
+        "aisles", "stations", "robots",
+    ]  # fmt: skip
+    model = dw.load("new.yaml")
+    assert (model.layout.blocks.columns, model.fleet.size) == (3, 5)
 
 
 def test_asked_for_it_takes_a_working_day(tmp_path, monkeypatch):

@@ -196,3 +196,57 @@ def test_a_workbook_with_a_damaged_part_is_refused(hall, tmp_path, part):
 def test_a_table_of_more_columns_than_a_table_has_is_refused(hall, tmp_path):
     said = refused(tmp_path, hall, "release," + ",".join(f"c{number}" for number in range(1000)) + "\n60\n")
     assert "cannot be read (1,001 columns, expected at most 1,000)" in said
+
+
+def of_articles(cells):
+    """Sixty orders of tube, from 06:05 on, a minute apart, some with another article."""
+    rows = [
+        f"{4700 + n};{cells.get(n, 'Rohr')};02.03.2026 {6 + (5 + n) // 60:02}:{(5 + n) % 60:02};1;3"
+        for n in range(1, 61)
+    ]
+    return "\n".join(["Auftragsnr;Artikel;Anlagedatum;Lagerplatz;Menge", *rows, ""])
+
+
+@pytest.mark.parametrize(
+    ("cells", "reason"),
+    [
+        (
+            {20: '"1/2 Zoll Rohr', 40: '"3/4 Zoll Rohr'},
+            "line 21: a cell that begins with a quote does not end with it (",
+        ),
+        ({20: '"1/2 Zoll Rohr'}, "line 21: a cell that begins with a quote does not end with it ("),
+        ({20: '"1/2" Rohr'}, "line 21: a cell that begins with a quote does not end with it ("),
+        (
+            {20: '"1/2 Zoll Rohr', 40: 'Rohr 3/4"'},
+            "line 21: two readings up to line 41: one row with a quoted cell, or",
+        ),
+        ({20: '"1/2 Zoll Rohr', 40: '3/4"'}, "line 21: two readings up to line 41: one row with a quoted cell, or"),
+    ],
+)
+def test_an_inch_sign_that_begins_a_cell_swallows_no_orders(hall, tmp_path, cells, reason):
+    (path := tmp_path / "day.csv").write_text(of_articles(cells))
+    with pytest.raises(dw.ModelError) as refused:
+        order_day(path, hall)
+    assert f"day.csv: cannot be read ({reason}" in str(refused.value)
+    assert "write a quote in a cell twice, and the cell in quotes" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "cell", ['Rohr 1/2"', '"""1/2 Zoll Rohr"', '"Rohr; 1/2 Zoll"', '"Rohr\r\n1/2 Zoll;\nverzinkt"']
+)
+def test_quotes_with_one_reading_are_read(hall, tmp_path, cell):
+    (path := tmp_path / "day.csv").write_text(of_articles({20: cell, 40: cell}))
+    day = order_day(path, hall)
+    assert (day.orders, day.pieces, day.problems) == (60, 180, ())
+
+
+def test_a_quote_that_spans_cells_of_one_row_is_refused(hall, tmp_path):
+    (path := tmp_path / "day.csv").write_text('release;from;to\n60;1;pack\n70;"1;pack"\n')
+    with pytest.raises(dw.ModelError, match="line 3: two readings up to line 3"):
+        order_day(path, hall)
+
+
+def test_a_quote_swallows_no_rows_of_a_plain_table(hall, tmp_path):
+    (path := tmp_path / "day.csv").write_text('release,order\n60,"1/2 in\n70,b\n80,"3/4 in\n')
+    with pytest.raises(dw.ModelError, match=r"day.csv: cannot be read \(line 2: a cell that begins with a quote"):
+        dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(path)}})

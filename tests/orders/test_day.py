@@ -36,6 +36,7 @@ def rows(form, separator=";", header="Auftragsnr;Angelegt am;Von Platz;Ziel;Meng
 
 MORNING = pd.Timestamp("2026-03-02 06:05").to_pydatetime()
 GERMAN = "%d.%m.%Y %H:%M:%S"
+ORDER_HEADINGS = ["order", "release", "from", "to", "due", "quantity"]
 HEAD = "Auftragsnr;Anlagedatum;Lagerplatz;Ziel;Menge"
 
 
@@ -327,7 +328,8 @@ def test_dates_with_slashes_are_refused_until_it_is_said_how_they_are_meant(hall
 
 
 HOSTILE = {
-    "nothing": ("a.csv", b"", "no column 'release'"),
+    "nothing": ("a.csv", b"", "empty, expected a header with a column 'release'"),
+    "blank lines": ("a.csv", b"\n;;\n\n", "empty, expected a header with a column 'release'"),
     "garbage": ("a.csv", bytes(range(256)) * 20, "cannot be read|no column"),
     "garbage in Excel": ("a.xlsx", b"PK\3\4" + b"x" * 1000, "cannot be read"),
     "garbage in Parquet": ("a.parquet", b"PAR1" + b"x" * 1000, "cannot be read"),
@@ -359,7 +361,84 @@ def test_formulas_count_as_they_were_last_worked_out(hall, tmp_path):
     path = tmp_path / "a.xlsx"
     path.write_bytes(book(("orders", [["release", "from"], [10, 1], [None, 2]]), formulas=[("A3", "=A2+10")]))
     [problem] = order_day(path, hall).problems  # nobody has worked it out
-    assert "row 2, release: not a time" in problem
+    cure = "open and save the file in Excel"
+    assert f"row 2, release: no value (got 'a formula without a stored value'), expected one; {cure}" in problem
+
+
+@pytest.mark.parametrize("column", ORDER_HEADINGS)
+def test_a_formula_that_was_never_calculated_is_no_empty_cell(column, hall, tmp_path):
+    (path := tmp_path / "a.xlsx").write_bytes(
+        book(
+            ("orders", [ORDER_HEADINGS, ["a", 10, 1, "pack", 90, 3]] + [[]] * 2),
+            formulas=[(f"{'ABCDEF'[ORDER_HEADINGS.index(column)]}2", "=3+0"), ("H1", "=2+2"), ("H2", "=2+2")],
+        )
+    )
+    [problem] = order_day(path, hall).problems
+    assert f"row 1, {column}: no value (got 'a formula" in problem
+
+
+def test_a_formula_whose_value_is_an_empty_text_is_an_empty_cell(hall, tmp_path):
+    source, out = zipfile.ZipFile(io.BytesIO(book(("a", [["release", "due"], [60, 90], [70, 95]])))), io.BytesIO()
+    with zipfile.ZipFile(out, "w") as file:
+        for part in source.infolist():
+            empty = b'<c r="B2" t="str"><f>""</f><v></v></c>'
+            file.writestr(part, source.read(part).replace(b'<c r="B2" t="n"><v>90</v></c>', empty))
+    (path := tmp_path / "a.xlsx").write_bytes(out.getvalue())
+    assert [line.due for line in order_day(path, hall).lines] == [None, 95]
+
+
+def test_cells_are_merged_in_the_sheet_that_is_read_wherever_it_stands(hall, tmp_path):
+    """A cover that was moved to the front keeps its part of the file, the second."""
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
+    rows_ = [["order", "release"], ["a", 60], [None, 70]]
+    made = openpyxl.load_workbook(io.BytesIO(book(("orders", rows_), ("cover", [["Export"]]))))
+    made["orders"].merge_cells("A2:A3")
+    made.save(path := tmp_path / "a.xlsx")
+    source, out = zipfile.ZipFile(io.BytesIO(path.read_bytes())), io.BytesIO()
+    with zipfile.ZipFile(out, "w") as file:
+        for part in source.infolist():
+            content = source.read(part)
+            if part.filename == "xl/workbook.xml":
+                begin, end = content.index(b"<sheets>") + 8, content.index(b"</sheets>")
+                first, second, _ = content[begin:end].split(b"/>")
+                content = content[:begin] + second + b"/>" + first + b"/>" + content[end:]
+            file.writestr(part, content)
+    path.write_bytes(out.getvalue())
+    assert [line.order for line in order_day(path, hall, sheet="orders").lines] == ["a", "a"]
+
+
+def test_a_cover_in_front_of_the_orders_is_told_with_the_other_sheets(hall, tmp_path):
+    path = tmp_path / "a.xlsx"
+    path.write_bytes(book(("Cover", [["Export of 2 March"]]), ("Data", [["Pos"], [1]]), ("Notes", [])))
+    with pytest.raises(dw.ModelError) as cover:
+        order_day(path, hall)
+    assert "no column 'release' in sheet 'Cover' (it has 'Export of 2 March'); desim orders --map" in str(cover.value)
+    assert str(cover.value).endswith("; --sheet reads another: 'Data', 'Notes'")
+    with pytest.raises(dw.ModelError) as notes:
+        order_day(path, hall, sheet="Notes")
+    assert str(notes.value) == (
+        f"{path}: empty in sheet 'Notes', expected a header with a column 'release'; "
+        "--sheet reads another: 'Cover', 'Data'"
+    )
+    path.write_bytes(book(("Cover", [])))
+    with pytest.raises(dw.ModelError, match=r"a.xlsx: empty, expected a header with a column 'release'$"):
+        order_day(path, hall)
+
+
+def test_a_folder_is_no_file_of_orders(hall, tmp_path):
+    with pytest.raises(dw.ModelError, match=r"cannot be read \(a folder\), expected orders in CSV"):
+        order_day(tmp_path, hall)
+
+
+@pytest.mark.parametrize("name", ["orders.xlsx", "orders.txt", "orders"])
+def test_orders_are_written_under_no_name_that_models_read_otherwise(name, hall, tmp_path):
+    (tmp_path / "day.csv").write_text("release\n60\n")
+    done = CliRunner().invoke(
+        desim, ["orders", str(tmp_path / "day.csv"), "--model", str(hall), "--out", str(tmp_path / name)]
+    )
+    assert done.exit_code == 2
+    assert "is no table that models read, expected one that ends in .parquet or .pq or .csv" in done.output
+    assert not (tmp_path / name).exists()
 
 
 def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path, monkeypatch):

@@ -79,7 +79,12 @@ SAID = [
     ("nodes", "C;10;8", ";10;8", "nodes.csv:4: Name: empty, expected a name"),
     ("nodes", "C;10;8", "A;10;8", "nodes.csv:4: Name: a node of this name stands before (got 'A')"),
     ("nodes", "C;10;8;;;", "C;10;8;;;;;x", "nodes.csv:4: 8 cells, expected at most 6"),
-    ("nodes", "shelf 7", '"shelf 7', "nodes.csv:7: not a table (unexpected end of data)"),
+    (
+        "nodes",
+        "shelf 7",
+        '"shelf 7',
+        "nodes.csv: not a table (line 3: a cell that begins with a quote does not end with it (unexpected end of data)",
+    ),
     ("nodes", "shelf 7", "caf\xe9", "nodes.csv:3: not UTF-8 text (got byte 0xe9)"),
     (
         "edges",
@@ -155,6 +160,10 @@ def test_what_is_wrong_with_a_workbook_is_said_with_sheet_and_row(tmp_path):
     book.create_sheet("edges").append(["from", "to"])
     book.save(path)
     with pytest.raises(dw.ModelError, match=r"hall\.xlsx, nodes:2: y: "):
+        import_layout(path)
+    book["nodes"]["A2"] = '="A"'
+    book.save(path)
+    with pytest.raises(dw.ModelError, match=r"hall\.xlsx, nodes:2: name: no value \(got 'a formula without a stored"):
         import_layout(path)
     path.write_bytes(path.read_bytes()[:900])
     with pytest.raises(dw.ModelError, match=r"hall\.xlsx: cannot be read \(.*\), expected a workbook of Excel"):

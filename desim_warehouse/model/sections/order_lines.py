@@ -207,11 +207,12 @@ class OrderRows:
         return [OrderLine(*cells) for bad, *cells in rows if not bad]
 
     def flag(self, rows: Any, column: Any, wrong: str, expected: str) -> None:
-        """Note that some rows, by a mask or their ranks, have a problem in a column."""
+        """Note that some rows, by a mask or their ranks, have a problem in a column, the first of a cell alone."""
         import numpy as np
 
         mask = np.zeros(len(self.cells), dtype=bool)
         mask[rows] = True
+        mask &= ~np.array(self._refused.get(column, False))
         if mask.any():
             self.bad |= mask
             self._refused[column] = self._refused.get(column, False) | mask
@@ -265,8 +266,7 @@ class OrderRows:
         late, early = values > _LATEST / self.how.seconds, values < 0
         self.flag(late, column, "later than 10 years after the start of the run", "seconds from it, or a date")
         self.flag(early, column, "before the start of the run", _TIME)
-        unread = np.isnan(values) & ~np.array(self._refused.get(column, False))
-        self.flag(unread & ((column == "release") | (text != "").to_numpy()), column, "not a time", _TIME)
+        self.flag(np.isnan(values) & ((column == "release") | (text != "").to_numpy()), column, "not a time", _TIME)
         return np.where(late | early, np.nan, values)
 
     def _whole(self, column: str, least: int, expected: str) -> list[int | None]:
@@ -277,8 +277,7 @@ class OrderRows:
         text = self.cells[column]
         values = self.amounts(column, text)
         good = (values >= least) & (values == np.floor(values)) & (values <= LIMITS["number"][0])
-        wrong = ~good & (text != "").to_numpy() & ~np.array(self._refused.get(column, False))
-        self.flag(wrong, column, "not a number of this kind", expected)
+        self.flag(~good & (text != "").to_numpy(), column, "not a number of this kind", expected)
         return [int(value) if is_good else None for value, is_good in zip(values.tolist(), good.tolist(), strict=True)]
 
     def _ends(self, column: str) -> list[str | int | None]:

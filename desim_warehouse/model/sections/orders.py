@@ -24,6 +24,7 @@ from desim_warehouse.errors import ModelError, first_of, got, nearest, reason
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, FlowSpec, OrdersArrivals, OrdersFile
 from desim_warehouse.model.sections.order_lines import BEYOND, ISO, OrderLine, OrderRows, Problems, Reading
+from desim_warehouse.values.csv_rows import csv_rows
 from desim_warehouse.values.fields import LIMITS, FrozenMap
 
 if TYPE_CHECKING:
@@ -110,11 +111,13 @@ def not_plain(path: Path) -> list[str]:
 def check_there(path: Path) -> tuple[int, int]:
     """Return when a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
     try:
-        if not path.is_file():
-            raise FileNotFoundError(2, "no such file")
         state = path.stat()
+    except FileNotFoundError:
+        raise ModelError([unreadable(path, OSError(0, "no such file"))]) from None
     except (OSError, ValueError) as error:
         raise ModelError([unreadable(path, error)]) from None
+    if not path.is_file():
+        raise ModelError([unreadable(path, OSError(0, "a folder" if path.is_dir() else "not a file"))])
     return state.st_mtime_ns, state.st_size
 
 
@@ -134,7 +137,7 @@ def _names(path: Path) -> list[str]:
 
         return list(parquet.read_schema(path).names)
     with path.open(encoding="utf-8-sig", newline="") as lines:
-        return [name.strip() for name in next(csv.reader(lines), [])]
+        return [name.strip() for name in next(csv_rows(lines), (1, []))[1]]
 
 
 def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.DataFrame]:
@@ -147,7 +150,7 @@ def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.D
                 yield framed(zip(*cells, strict=True), wanted, begin)
             return
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows, begin = islice(csv.reader(lines), 1, None), 1
+            rows, begin = (cells for _, cells in islice(csv_rows(lines), 1, None)), 1
             while some := list(islice(rows, CHUNK)):
                 yield framed(some, names, begin)
                 begin += len(some)
