@@ -159,9 +159,15 @@ class Scale:
         An end that would look equal to `target` gets more digits.
         """
         if mean.interval is None:
+            if mean.n > 1 and not mean.deterministic:
+                return self.agreeing(mean.mean, mean.n)
             return f"{self.value(mean.mean)} ({'exact' if mean.deterministic else 'one run'})"
         few = f", {number_of(mean.n, 'run')}" if not mean.sd and mean.n < _FEW else ""
         return self.within(mean.mean, *mean.interval, target) + few
+
+    def agreeing(self, value: float, runs: int) -> str:
+        """Format a value that random runs agree in and that has no interval: `0 s (the same in all 5 runs)`."""
+        return f"{self.value(value)} (the same in all {runs} runs)"
 
     def within(self, mean: float, low: float, high: float, target: float | None = None) -> str:
         """Format a mean with its unit and the ends of its interval, to the digits needed: `97.4 % (97.1 to 97.7)`.

@@ -26,7 +26,7 @@ from desim_warehouse.outcome.indicators import judged_by, why_no_value
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
 from desim_warehouse.outcome.verdicts import judge_design, piles_up
-from desim_warehouse.questions.judged import within
+from desim_warehouse.questions.judged import estimated
 from desim_warehouse.questions.study import Results
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.execution.work import Outcome
@@ -232,6 +232,8 @@ class RunsSoFar:
             return scale.estimate(estimate)
         if look is None:
             return scale.value(estimate.mean)
+        if look.agrees:
+            return scale.agreeing(look.mean, look.n)
         if look.low is None or look.high is None:
             return scale.value(look.mean)
         return scale.within(look.mean, look.low, look.high, target.value)
@@ -277,7 +279,7 @@ class RunsSoFar:
                 continue
             scale = self.scale(name)
             low, high = estimate.interval or (None, None)
-            text = within(name, scale, (estimate.mean, low, high)).text
+            text = estimated(name, scale, estimate).text
             if name == self.main and self._can_meet(target):
                 look, text = self.look(target), self.main_in_words(target)
                 low, high = (None, None) if look is None else (look.low, look.high)

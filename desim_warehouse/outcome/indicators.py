@@ -74,6 +74,7 @@ _COUNTS: dict[Unit, tuple[str, str]] = {
     "share of orders": ("orders_due", "orders"),
 }
 """The indicator that counts the whole of a share, and the indicator that did so before 0.4.0."""
+_COUNTED: frozenset[Unit] = frozenset(["count", "tasks"])
 _MEASURED: frozenset[Unit] = frozenset(
     [
         *("time", "length", "energy", "money per year", "money per task"),
@@ -124,6 +125,11 @@ class Indicator:
     def is_share(self) -> bool:
         """Whether the indicator is a share, which is at most 1 and shown in per cent."""
         return self.unit.startswith("share")
+
+    @property
+    def is_count(self) -> bool:
+        """Whether the indicator counts events or tasks."""
+        return self.unit in _COUNTED
 
     @property
     def within(self) -> tuple[float, float]:
@@ -889,6 +895,12 @@ def within(name: str) -> tuple[float, float]:
     """Return the range of an indicator by its name (`Indicator.within`); unbounded for an unknown name."""
     indicator = look_up(name)
     return (-math.inf, math.inf) if indicator is None else indicator.within
+
+
+def is_count(name: str) -> bool:
+    """Whether an indicator counts events or tasks; not for an unknown name."""
+    indicator = look_up(name)
+    return indicator is not None and indicator.is_count
 
 
 def is_measured(name: str) -> bool:

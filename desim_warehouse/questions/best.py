@@ -378,12 +378,7 @@ def _numbers(searched: SearchedDesigns, candidate: JudgedDesign) -> list[ShownNu
     if searched.target is not None:
         means[searched.target.indicator] = (candidate.reached, searched.target.value)
     return [
-        judged.within(
-            name,
-            words.scale(name, searched.model, [mean.mean if aim is None else aim]),
-            (mean.mean, *(mean.interval or (None, None))),
-            aim,
-        )
+        judged.estimated(name, words.scale(name, searched.model, [mean.mean if aim is None else aim]), mean, aim)
         for name, (mean, aim) in means.items()
         if mean is not None
     ]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.numbers import PERCENT, Scale, capital
+from desim_warehouse.answer.numbers import PERCENT, Mean, Scale, capital
 from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, ShownDay, ShownNumber, Subject
 from desim_warehouse.answer.standing import Standing, standing
 from desim_warehouse.model import Model
@@ -21,11 +21,17 @@ from desim_warehouse.study.target import Days
 
 def number(verdict: DesignVerdict[Any], target: Target, model: Model) -> ShownNumber:
     """Return the mean of a judged design, with the bounds of its verdict."""
-    mean_and_ends = verdict.mean, verdict.low, verdict.high
-    shown = within(target.indicator, scale_of(target, model), mean_and_ends, target.value)
-    if not verdict.agrees:
-        return shown
-    return shown.model_copy(update={"text": f"{shown.text} (the same in all {verdict.n} runs)"})
+    scale = scale_of(target, model)
+    if verdict.agrees:
+        return ShownNumber(of=target.indicator, mean=verdict.mean, text=scale.agreeing(verdict.mean, verdict.n))
+    return within(target.indicator, scale, (verdict.mean, verdict.low, verdict.high), target.value)
+
+
+def estimated(indicator: str, scale: Scale, estimate: Mean, aim: float | None = None) -> ShownNumber:
+    """Return a mean with its interval; without one, it says whether random runs agree."""
+    if estimate.interval is None and estimate.n > 1 and not estimate.deterministic:
+        return ShownNumber(of=indicator, mean=estimate.mean, text=scale.agreeing(estimate.mean, estimate.n))
+    return within(indicator, scale, (estimate.mean, *(estimate.interval or (None, None))), aim)
 
 
 def scale_of(target: Target, model: Model) -> Scale:

@@ -150,9 +150,7 @@ class _Studied:
         if estimate is None or (of_time and lasts_not(verdicts)):
             return None
         aim = self.goal.value if self.goal is not None and indicator == self._aim() else None
-        return judged.within(
-            indicator, self.scales[indicator], (estimate.mean, *(estimate.interval or (None, None))), aim
-        )
+        return judged.estimated(indicator, self.scales[indicator], estimate, aim)
 
     def _aim(self) -> str | None:
         """Return the indicator of the target; None without a target."""

@@ -270,7 +270,7 @@ class _Held:
         if base is None:
             return []
         scale = words.scale(self.costs.indicator, self.model, (base.mean,))
-        shown = judged.within(self.costs.indicator, scale, (base.mean, *(base.interval or (None, None))))
+        shown = judged.estimated(self.costs.indicator, scale, base)
         return [judged.tile(shown.text, f"{self.of}, as it is")]
 
     def _health(self) -> list[BigNumber]:

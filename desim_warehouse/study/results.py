@@ -20,7 +20,7 @@ from desim_warehouse.folders import JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome import targets
-from desim_warehouse.outcome.indicators import chosen, judged_by, within
+from desim_warehouse.outcome.indicators import chosen, is_count, judged_by, within
 from desim_warehouse.outcome.verdicts import Verdict, end_of_run, judge_design
 from desim_warehouse.study import rare
 from desim_warehouse.study.design import Point, baseline_point
@@ -273,7 +273,9 @@ class ResultsData:
         if not values:
             return None
         exact = self._is_free_of_chance(rows, indicator)
-        return intervals.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
+        return intervals.estimate(
+            values, self.plan.confidence, deterministic=exact, within=within(indicator), counts=is_count(indicator)
+        )
 
     def _is_free_of_chance(self, rows: Sequence[Row], indicator: str) -> bool:
         """Whether one run of a design gives an indicator exactly, as all its runs do where chance plays no part in it.

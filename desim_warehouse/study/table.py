@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.outcome.indicators import INDICATORS, counted_in, no_run_has, within
+from desim_warehouse.outcome.indicators import INDICATORS, counted_in, is_count, no_run_has, within
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED, Label
 from desim_warehouse.values.labels import plain
@@ -228,7 +228,13 @@ def cells(
         result.append(
             Cell(
                 key,
-                estimate(sample, confidence, deterministic=fixed, within=(low, high)),
+                estimate(
+                    sample,
+                    confidence,
+                    deterministic=fixed,
+                    within=(low, high),
+                    counts=is_count(indicator) and scale == 1,
+                ),
                 {int(r): value for r, value in zip(values.index, values, strict=True)},
             )
         )

@@ -1,15 +1,16 @@
 """Tipping points, for `desim plan --uncertain`: the value of an input up to which a fleet meets the target.
 
 Probes are simulated at both ends of the input's range, and then by bisection where the verdict changes. They share
-their days, so that only the input differs. Bisection continues while runs show on which side of the target a probe
-lies; the last three probes give the interval (`statistics.thresholds`).
+their days, so that only the input differs. The interval reaches from the last probe that runs show to lie on one side
+of the target to the first on the other. It assumes only that the verdict changes once. A curve through the probes
+would give narrower intervals, but times that rise steeply towards full load, and steps, are not on it.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,21 +19,19 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.fleet.designs import refused
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics.intervals import t_quantile
+from desim_warehouse.study.statistics.judge import judged
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.thresholds import crossing
 from desim_warehouse.study.study import searched
 from desim_warehouse.study.target import read_target
-from desim_warehouse.values.arrays import Floats
 
-DAYS, EXACT_DAYS = 10, 2
+DAYS, EXACT_DAYS = 10, 1
 """Numbers of runs at each probe, with and without randomness."""
 HALVINGS = 4
-"""Largest number of bisections, so that the last two probes around a threshold are a sixteenth of the range apart."""
+"""Number of bisections: if runs decide on all probes, the last two are a sixteenth of the range apart."""
 MOST_RUNS = (2 + HALVINGS) * DAYS
 """Largest number of runs of an input."""
-_LEVEL = 0.995
-"""Confidence of each end of an interval, which allows for repeated looks: of 300 synthetic plants 95 % hold."""
+_LEVEL = 0.975
+"""Confidence of each verdict on a probe. Intervals hold more often, as only probes near the threshold are in doubt."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def thresholds(
     inputs = [_Input(key, *_range(model, key, ends), goal) for key, ends in uncertain.items()]
     if not inputs:
         raise StudyError("uncertain: nothing, expected keys with their lowest and highest value")
-    ends = [(input_.key, end) for input_ in inputs for end in (input_.below, input_.above)]
+    ends = [(input_.key, end) for input_ in inputs for end in (input_.low, input_.high)]
     cases = {f"{key}={end!r}": {key: end} for key, end in ends}
     study = searched(model, {"design": {"cases": cases}}, search, name="uncertain", target=goal.text)
     numbers = {probe: number for number, probe in enumerate(ends)}
@@ -110,16 +109,15 @@ def _range(model: Model, key: str, ends: tuple[float, float]) -> tuple[float, fl
 
 
 class _Input:
-    """An input, the probes around its threshold, and the target's indicator at each probe day by day."""
+    """An input, and the target's indicator at each of its probes, day by day; one day if there is no randomness."""
 
     def __init__(self, key: str, low: float, high: float, goal: Target) -> None:
         self.key, self.low, self.high, self.goal = key, low, high, goal
-        self.below, self.above, self.middle = low, high, (low + high) / 2
-        self.days: dict[float, Floats] = {}
+        self.days: dict[float, list[float]] = {}
 
     def is_enough(self, probe: float) -> bool:
         """Whether the mean at a probe meets the target."""
-        return self.goal.met_by(float(self.days[probe].mean()))
+        return self.goal.met_by(float(np.mean(self.days[probe])))
 
     @property
     def turns(self) -> bool:
@@ -127,42 +125,50 @@ class _Input:
         return self.is_enough(self.low) != self.is_enough(self.high)
 
     def is_decided(self, probe: float) -> bool:
-        """Whether the runs of a probe are enough to show on which side of the target it lies."""
-        days = self.days[probe]
-        error = t_quantile(len(days) - 1, _LEVEL) * float(days.std(ddof=1)) / math.sqrt(len(days))
-        return abs(float(days.mean()) - self.goal.value) > error
+        """Whether the runs of a probe show on which side of the target it lies."""
+        days, within = self.days[probe], self.goal.measure.within
+        return judged(probe, days, self.goal, _LEVEL, len(days) == EXACT_DAYS, within).verdict != "undecided"
 
-    def narrow(self) -> None:
-        """Halve the range (bisection): move one end to the middle, and take another middle."""
-        if self.is_enough(self.middle) == self.is_enough(self.below):
-            self.below = self.middle
-        else:
-            self.above = self.middle
-        self.middle = (self.below + self.above) / 2
+    def bracket(self) -> list[float]:
+        """Return the probes around the tipping point: one on each side of the target, and undecided ones between.
+
+        At an end of the range, a probe stands for its side even if it is undecided.
+        """
+        probes, at_low = sorted(self.days), self.is_enough(self.low)
+        sure = [probe for probe in probes if probe in (self.low, self.high) or self.is_decided(probe)]
+        above = next(probe for probe in sure if self.is_enough(probe) != at_low)
+        below = max(probe for probe in sure if probe < above)
+        return [probe for probe in probes if below <= probe <= above]
+
+    def next_probe(self) -> float:
+        """Return the middle of the wider of the two outer gaps between the probes around the tipping point."""
+        probes = self.bracket()
+        gaps = (probes[0], probes[1]), (probes[-2], probes[-1])
+        return sum(max(gaps, key=lambda gap: gap[1] - gap[0])) / 2
 
     def threshold(self) -> InputThreshold:
-        """Return the tipping point that follows from the runs."""
+        """Return the tipping point that follows from the runs; between two probes, means are interpolated."""
         enough = self.is_enough(self.low), self.is_enough(self.high)
         if not self.turns:
             are_decided = self.is_decided(self.low) and self.is_decided(self.high)
             return InputThreshold(self.key, self.low, self.high, enough, None, None, are_decided)
-        probes = [self.below, self.middle, self.above]
-        turn = crossing(probes, np.array([self.days[probe] for probe in probes]).T, self.goal.value, _LEVEL)
-        assert turn is not None  # the ends lie on different sides of the target
-        within = max(turn.low, self.low), min(turn.high, self.high)
-        confirmed = math.isfinite(turn.low) and math.isfinite(turn.high)
-        return InputThreshold(self.key, self.low, self.high, enough, turn.at, within, confirmed)
+        probes = self.bracket()
+        first, last = probes[0], probes[-1]
+        are_decided = self.is_decided(first) and self.is_decided(last)
+        below, above = next(pair for pair in pairwise(probes) if self.is_enough(pair[1]) != enough[0])
+        off_below, off_above = (abs(float(np.mean(self.days[probe])) - self.goal.value) for probe in (below, above))
+        crossing = below + (above - below) * (off_below / (off_below + off_above))
+        return InputThreshold(self.key, self.low, self.high, enough, crossing, (first, last), are_decided)
 
 
 def threshold_steps(inputs: Sequence[_Input], number: Callable[[str, float], int], days: int) -> Procedure[int]:
     """Request the runs of all inputs at once; `number` gives the design of a probe. Returns how many runs."""
+    for input_ in inputs:
+        input_.days.clear()  # where runs turn out to be random after all, this starts anew
     yield from _measured([(input_, end) for input_ in inputs for end in (input_.low, input_.high)], number, days)
-    halved = [input_ for input_ in inputs if input_.turns]
-    for left in reversed(range(HALVINGS)):
-        yield from _measured([(input_, input_.middle) for input_ in halved], number, days)
-        halved = [input_ for input_ in halved if left and input_.is_decided(input_.middle)]
-        for input_ in halved:
-            input_.narrow()
+    turning = [input_ for input_ in inputs if input_.turns]
+    for _ in range(HALVINGS):
+        yield from _measured([(input_, input_.next_probe()) for input_ in turning], number, days)
     return days * sum(len(input_.days) for input_ in inputs)
 
 
@@ -171,7 +177,5 @@ def _measured(
 ) -> Procedure[None]:
     """Do the runs of some probes, on the same days."""
     values = yield from request([(number(input_.key, probe), day) for input_, probe in probes for day in range(days)])
-    for (input_, probe), measured in zip(
-        probes, np.reshape(np.asarray(values, float), (len(probes), days)), strict=True
-    ):
-        input_.days[probe] = measured
+    for place, (input_, probe) in enumerate(probes):
+        input_.days[probe] = list(values[place * days : (place + 1) * days])

@@ -93,7 +93,9 @@ def test_numbers_as_people_read_them(value, shown):
     [
         ([1044.4, 4651.9, 2848.0], {}, "2,800 (−1,600 to 7,300)"),
         ([135.2, 140.1, 147.1], {}, "141 (126 to 156)"),
-        ([0.0, 0.0, 0.0], {"within": (0, math.inf)}, "0 (0 to 0.71), 3 runs"),
+        ([0.0, 0.0, 0.0], {"within": (0, math.inf), "counts": True}, "0 (0 to 1.2), 3 runs"),
+        ([0.0, 0.0, 0.0], {"within": (0, math.inf)}, "0 (the same in all 3 runs)"),
+        ([0.0, 0.0, 0.0], {"within": (0, math.inf), "deterministic": True}, "0 (exact)"),
         ([1168.25], {"deterministic": True}, "1,168 (exact)"),
         ([5.0], {}, "5 (one run)"),
     ],

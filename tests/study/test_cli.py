@@ -104,7 +104,7 @@ def test_only_single_runs_are_said_to_say_little(tmp_path):
     vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "rotations", "--out", tmp_path]
     assert "One run of a random model" in call("what-if", MULTIBOTS, *vary).stdout
     result = call("what-if", MULTIBOTS, *vary, "--replications", "3")
-    assert "0 (0 to 0.71) " in result.stdout
+    assert "0 (0 to 1.2) " in result.stdout
     assert "One run of a random model" not in result.stdout
 
 

@@ -1,12 +1,15 @@
 """Made-up plants whose thresholds are known exactly, and what a search says of them.
 
-`python -m tests.study.tipping_banks 50` prints how many thresholds lie in their intervals, and how wide these are.
+`python -m tests.study.tipping_banks 50` prints how many thresholds lie in their intervals, and how wide these are:
+those of plants, and those of inputs with a mean of each shape.
 """
 
 import math
 import random
 import sys
 from functools import cache
+
+import numpy as np
 
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
@@ -101,6 +104,82 @@ def judged(plant, thresholds):
     return right, widths
 
 
+class Curve:
+    """One input, 0 to 1, whose mean has a shape; days share most of their noise, which is skewed for every other."""
+
+    key, low, high = "tasks.demand", 0.0, 1.0
+    goal = read_target("cycle_time_mean <= 100")
+
+    def __init__(self, shape, number):
+        self.name = f"{shape} {number}"
+        draw = random.Random(self.name)
+        self.truth, self.noise, self.skewed = draw.uniform(0.1, 0.9), 10 ** draw.uniform(-1.8, -0.3), number % 2
+        full, width = draw.uniform(0.6, 0.98), 10 ** draw.uniform(-2, -0.5)
+        self.mean = {
+            "line": lambda x: x,
+            "hyperbola": lambda x: 1 / (1 - full * x),
+            "logistic": lambda x: 1 / (1 + math.exp((self.truth - x) / width)),
+            "step": lambda x: float(x > self.truth),
+        }[shape]
+        self.at_truth = 0.5 if shape == "step" else self.mean(self.truth)
+        self.varies = 1.5 if shape == "hyperbola" else 0  # as queues do, the more the longer they are
+
+    def run(self, x, day):
+        both = [random.Random(f"{self.name} {day} {own}") for own in ("", x)]
+        shared, own = ((r.gammavariate(2, 1) - 2) / math.sqrt(2) if self.skewed else r.gauss(0, 1) for r in both)
+        noise = self.noise * self.mean(x) ** self.varies * (0.8 * shared + 0.6 * own)
+        return 100 + self.mean(x) - self.at_truth + noise
+
+
+class Queue:
+    """A station M/M/1 and 30 s of driving: mean cycle time 30 + 100 / (1 - 0.3 demand), so 230 s at a demand of 5/3.
+
+    A service takes 100 s, and 10.8 orders an hour arrive at a demand of 1, a load of 0.3.
+    """
+
+    key, truth = "tasks.demand", 5 / 3
+    goal = read_target("cycle_time_mean <= 230")
+
+    def __init__(self, _, number):
+        self.name, draw = number, random.Random(number)
+        self.low, self.high = (1.0, 3.2) if number % 2 else (draw.uniform(0.3, 1.4), draw.uniform(2.2, 3.2))
+
+    def run(self, x, day):
+        rng = np.random.default_rng([self.name, int(day)])
+        between, services = rng.exponential(3600 / 10.8, 500), rng.exponential(100, 500)
+        arrivals = np.cumsum(between) / x
+        services = services[arrivals < 40_000]
+        arrivals, work = arrivals[: len(services)], np.cumsum(services)
+        ends = work + np.maximum.accumulate(arrivals - work + services)
+        counted = (ends > 5_000) & (ends < 40_000)
+        return 30 + float((ends - arrivals)[counted].mean())
+
+
+SHAPES = {"line": Curve, "hyperbola": Curve, "logistic": Curve, "step": Curve, "station": Queue}
+
+
+def shaped(shape, count):
+    """Of inputs with a mean of one shape: whether each threshold is in its interval, how wide, and if confirmed."""
+    told = []
+    for number in range(count):
+        curve, probes = SHAPES[shape](shape, number), []
+
+        def design(_, value, probes=probes):
+            probes.append(value)
+            return len(probes) - 1
+
+        ranged = _Input(curve.key, curve.low, curve.high, curve.goal)
+        follow(
+            threshold_steps([ranged], design, DAYS),
+            lambda at, day, curve=curve, probes=probes: curve.run(probes[at], day),
+        )
+        threshold = ranged.threshold()
+        if threshold.at is not None:
+            low, high = threshold.within
+            told.append((low <= curve.truth <= high, (high - low) / (curve.high - curve.low), threshold.confirmed))
+    return told
+
+
 def main(count):
     """Print how many thresholds are in their intervals."""
     right, widths, runs, confirmed, missed = [], [], 0, 0, 0
@@ -121,6 +200,12 @@ def main(count):
         f"sides, {missed} said to be nowhere, half of the intervals below {100 * width:.0f} % of the range; "
         f"at most {runs} runs\n"
     )
+    for shape in SHAPES:
+        inside, wide, confirmed = zip(*shaped(shape, count), strict=True)
+        sys.stdout.write(
+            f"{shape}: {sum(inside)} of {len(inside)} in their intervals, {sum(confirmed)} confirmed, "
+            f"half of the intervals below {100 * sorted(wide)[len(wide) // 2]:.0f} % of the range\n"
+        )
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from desim_warehouse.values.arrays import Floats
 Interval = tuple[float, float]
 QUANTILES = (0.05, 0.25, 0.75, 0.95)
 ANYTHING: Interval = (-math.inf, math.inf)
+NOT_NEGATIVE: Interval = (0.0, math.inf)
 SKEWED_FROM = 10  # fewest values to correct for skewness; that of fewer values is mostly chance
 AGREEING = 5
 """The fewest runs that must agree in an indicator for it to count as equal in all runs."""
@@ -49,7 +50,8 @@ def t_quantile(df: float, probability: float) -> float:
 class Estimate:
     """The summary of an indicator over the replications of one design, in the indicator's unit.
 
-    `interval` is None for one replication of a random model, and for a `deterministic` model, whose mean is exact.
+    `interval` is None for one replication of a random model, for a `deterministic` model, whose mean is exact, and for
+    a measurement that is 0 in all runs, as nothing tells how far from 0 another run may lie.
     `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without `deterministic` means that
     the replications agree so far. The `mean` of shares of tasks weighs all replications equally, however many tasks
     they have.
@@ -83,6 +85,7 @@ def estimate(
     *,
     deterministic: bool = False,
     within: Interval = ANYTHING,
+    counts: bool = False,
 ) -> Estimate:
     """Estimate the mean of an indicator, with interval, median and quantiles, from one value per replication.
 
@@ -92,6 +95,7 @@ def estimate(
         deterministic: the runs used no random numbers, so one replication is enough. Agreement of values is not
             taken as evidence of this, since the next run may differ.
         within: the range of the indicator, such as (0, 1) for a share. The interval stays within it.
+        counts: whether the values count events or tasks.
 
     Raises:
         StudyError: no values, one that is not finite, a bad confidence, or a model said to be deterministic
@@ -107,14 +111,23 @@ def estimate(
         check_same(array)
     interval = None
     if not deterministic and array.size > 1:
-        interval = bounds_of(values, 0.5 + confidence / 2, within)
+        interval = with_width(bounds_of(values, 0.5 + confidence / 2, within, counts))
     return described(array, interval, deterministic, confidence)
 
 
-def bounds_of(values: Sequence[float] | Floats, level: float, within: Interval = ANYTHING) -> Interval:
+def bounds_of(
+    values: Sequence[float] | Floats, level: float, within: Interval = ANYTHING, counts: bool = False
+) -> Interval:
     """Return the bounds of the mean of an indicator over runs; for shares of tasks in several runs, `share_bounds`."""
     array, tasks = finite(values), tasks_of(values)
-    return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
+    if tasks is None or array.size == 1:
+        return bounds(array, level, within, counts=counts)
+    return share_bounds(array, tasks, level)
+
+
+def with_width(interval: Interval) -> Interval | None:
+    """Return an interval, or None if its ends are equal, as for a measurement that is 0 in all runs."""
+    return interval if interval[0] < interval[1] else None
 
 
 def described(array: Floats, interval: Interval | None, deterministic: bool, confidence: float) -> Estimate:
@@ -133,16 +146,20 @@ def described(array: Floats, interval: Interval | None, deterministic: bool, con
     )
 
 
-def bounds(array: Floats, level: float, within: Interval = ANYTHING, *, reach: float | None = None) -> Interval:
+def bounds(
+    array: Floats, level: float, within: Interval = ANYTHING, *, counts: bool = False, reach: float | None = None
+) -> Interval:
     """Return a lower and an upper bound of the mean, each right with probability `level`, from at least two values.
 
-    If all values are 0 or 1, as for a rare event, the bounds are Clopper & Pearson's exact bounds of a proportion; for
-    an indicator that `within` lets exceed 1, such as a count, Garwood's exact bounds of a Poisson mean. If all values
-    are equal, a share 1 - (1 - level)^(1/n) of all runs (the rule of three: 3/n) may still give another value, `reach`
-    away; by default this distance is that to zero, and at least 1. In all other cases the bounds are Student's t,
-    corrected for skewness from ten values on.
+    If all values are 0 or 1, as for a rare event, the bounds are Clopper & Pearson's exact bounds of a proportion, or
+    for `counts` Garwood's exact bounds of a Poisson mean. If all values are equal, a share 1 - (1 - level)^(1/n) of all
+    runs (the rule of three: 3/n) may still give another value, `reach` away; by default this distance is the width of
+    the range `within`, or without one that to zero. So the bounds do not depend on the unit; both are 0 for a
+    measurement that is always 0. In all other cases the bounds are Student's t, corrected for skewness from ten values
+    on.
 
-    A `reach` also marks the values as differences, for which 0 and 1 have no special meaning.
+    A `reach` also marks the values as differences, for which 0 and 1 have no special meaning, as they have none for
+    measurements of at least 0, such as times.
 
     Source: Clopper & Pearson (1934), Biometrika 26(4), 404-413; Garwood (1936), Fiducial limits for the Poisson
     distribution, Biometrika 28(3/4), 437-442; Hanley & Lippman-Hand (1983), If nothing goes wrong, is everything all
@@ -153,17 +170,22 @@ def bounds(array: Floats, level: float, within: Interval = ANYTHING, *, reach: f
     where one day in ten has a breakdown, it is 64 % from ten values and 94 % from 40.
     """
     n, mean = array.size, float(array.mean())
-    if is_constant(array):
-        off = differing_share(n, level) * (max(1.0, abs(mean)) if reach is None else reach)
+    is_0_or_1 = reach is None and bool(np.isin(array, (0.0, 1.0)).all())
+    if is_0_or_1 and counts:
+        from scipy.special import gammaincinv
+
+        events = array.sum()
+        low = float(gammaincinv(events, 1.0 - level)) / n if events else 0.0
+        high = float(gammaincinv(events + 1, level)) / n
+    elif is_constant(array):
+        width = within[1] - within[0]
+        off = differing_share(n, level) * (reach if reach is not None else width if width < math.inf else abs(mean))
         low, high = mean - off, mean + off
-    elif reach is None and np.isin(array, (0.0, 1.0)).all():
-        from scipy.special import betaincinv, gammaincinv
+    elif is_0_or_1 and within != NOT_NEGATIVE:
+        from scipy.special import betaincinv
 
         ones = int(array.sum())  # neither 0 nor n: such values are all equal
-        if within[0] == 0.0 and within[1] > 1.0:
-            low, high = float(gammaincinv(ones, 1.0 - level)) / n, float(gammaincinv(ones + 1, level)) / n
-        else:
-            low, high = float(betaincinv(ones, n - ones + 1, 1.0 - level)), float(betaincinv(ones + 1, n - ones, level))
+        low, high = float(betaincinv(ones, n - ones + 1, 1.0 - level)), float(betaincinv(ones + 1, n - ones, level))
     else:
         (se, skew), t = _error(array), t_quantile(n - 1, level)
         low, high = mean - se * _from_symmetric(t, skew), mean - se * _from_symmetric(-t, skew)

@@ -21,7 +21,7 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of, does_not_vary
+from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of, does_not_vary, with_width
 from desim_warehouse.study.statistics.limits import CAP, COMMON_DAYS, FIRST, FIRST_OF_MEANS, DaysNeeded
 from desim_warehouse.study.statistics.procedure import Procedure, request
 
@@ -107,11 +107,11 @@ class DesignVerdict(Generic[V]):
     """The verdict on one design.
 
     `low` and `high` are the bounds behind the verdict, each right with probability `level`; both are None if the values
-    are `deterministic` and the mean is exact. `outlier`: the replication without which an undecided design would be
-    decided, or None. `within_zone`: the mean is known to be within the indifference zone of the target, so that more
-    runs would not change anything that matters. `least`: the fewest runs for a verdict of "meets". `each`: the verdict
-    on each of several targets; the design meets if it meets all, and fails if it misses one. Its other attributes are
-    those of the first target.
+    are `deterministic` and the mean is exact, or if a measurement is 0 in all runs. `outlier`: the replication without
+    which an undecided design would be decided, or None. `within_zone`: the mean is known to be within the indifference
+    zone of the target, so that more runs would not change anything that matters. `least`: the fewest runs for a verdict
+    of "meets". `each`: the verdict on each of several targets; the design meets if it meets all, and fails if it misses
+    one. Its other attributes are those of the first target.
     """
 
     value: V
@@ -134,8 +134,8 @@ class DesignVerdict(Generic[V]):
 
     @property
     def agrees(self) -> bool:
-        """Whether the mean counts as exact only because several random runs agree."""
-        return self.deterministic and self.n > 1
+        """Whether the mean has no bounds only because several random runs agree."""
+        return self.low is None and self.n > 1
 
 
 def judged(
@@ -160,7 +160,8 @@ def judged(
         return DesignVerdict(
             value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True, least=least
         )
-    verdict, (low, high), within_zone = _verdict(data, mean, target, level, within, zone, least)
+    verdict, ends, within_zone = _verdict(data, mean, target, level, within, zone, least)
+    low, high = with_width(ends) or (None, None)
     outlier = None
     if verdict == "undecided" and not within_zone and len(data) >= FEWEST_BESIDE:
         farthest = int(np.argmax(np.abs(np.array(data) - mean)))
@@ -192,7 +193,9 @@ def _verdict(
     data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float, least: int
 ) -> tuple[Verdict, Interval, bool]:
     """Return the verdict, its bounds, and whether the design is known to be about at the target."""
-    low, high = bounds_of(data, level, within)
+    low, high = bounds_of(data, level, within, target.measure.is_count)
+    if low == high == target.value:
+        return "undecided", (low, high), False  # all runs agree, and nothing tells on which side others would lie
     worse, better = (low, high) if target.sign > 0 else (high, low)
     if target.met_by(worse):
         return ("meets" if len(data) >= least else "undecided"), (low, high), False

@@ -38,7 +38,8 @@ def test_95_per_cent_intervals_of_skewed_output_and_small_counts_cover_too(name,
     # Student's t alone: 0.90 to 0.93 at ten values of these
     draw, truth = SKEWED[name]
     values = draw(np.random.default_rng(n), (1000, n))
-    assert np.mean([covers(estimate(v), truth) for v in values]) >= 0.93
+    counts = name in {"rare counts", "collisions"}
+    assert np.mean([covers(estimate(v, counts=counts), truth) for v in values]) >= 0.93
 
 
 @pytest.mark.parametrize("truth", [0.02, pytest.param(0.1, marks=pytest.mark.long), 0.9])

@@ -10,6 +10,8 @@ from scipy.stats import binomtest
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.intervals import bounds, estimate
+from desim_warehouse.study.statistics.judge import judged
+from desim_warehouse.study.target import read_target
 
 NUMBERS = st.lists(st.integers(-1000, 1000).map(float), min_size=2, max_size=30)
 
@@ -62,14 +64,49 @@ def test_a_rare_event_has_the_interval_of_a_proportion():
 
 def test_a_count_may_exceed_1_though_no_run_did():
     # Garwood (1936): 1 event in 3 runs, 95 %: 0.0253 / 3 to 5.5716 / 3
-    assert estimate([0.0, 0.0, 1.0], within=(0, math.inf)).interval == pytest.approx((0.00844, 1.8572), abs=1e-4)
+    one = estimate([0.0, 0.0, 1.0], within=(0, math.inf), counts=True)
+    assert one.interval == pytest.approx((0.00844, 1.8572), abs=1e-4)
+
+
+def test_a_count_of_0_in_all_runs_has_the_interval_of_a_poisson_mean():
+    # Garwood (1936): no event in 3 runs, 95 %: 0 to -ln(0.025) / 3 = 3.6889 / 3; a share of days has 1 - 0.025^(1/3)
+    assert estimate([0.0] * 3, within=(0, math.inf), counts=True).interval == pytest.approx((0, 1.2296), abs=1e-4)
+    assert estimate([0.0] * 3, within=(0, 1)).interval == pytest.approx((0, 0.7076), abs=1e-4)
+    # one event in each of 3 runs: Garwood's limits for 3 events, 0.6187 and 8.7673, over 3
+    assert estimate([1.0] * 3, within=(0, math.inf), counts=True).interval == pytest.approx((0.2062, 2.9224), abs=1e-4)
+
+
+SECONDS = {"s": 1.0, "h": 3600.0, "d": 86_400.0}
+
+
+@pytest.mark.parametrize("unit", SECONDS)
+@pytest.mark.parametrize(
+    "seconds",
+    [[0.0] * 5, [720.0] * 5, [0.0, 0.0, 3600.0], [0.0] * 4 + [86_400.0], [1.0, 0.0, 1.0]],
+    ids=["never late", "always alike", "an hour once", "a day once", "a second twice"],
+)
+def test_a_time_has_the_same_interval_in_seconds_hours_and_days(unit, seconds):
+    """Mean tardiness 0 in five runs was `0 s (0 to 0.52)` and `0 h (0 to 0.52)`, up to half an hour for one hall."""
+    by, in_seconds = SECONDS[unit], estimate(seconds, within=(0, math.inf)).interval
+    there = estimate([value / by for value in seconds], within=(0, math.inf)).interval
+    assert (there is None) == (in_seconds is None) == (not any(seconds))
+    assert in_seconds is None or [by * end for end in there] == pytest.approx(in_seconds)
+
+
+@pytest.mark.parametrize("unit", SECONDS)
+@pytest.mark.parametrize(("seconds", "verdict"), [(300, "meets"), (1, "meets"), (0, "undecided")])
+def test_a_target_is_met_by_days_without_a_wait_in_every_unit(unit, seconds, verdict):
+    """All 33 days without a wait, against at most 5 min, 1 s and 0: none of the days shows that a mean is 0."""
+    target = read_target(f"cycle_time_mean <= {seconds / SECONDS[unit]!r}")
+    found = judged(None, [0.0] * 33, target, 0.95, False, target.measure.within, least=33)
+    assert (found.verdict, found.low, found.high, found.agrees) == (verdict, None, None, True)
 
 
 @pytest.mark.parametrize("runs", [3, 5, 20])
 @pytest.mark.parametrize("mean", [0.5, 1.2])
 def test_intervals_of_small_counts_hold_the_mean_as_often_as_they_say(runs, mean):
     counts = np.random.default_rng(1).poisson(mean, (2000, runs)).astype(float)
-    held = [low <= mean <= high for low, high in (bounds(row, 0.975, (0.0, math.inf)) for row in counts)]
+    held = [low <= mean <= high for low, high in (bounds(row, 0.975, counts=True) for row in counts)]
     assert np.mean(held) > 0.94
 
 
@@ -155,6 +192,7 @@ def test_a_change_of_unit_changes_the_interval_alike(values, shift, scale):
 
 @given(NUMBERS)
 def test_more_confidence_is_a_wider_interval(values):
+    assume(any(values))  # else neither has an interval
     narrow, wide = estimate(values, 0.9), estimate(values, 0.99)
     assert narrow.half_width < wide.half_width
 
