@@ -91,7 +91,9 @@ class Plan(Answered, FleetSizes):
         """Return the fleet for a demand in words: `9 robots + 1 charger`, in short `9 + 1`."""
         best = sized.best
         if best is None:
-            return "not decided" if sized.undecided or sized.open else "no fleet is enough"
+            return (
+                "not decided" if sized.undecided or sized.open else f"no fleet{' tried' * sized.is_cut_off} is enough"
+            )
         nouns = ("robot", "charger", *(kind.noun for kind in self.designs.people))
         counts = [(count, noun) for count, noun in zip(best.counts, nouns, strict=True) if count]
         return " + ".join(str(count) if short else number_of(count, noun) for count, noun in counts)

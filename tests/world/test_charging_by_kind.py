@@ -233,14 +233,14 @@ def test_check_names_the_kind_whose_battery_is_too_small_and_refuses_where_no_ki
     found = {item.code: item for item in examine(model, model.floor, estimate)[0]}
     assert found["BATTERY_OF_KIND"].place == "fleet.kinds.large.battery.capacity"
     assert found["BATTERY_OF_KIND"].text.startswith(f"kind large: good 0 draws at least {2 * NEED}")
-    with pytest.raises(CheckError, match=r"kind large: .*\n.*other robots: "):
+    with pytest.raises(CheckError, match=r"kind large: .*\n.*robots of no kind: "):
         World(model.replace({"battery.capacity": 90}))
 
 
 def test_a_kind_without_chargers_is_refused_where_it_runs_flat():
     bays = {"home": {"at": ["A"], "places": 2, "chargers": 2, "kinds": ["large"]}}
     model = load(RING, {**TWO, "layout.bays": bays, "tasks.goods": {"random": 20}})
-    with pytest.raises(CheckError, match="other robots: no bay has a charger"):
+    with pytest.raises(CheckError, match="robots of no kind: no bay has a charger"):
         World(model)
 
 
@@ -269,7 +269,7 @@ def test_the_report_has_a_row_for_each_kind():
 
     said = str(kinds_of_robots(dw.simulate(load(RING, TWO), 0)))
     assert "kind large" in said
-    assert "other robots" in said
+    assert "robots of no kind" in said
     assert "52" in said  # 208 of 400
 
 

@@ -256,4 +256,4 @@ def shares(model: Model) -> dict[str, float]:
 
 def kind_in_words(kind: str) -> str:
     """Return the words for the robots of a kind, at the beginning of a line."""
-    return f"kind {kind}" if kind else "other robots"
+    return f"kind {kind}" if kind else "robots of no kind"
