@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Rows, ShownNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model.facts.charging import without_charger
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.outcome.indicators import AT, find, is_of_due
@@ -348,15 +349,28 @@ class _Planned:
     def _beside(self, options: Sequence[Option]) -> list[str]:
         """Return notes on fleets that miss although their interval holds the target, and on what no run shows.
 
-        These are closures, and, beside a fleet that is enough, fleets that cannot be simulated.
+        These are closures and, beside a fleet that is enough, fleets that cannot be simulated and robots that are never
+        charged.
         """
         zone = words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
         left_out = [line for sized in self.demands if sized.best for line in not_tried(sized.not_tried)]
+        flat = [line for sized in self.demands if sized.best for line in self._without_charger(sized, sized.best)]
         return [
             *judged.holds_the_target(options, self.goal, zone),
             *map(sentence, rare.closed(self.model)),
             *dict.fromkeys(left_out),
+            *dict.fromkeys(flat),
         ]
+
+    def _without_charger(self, sized: Sized, best: Shown) -> Iterator[str]:
+        """Yield a sentence for each kind of robots that no charger serves: its batteries last for the run alone."""
+        made = self.model.replace({**sized.overrides, **best.overrides})
+        for kind, count in without_charger(made).items():
+            robots = f"{number_of(count, 'robot')} of {f'kind {kind}' if kind else 'no kind'}"
+            cure = (
+                "give bays for all robots some (layout.bays), or size a kind (desim size --key fleet.kinds.KIND.count)"
+            )
+            yield f"With {self._fleet(best.counts)}, no bay has a charger for {robots}: {cure}."
 
     # Numbers
 
