@@ -189,6 +189,8 @@ def _none(plan: Plan | OptionsPlan) -> str:
     names = dict.fromkeys(load.group.name for load in loads)
     others = [name for name in names if name in SIZED and name not in counted]
     also = "".join(f"; {name} are scarce, and --{name} counts them, too" for name in others)
+    if any(sized.is_cut_off for sizes in plans for sized in sizes.demands if sized.best is None):
+        options += " that could be tried"
     return f"No fleet within {options} is enough{also}; desim why finds the bottleneck."
 
 

@@ -95,6 +95,8 @@ def command(
     if plan.smallest is None:
         short = any(shown.vetoed for shown in plan.today.below) and study.plan.base.battery is not None
         cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"
+        if plan.today.is_cut_off:
+            cure = "make room for more, or"
         click.echo(f"no answer within --range {values}: {cure} ask for less with --target", err=True)
         sys.exit(NONE_MEETS)
 
@@ -105,7 +107,7 @@ def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:
 
     if key != FLEET:
         raise click.UsageError(f"--key {key}: needs --range VALUES, as only fleets are estimated")
-    robots, *_ = Designs(load_model(model, assignments)).counts(1.0)
+    (robots, *_), _ = Designs(load_model(model, assignments)).ranges(1.0)
     click.echo(f"fleets from {robots[0]} to {robots[-1]}, by a quick estimate (--range looks at others)", err=True)
     return f"{robots[0]}..{robots[-1]}"
 

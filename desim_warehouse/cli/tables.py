@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from re import sub
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -88,14 +89,18 @@ def _title(results: Results, shown: str) -> str:
 
 
 def show_failures(results: Results) -> None:
-    """Print the first five errors of runs, each once with its number of runs; raise StudyError if every run failed."""
-    failures: dict[str, int] = {}
+    """Print the first five errors of runs, each once with its number of runs; raise StudyError if every run failed.
+
+    Errors that differ only in numbers are one error.
+    """
+    failures: dict[str, list[str]] = {}
     for row in results.rows:
-        if row.outcome.error is not None:
-            failures[row.outcome.error] = failures.get(row.outcome.error, 0) + 1
-    for error, count in list(failures.items())[:5]:
-        click.echo(f"{number_of(count, 'run')} failed: {error}", err=True)
-    if failures and sum(failures.values()) == len(results.rows):
+        if (error := row.outcome.error) is not None:
+            failures.setdefault(sub(r"\d+", "", error), []).append(error)
+    for errors in list(failures.values())[:5]:
+        first = ", the first" * (len(set(errors)) > 1)
+        click.echo(f"{number_of(len(errors), 'run')} failed{first}: {errors[0]}", err=True)
+    if failures and sum(map(len, failures.values())) == len(results.rows):
         raise StudyError("no run was finished")
 
 

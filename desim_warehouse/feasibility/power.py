@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+
+import networkx as nx
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.parts import MeanTask
@@ -33,6 +35,15 @@ FALLING = 0.01
 
 
 @dataclass(frozen=True)
+class SharedChargers:
+    """Chargers that some kinds of robots share: these kinds, and how many chargers they need and have."""
+
+    kinds: tuple[str, ...]
+    needed: int
+    chargers: int
+
+
+@dataclass(frozen=True)
 class Power:
     """The energy balance of a fleet in the long run: energies in the model's unit, rates per time unit.
 
@@ -47,7 +58,8 @@ class Power:
         draws: rate at which the fleet draws energy in the long run, with as many robots charging as must, or as
             chargers allow; None if the work ends.
         most: rate at which the fleet would draw energy with all robots in the state that draws most.
-        needed: number of chargers with which the long run is in balance; None if the work ends.
+        needed: number of chargers with which the long run is in balance, none of them shared by kinds that share no
+            charger; None if the work ends.
         standing: rate at which a robot draws energy while it stands and waits.
         slack: rate by which the fleet may draw more than chargers give before its batteries count as falling; inf if
             nights fill them.
@@ -56,6 +68,7 @@ class Power:
             stand at, if kinds differ in battery, charging or chargers; kinds share all work evenly. The other entries
             are then for the mean task (`task`, `share`), the battery that is empty first (`lasts`), and the whole
             fleet.
+        groups: the kinds that share chargers, if kinds differ and the work never ends.
     """
 
     task: float
@@ -71,6 +84,14 @@ class Power:
     slack: float = 0.0
     at_once: float = 0.0
     kinds: Mapping[str, Power] = field(default_factory=dict)
+    groups: tuple[SharedChargers, ...] = ()
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are as many chargers as needed, wherever kinds of robots need their own."""
+        if self.groups:
+            return all(group.needed <= group.chargers for group in self.groups)
+        return self.needed is None or self.needed <= self.chargers
 
     @property
     def short(self) -> bool:
@@ -102,6 +123,7 @@ def power(
     )
     chargers = sum(chargers_at(model, layout).values())
     each = task / charging if charging else None
+    groups = tuple(_groups(model, layout, balances)) if model.tasks.never_end else ()
     return Power(
         task=task,
         share=math.fsum(part[kind] * balance.share for kind, balance in balances.items()),
@@ -111,12 +133,29 @@ def power(
         gives=chargers * (each or 0.0),
         draws=math.fsum(balance.draws or 0.0 for balance in balances.values()) if model.tasks.never_end else None,
         most=math.fsum(balance.most for balance in balances.values()),
-        needed=math.ceil(at_once - _EPS) if model.tasks.never_end else None,
+        needed=sum(group.needed for group in groups) if groups else None,
         standing=math.fsum(part[kind] * balance.standing for kind, balance in balances.items()),
         slack=math.fsum(balance.slack for balance in balances.values()),
         at_once=at_once,
         kinds=balances,
+        groups=groups,
     )
+
+
+def _groups(model: Model, layout: Layout, balances: Mapping[str, Power]) -> Iterator[SharedChargers]:
+    """Yield the kinds that share chargers, with the chargers that they need and have together."""
+    sharing = nx.Graph()
+    sharing.add_nodes_from(balances)
+    count_by_kinds: dict[tuple[str, ...], int] = {}
+    for node, count in chargers_at(model, layout).items():
+        served = tuple(kind for kind in balances if layout.bays[node].charges(kind))
+        nx.add_path(sharing, served)
+        count_by_kinds[served] = count_by_kinds.get(served, 0) + count
+    for group in nx.connected_components(sharing):
+        at_once = math.fsum(balances[kind].at_once for kind in group)
+        chargers = sum(count for served, count in count_by_kinds.items() if group.issuperset(served) and served)
+        kinds = tuple(kind for kind in balances if kind in group)
+        yield SharedChargers(kinds, math.ceil(at_once - _EPS), chargers)
 
 
 def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0) -> Power:

@@ -167,7 +167,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding(
             "BAY_CROWDED",
             f"layout.bays.{zone}.places",
-            f"{homes[nodes[0]]} robots start at {nodes[0]} but its bay has {number_of(places or 0, 'slot')}",
+            f"{homes[nodes[0]]} robots start at {nodes[0]} but its bay {zone} has {number_of(places or 0, 'slot')}",
             f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):

@@ -92,7 +92,8 @@ def _needed(quick: QuickEstimate, model: Model) -> dict[str, float]:
     if quick.power is not None and quick.power.needed:
         for zone, bay in model.layout.bays.items():
             if bay.total_chargers:
-                needed[f"layout.bays.{zone}.total_chargers"] = quick.power.needed
+                others = quick.power.chargers - bay.total_chargers
+                needed[f"layout.bays.{zone}.total_chargers"] = max(quick.power.needed - others, 1)
     return needed
 
 

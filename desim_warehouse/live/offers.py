@@ -115,9 +115,11 @@ def _usual(model: Model) -> dict[str, Offer]:
     if not model.fleet.kinds:
         usual[ROBOTS] = _counts(ROBOTS, "Robots", size, [{ROBOTS: n} for n in _range(size)], _range(size))
     designs = Designs(model)
-    if designs.zone is not None and designs.today:
-        key, some = f"layout.bays.{designs.zone}.total_chargers", _range(designs.today)
-        usual[key] = _counts(key, "Chargers", designs.today, [designs.of_chargers(n) for n in some], some)
+    if designs.zone is not None:
+        here = designs.today - designs.elsewhere
+        key, some = f"layout.bays.{designs.zone}.total_chargers", _range(here)
+        name = f"Chargers in {designs.zone}" if designs.elsewhere else "Chargers"
+        usual[key] = _counts(key, name, here, [designs.of_chargers(designs.elsewhere + n) for n in some], some)
     if model.tasks.grow:
         usual[DEMAND] = _demand(model)
     now = model.policies.allocation

@@ -91,7 +91,9 @@ class Plan(Answered, FleetSizes):
         """Return the fleet for a demand in words: `9 robots + 1 charger`, in short `9 + 1`."""
         best = sized.best
         if best is None:
-            return "not decided" if sized.undecided or sized.open else "no fleet is enough"
+            return (
+                "not decided" if sized.undecided or sized.open else f"no fleet{' tried' * sized.is_cut_off} is enough"
+            )
         nouns = ("robot", "charger", *(kind.noun for kind in self.designs.people))
         counts = [(count, noun) for count, noun in zip(best.counts, nouns, strict=True) if count]
         return " + ".join(str(count) if short else number_of(count, noun) for count, noun in counts)
@@ -144,8 +146,8 @@ def plan_fleet(
 
     Args:
         model: the warehouse, or its file. With prices for everything that is sized, the cheapest fleet is sought;
-            otherwise the fewest robots, then chargers, packers and pickers. Chargers are sized in the bays that have
-            most of them.
+            otherwise the fewest robots, then chargers, packers and pickers. Chargers are all chargers of the hall; they
+            are added and removed in the bays that have most of them.
         target: such as "on_time >= 95 %"; of several, such as ["on_time:express >= 95 %", "on_time:rest >= 98 %"], a
             fleet has to meet all.
         growth: demand relative to today's, such as 1.3 or "30%"; with `years`, such as "20%/year"; None: today only.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -13,12 +13,13 @@ from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Rows, ShownNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model.facts.charging import without_charger
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.outcome.indicators import AT, find, is_of_due
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, plan_cells, plan_sheet
-from desim_warehouse.questions.sentences import capped
+from desim_warehouse.questions.sentences import capped, not_tried
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
@@ -64,8 +65,12 @@ class _Planned:
 
     def answer(self) -> Answer:
         plan = self.plan
-        sized = [line for sized in self.demands for line in (self._sized(sized), *self._each(sized))]
-        lines = sized + self._lasts() + self._strategies() + self._busiest()
+        sized = [
+            line
+            for sized in self.demands
+            for line in (self._sized(sized), *self._each(sized), *([] if sized.best else not_tried(sized.not_tried)))
+        ]
+        lines = list(dict.fromkeys(sized)) + self._lasts() + self._strategies() + self._busiest()
         options = tuple(option for sized in self.demands for option in self._options(sized))
         return Answer(
             kind="plan" if self.key is None else "size",
@@ -174,12 +179,12 @@ class _Planned:
         if sized.undecided:
             return self._undecided(sized)
         largest = self._nearest(sized)
-        line = f"{self._then(sized, f'no {self.noun} is enough')}. {capital(self._fleet(largest.counts))}: "
+        line = f"{self._then(sized, self._none_is(sized, 'enough'))}. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
         if largest.flat:
             return f"{line}{text}. {capital(largest.flat)}."
         if self.plan.beside and not self._lasting(largest) and not largest.vetoed:
-            none = self._then(sized, f"no {self.noun} is shown to be enough for all targets")
+            none = self._then(sized, self._none_is(sized, "shown to be enough for all targets"))
             return f"{none}. This is what {self._fleet(largest.counts)} would do:"
         line += f"{text}." if self._lasting(largest) else self._reached_by(largest, text)
         if sized.fewer:
@@ -342,9 +347,30 @@ class _Planned:
         return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
 
     def _beside(self, options: Sequence[Option]) -> list[str]:
-        """Return notes on fleets that miss although their interval holds the target, and on closures in no run."""
+        """Return notes on fleets that miss although their interval holds the target, and on what no run shows.
+
+        These are closures and, beside a fleet that is enough, fleets that cannot be simulated and robots that are never
+        charged.
+        """
         zone = words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
-        return [*judged.holds_the_target(options, self.goal, zone), *map(sentence, rare.closed(self.model))]
+        left_out = [line for sized in self.demands if sized.best for line in not_tried(sized.not_tried)]
+        flat = [line for sized in self.demands if sized.best for line in self._without_charger(sized, sized.best)]
+        return [
+            *judged.holds_the_target(options, self.goal, zone),
+            *map(sentence, rare.closed(self.model)),
+            *dict.fromkeys(left_out),
+            *dict.fromkeys(flat),
+        ]
+
+    def _without_charger(self, sized: Sized, best: Shown) -> Iterator[str]:
+        """Yield a sentence for each kind of robots that no charger serves: its batteries last for the run alone."""
+        made = self.model.replace({**sized.overrides, **best.overrides})
+        for kind, count in without_charger(made).items():
+            robots = f"{number_of(count, 'robot')} of {f'kind {kind}' if kind else 'no kind'}"
+            cure = (
+                "give bays for all robots some (layout.bays), or size a kind (desim size --key fleet.kinds.KIND.count)"
+            )
+            yield f"With {self._fleet(best.counts)}, no bay has a charger for {robots}: {cure}."
 
     # Numbers
 
@@ -506,6 +532,7 @@ class _Planned:
             "open": [self._counted(counts) for counts in sized.open],
             "busy": {load.group.name: load.mean for load in sized.loads},
             **({"most": asdict(sized.most)} if sized.most else {}),
+            **({"not_tried": list(map(asdict, sized.not_tried))} if sized.not_tried else {}),
         }
 
     def _sheet(self) -> tuple[Folded, ...]:
@@ -518,7 +545,11 @@ class _Planned:
     def _in_short(self, sized: Sized) -> str:
         if sized.open or sized.undecided:
             return "not decided"
-        return f"no {self.noun} is enough" if sized.best is None else self._fleet(sized.best.counts)
+        return self._none_is(sized, "enough") if sized.best is None else self._fleet(sized.best.counts)
+
+    def _none_is(self, sized: Sized, what: str) -> str:
+        """Return that no fleet is enough: no fleet tried, where larger ones cannot be simulated."""
+        return f"no {self.noun}{' tried' * sized.is_cut_off} is {what}"
 
     # Counts, hours and years
 

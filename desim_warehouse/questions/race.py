@@ -12,7 +12,7 @@ from desim_warehouse.answer.parts import Option, Rows
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.questions import judged
-from desim_warehouse.questions.sentences import wrong
+from desim_warehouse.questions.sentences import not_tried, wrong
 from desim_warehouse.questions.study import Study
 from desim_warehouse.study.procedures import Raced, race
 from desim_warehouse.study.search import USUAL, Search
@@ -110,6 +110,7 @@ def answer(raced: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> A
         ),
         about=judged.about(best.name, model.replace(raced.point.overrides), study.plan.seed),
         promise=_promise(selection, zone),
+        notes=tuple(not_tried(raced.not_tried)),
         runs=sum(selection.samples),
         confidence=selection.confidence,
         made={"seed": str(study.plan.seed), "model": model.digest()},

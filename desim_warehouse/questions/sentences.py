@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.numbers import Scale
+from desim_warehouse.answer.numbers import Scale, capital, sentence
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.outcome.verdicts import RULES
 from desim_warehouse.study.fleet.capped import KEY, Capped
+from desim_warehouse.study.possible import NotTried
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
 """Words on a design whose warm-up was to be found."""
+_LISTED = 4
+"""Number of options up to which they are named one by one."""
 
 
 def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
@@ -116,3 +121,27 @@ def capped(tried: Capped, scale: Scale) -> str:
         f"With at most {tried.cap} of {number_of(tried.robots, 'robot')} under way, {is_now}: better by "
         f"{scale.value(gain.mean)}{ends}; desim size --key {KEY} finds the best cap"
     )
+
+
+def not_tried(items: Iterable[NotTried]) -> list[str]:
+    """Return a sentence for each reason for which options cannot be simulated: `4 to 6 robots were not tried: ...`."""
+    return [
+        sentence(f"{capital(_options(item))} {'was' if _is_one(item) else 'were'} not tried: {item.reason}")
+        for item in items
+    ]
+
+
+def _is_one(item: NotTried) -> bool:
+    """Whether the verb is in the singular: of one option, unless this is a number of robots or the like."""
+    (first, *others) = item.options
+    return not others and not any(key in COUNTED and value != 1 for key, value in first.items())
+
+
+def _options(item: NotTried) -> str:
+    """Name options inside a sentence: numbers by their ends, of many others the first and how many more."""
+    names = [words.design_spoken(option) for option in item.options]
+    levels = [level for option in item.options for level in option.values()]
+    if 1 < len(names) == len(levels) and is_numeric(levels):
+        [key] = item.options[0]
+        return f"{levels[0]} to {names[-1]}" if key in COUNTED else f"{names[0]} to {levels[-1]}"
+    return spoken(names if len(names) <= _LISTED else [*names[: _LISTED - 1], f"{len(names) - _LISTED + 1} more"])

@@ -213,7 +213,7 @@ class _Held:
         per = "" if suspect.dose is None else " per 10 %"
         line = f"{capital(suspect.relief)}: {self.of} {falls} by {self._number(most.each).text}{per}"
         if costs.is_held_up:
-            line = f"{capital(suspect.name)} {_is(suspect.name)} the main bottleneck. {line}"
+            line = f"{capital(suspect.name)} {_is(suspect.name)} the main bottleneck{self._of_tried()}. {line}"
         rest = max((gain.each.high for other, gain in self.competing if other.name != suspect.name), default=None)
         per_dose = " per 10 %" * any(other.dose is not None for other, _ in self.competing)
         if rest is not None and rest >= most.each.low:
@@ -224,6 +224,11 @@ class _Held:
             line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
         whole = f" The whole change gains {self._number(most).text}." if suspect.dose is not None else ""
         return f"{line}.{whole}{self._largest(suspect)}"
+
+    def _of_tried(self) -> str:
+        """Return that reliefs which cannot be simulated might gain more; empty if there are none."""
+        impossible = self.costs.impossible
+        return f" of all that could be tried; {spoken(impossible)} could not be" if impossible else ""
 
     def _largest(self, named: Suspect) -> str:
         """Return the sentence on the ranked change that gains most as a whole, unless it was named before."""

@@ -30,7 +30,7 @@ from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.limits import RELIEVED
 from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.study import StudyEngine, searched
-from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
+from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, impossible, left_out, suspects
 from desim_warehouse.world.robots.settled import SettledFleets
 
 LEAST = 0.01
@@ -86,6 +86,7 @@ class HeldUp:
         lost: in that run, for each root of waiting the share of the fleet's time lost to it, most first.
         batched: in that run, the share of the tasks' time in which they waited for a batch to fill.
         loads: in that run, how busy each group was.
+        impossible: those reliefs of `left_out` with which nothing can be simulated.
     """
 
     model: Model
@@ -101,6 +102,7 @@ class HeldUp:
     lost: Mapping[Root, float] = field(default_factory=dict)
     batched: float = 0.0
     loads: tuple[Load, ...] = ()
+    impossible: tuple[str, ...] = ()
 
     @property
     def is_clear(self) -> bool:
@@ -193,6 +195,7 @@ def _relieved(run: RunData, name: str, search: Search) -> HeldUp:
         {root: time / (run.history.counted * run.model.fleet.size) for root, (time, _) in lost_to(run.history).items()},
         share_of_tasks(run.history, BATCHED),
         loads(run.history, run.kpis),
+        tuple(impossible(run)),
     )
 
 

@@ -15,6 +15,7 @@ from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict, judge_design, piles_up
 from desim_warehouse.study.design import Point
+from desim_warehouse.study.possible import NotTried, possible_part
 from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
@@ -41,7 +42,10 @@ ZONE = 0.01
 
 @dataclass(frozen=True)
 class Raced:
-    """The best design, the designs shown to be less than delta worse, and when others were eliminated."""
+    """The best design, the designs shown to be less than delta worse, and when others were eliminated.
+
+    `not_tried`: designs that cannot be simulated, which are not in `study`.
+    """
 
     point: Point
     within: tuple[Point, ...]
@@ -49,6 +53,7 @@ class Raced:
     maximise: bool
     selection: Selection
     study: StudyEngine = field(repr=False, compare=False)
+    not_tried: tuple[NotTried, ...] = ()
 
     @property
     def first(self) -> Point:
@@ -89,9 +94,11 @@ def race(
     if delta is not None and measure is not None:
         check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise
+    study, not_tried = possible_part(study)
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
-        raise StudyError("the best of one design: expected factors with several values")
+        others = "".join(f"; another cannot be simulated: {item.reason}" for item in not_tried[:1])
+        raise StudyError(f"the best of one design: expected factors with several values{others}")
     refuse_other(study, search)
     first, cap = search.looks(*RACED)
     most = search.runs or MOST_RUNS
@@ -119,7 +126,7 @@ def race(
 
     selection = study.follow(steps, indicator, search=search)
     tied = tuple(study.points[number] for number in selection.within)
-    return Raced(study.points[selection.best], tied, indicator, more, selection, study)
+    return Raced(study.points[selection.best], tied, indicator, more, selection, study, not_tried)
 
 
 def refuse_other(study: StudyEngine, search: Search) -> None:

@@ -150,6 +150,7 @@ class StudyRunner:
             except StopIteration as end:
                 return cast("T", end.value)
             self.ask(asked)
+            self._see_that_none_is_refused(asked)
             drew = drew or any(self._drew(*run) for run in asked)
             if (exact and drew) or (first and not exact and not drew):
                 exact = not exact
@@ -157,6 +158,13 @@ class StudyRunner:
             else:
                 values = [self._value(*run, indicator, flat, failed) for run in asked]
             first = False
+
+    def _see_that_none_is_refused(self, asked: Iterable[tuple[int, int]]) -> None:
+        """Raise StudyError if a run was refused, as the other runs of its design are then not done."""
+        for number, replication in asked:
+            row = self.row_if_done(number, replication)
+            if row is not None and is_refused(row.outcome):
+                raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
 
     def _drew(self, number: int, replication: int) -> bool:
         """Whether a run that ended drew random numbers."""

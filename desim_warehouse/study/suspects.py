@@ -48,8 +48,9 @@ from desim_warehouse.states import (
     names,
     staff,
 )
-from desim_warehouse.study.fleet import Designs, refused
+from desim_warehouse.study.fleet import Designs
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
+from desim_warehouse.study.possible import refused
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
@@ -116,13 +117,17 @@ def suspects(run: RunData) -> list[Suspect]:
     return [suspect for suspect in _all(run) if refused(run.model, suspect.overrides) is None]
 
 
+def impossible(run: RunData) -> dict[str, str]:
+    """Return the reliefs with which nothing can be simulated, each with the reason."""
+    reasons = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
+    return {relief: reason for relief, reason in reasons.items() if reason is not None}
+
+
 def left_out(run: RunData) -> list[str]:
     """List the reliefs that cannot be tried, each with the reason."""
-    reasons = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
-    files = from_files(run.model)
     return [
-        *(f"{relief}: {reason}" for relief, reason in reasons.items() if reason is not None),
-        *(f"the same orders evenly: those of {name} come from a file" for name in files),
+        *(f"{relief}: {reason}" for relief, reason in impossible(run).items()),
+        *(f"the same orders evenly: those of {name} come from a file" for name in from_files(run.model)),
     ]
 
 

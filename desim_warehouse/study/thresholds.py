@@ -17,7 +17,7 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.study.fleet.designs import refused
+from desim_warehouse.study.possible import refused
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.judge import judged
 from desim_warehouse.study.statistics.procedure import Procedure, request

@@ -11,7 +11,7 @@ from simpy import Event
 from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
-from desim_warehouse.errors import BatteryError, StallError, first_of, spoken
+from desim_warehouse.errors import BatteryError, CheckError, StallError, first_of, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.aisles import wide_edges
@@ -507,13 +507,13 @@ def _settled(
         return None
 
     def settle(settling: SettlingRun) -> Sequence[Fleet]:
-        world = World(settling.model, SEED, heed=heed, settles=True)
-        settling.watch(world.env, world.robots)
         try:
+            world = World(settling.model, SEED, heed=heed, settles=True)
+            settling.watch(world.env, world.robots)
             world.run()
         except SettledError:
             return settling.fleets
-        except (BatteryError, StallError):  # the run itself says how that ends
+        except (CheckError, BatteryError, StallError):  # in a day; the run itself, if as long, says how that ends
             pass
         return ()
 

@@ -79,14 +79,14 @@ ERRORS = [
     (
         {"layout__bays": {"home": {"at": ["A", "B"], "places": 1}}, "fleet__start": ["A"]},
         (
-            "layout.bays.home.places: 2 robots start at A but its bay has 1 slot; "
+            "layout.bays.home.places: 2 robots start at A but its bay home has 1 slot; "
             "give it more, or spread fleet.start over more nodes [BAY_CROWDED]"
         ),
     ),
     (
         {"layout__bays": {"home": {"at": ["A", "B", "C"], "places": 1}}, "fleet__size": 6},
         (
-            "layout.bays.home.places: 2 robots start at A but its bay has 1 slot; "
+            "layout.bays.home.places: 2 robots start at A but its bay home has 1 slot; "
             "give it more, or spread fleet.start over more nodes (as at B, C) [BAY_CROWDED]\n"
             "layout.bays: 6 robots but only 3 bay slots; every robot needs one [TOO_FEW_PLACES]"
         ),

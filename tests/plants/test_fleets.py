@@ -12,7 +12,8 @@ from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
 from desim_warehouse.questions.check import check
 from desim_warehouse.questions.run.warehouse import work
-from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.study.fleet.designs import Designs
+from desim_warehouse.study.possible import refused
 from tests.auditor import audit
 from tests.plants.drawings import DRAWN
 from tests.plants.foreign import FOLDER, needs_plants, with_enough_chargers

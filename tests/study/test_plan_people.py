@@ -95,7 +95,7 @@ def test_without_a_range_there_are_as_many_as_in_the_model():
 )
 def test_the_estimate_says_which_pickers_are_searched(model, numbers):
     """From those who never walk to one more than enough for walks from anywhere; places are 5 m apart, 10 s on foot."""
-    assert with_people(model, pickers="auto").counts(1.0)[2] == list(numbers)
+    assert with_people(model, pickers="auto").ranges(1.0)[0][2] == list(numbers)
 
 
 @pytest.mark.parametrize(

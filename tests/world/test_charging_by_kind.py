@@ -11,7 +11,11 @@ from simpy import Environment
 
 import desim_warehouse as dw
 from desim_warehouse import CheckError, ModelError, load
+from desim_warehouse.errors import StudyError
 from desim_warehouse.feasibility import examine
+from desim_warehouse.model.facts.costs import year_of
+from desim_warehouse.questions.check.words import sentences
+from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.world import World
@@ -233,14 +237,14 @@ def test_check_names_the_kind_whose_battery_is_too_small_and_refuses_where_no_ki
     found = {item.code: item for item in examine(model, model.floor, estimate)[0]}
     assert found["BATTERY_OF_KIND"].place == "fleet.kinds.large.battery.capacity"
     assert found["BATTERY_OF_KIND"].text.startswith(f"kind large: good 0 draws at least {2 * NEED}")
-    with pytest.raises(CheckError, match=r"kind large: .*\n.*other robots: "):
+    with pytest.raises(CheckError, match=r"kind large: .*\n.*robots of no kind: "):
         World(model.replace({"battery.capacity": 90}))
 
 
 def test_a_kind_without_chargers_is_refused_where_it_runs_flat():
     bays = {"home": {"at": ["A"], "places": 2, "chargers": 2, "kinds": ["large"]}}
     model = load(RING, {**TWO, "layout.bays": bays, "tasks.goods": {"random": 20}})
-    with pytest.raises(CheckError, match="other robots: no bay has a charger"):
+    with pytest.raises(CheckError, match="robots of no kind: no bay has a charger"):
         World(model)
 
 
@@ -269,7 +273,7 @@ def test_the_report_has_a_row_for_each_kind():
 
     said = str(kinds_of_robots(dw.simulate(load(RING, TWO), 0)))
     assert "kind large" in said
-    assert "other robots" in said
+    assert "robots of no kind" in said
     assert "52" in said  # 208 of 400
 
 
@@ -286,3 +290,97 @@ def test_the_replay_shows_shares_of_each_battery():
     assert (levels[0], levels[-1]) == (1, pytest.approx(208 / 400))
     assert [battery.capacity for battery in history.batteries] == [400, 200]
     assert dw.plot.battery(dw.simulate(load(RING, TWO), 0)).get_ylim()[1] == pytest.approx(400 * 1.03)
+
+
+def test_plan_counts_all_chargers_of_the_hall_as_the_cost_does():
+    """One charger at home and three for the large robot are four, of which those at home are sized; each costs 100."""
+    large = {"at": ["D"], "total_chargers": 3, "kinds": ["large"]}
+    prices = {"hours": 4000, "robot": 5000, "charger": 100}
+    model = load(RING, {**TWO, **CHARGERS, "layout.bays.large": large, "prices": prices})
+    designs = Designs(model, robots=[2], chargers=[3, 4, 5])
+    assert designs.today == 4
+    assert designs.of_chargers(5)["layout.bays.home.total_chargers"] == 2
+    assert designs.cost((2, 5)) == 2 * 5000 + 5 * 100 == year_of(model.replace(designs.overrides((2, 5))))
+    ranges, [not_tried] = designs.ranges(1.0)
+    assert ranges == [[2], [4, 5]]
+    assert (not_tried.options, not_tried.reason) == (({"chargers": 3},), "bays other than home keep 3 chargers")
+    assert Designs(model, robots=[2]).ranges(1.0)[0][1][0] == 4  # one at home is the least
+    with pytest.raises(StudyError, match="--chargers 2: bays other than home keep 3 chargers"):
+        Designs(model, robots=[2], chargers=[1, 2]).ranges(1.0)
+
+
+LARGE_ALONE = {
+    "layout.bays": {
+        "home": {"at": ["A"], "total_chargers": 2, "kinds": ["large"]},
+        "park": {"at": ["D"], "chargers": 0},
+    },
+    "fleet.kinds.large.count": 2,
+    "fleet.start": [],
+}
+"""Two large robots, which have all chargers."""
+
+
+def test_plan_names_added_robots_of_no_kind_that_have_no_charger_with_the_cure():
+    model = load(RING, {**TWO, **LARGE_ALONE, "tasks.goods": {"random": 40}})
+    ranges, [not_tried] = Designs(model, robots=[2, 3, 4]).ranges(1.0)
+    assert (ranges[0], not_tried.larger) == ([2], True)
+    assert not_tried.options == ({"fleet.size": 3}, {"fleet.size": 4})
+    assert not_tried.reason.startswith("robots of no kind: no bay has a charger, and the batteries do not last: ")
+    assert "; give layout.bays." in not_tried.reason
+
+
+def test_plan_says_which_robots_of_its_fleet_are_never_charged():
+    """Batteries of 200 last for a run of 60, but no longer."""
+    short = {"tasks.goods": {"saturated": 2}, "run.length": 60}
+    model = load(RING, {**TWO, **LARGE_ALONE, **short})
+    found = plan_fleet(model, "robots_busy >= 1 %", robots="3", chargers="2", strategies={}, search=dw.Search(cap=2))
+    [note] = found.answer.notes
+    assert note.startswith("With 3 robots and 2 chargers, no bay has a charger for 1 robot of no kind: give bays for ")
+
+
+def test_kinds_that_share_no_charger_need_one_each():
+    """Each needs 1/11 of a charger, as above: one where they share it, else one each."""
+    busy = {"tasks.goods": {"saturated": 2}, "run.length": 36000}
+    shared = load(RING, {**TWO, **busy})
+    assert estimate(shared).power.needed == 1
+    apart = shared.replace(
+        {
+            "layout.bays.home": {"at": ["A"], "total_chargers": 1, "kinds": ["large"]},
+            "layout.bays.mine": {"at": ["D"], "total_chargers": 1, "kinds": []},
+            "fleet.kinds.small": {"count": 1},
+            "layout.bays.mine.kinds": ["small"],
+            "fleet.start": [],
+        }
+    )
+    said = "1 for kind large and 1 for kind small"
+    assert f"Chargers: 2 are enough, {said}; you have 2." in chargers_in_words(apart)
+    lacking = apart.replace({"layout.bays.home.total_chargers": 2, "layout.bays.mine.total_chargers": 0})
+    have = "2 for kind large and none for kind small"
+    assert f"Chargers: 2 are needed, {said}; you have {have}." in chargers_in_words(lacking)
+
+
+def chargers_in_words(model):
+    return next(line for line in sentences(model, estimate(model)) if line.startswith("Chargers: "))
+
+
+def test_a_wrong_count_of_a_kind_is_the_only_problem():
+    with pytest.raises(ModelError) as error:
+        load(RING, {**TWO, "fleet.kinds.large.count": 3, "prices": {"hours": 4000, "robot": 1, "kinds": {"large": 2}}})
+    [problem] = error.value.problems
+    assert "fleet.kinds.large.count: more robots than are left of fleet.size, 2 (got 3)" in problem
+
+
+def test_a_fleet_that_would_run_flat_while_it_settles_is_simulated_for_its_own_time():
+    """Robots of no kind have no charger; 200 last for 100 s, and not for the day in which others settle."""
+    model = load(
+        RING,
+        {
+            **TWO,
+            **LARGE_ALONE,
+            "fleet.kinds.large.count": 1,
+            "fleet.start_energy": "settled",
+            "tasks.goods": {"saturated": 2},
+            "run.length": 60,
+        },
+    )
+    assert dw.simulate(model).history.end == 60

@@ -88,6 +88,13 @@ def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
     return chargers_by_node
 
 
+def without_charger(model: Model) -> Counter[str]:
+    """Count the robots of each kind ("": ordinary) that no charger serves, where there are chargers for others."""
+    bays, nodes = model.floor.bays, chargers_at(model, model.floor)
+    kinds = model.fleet.kinds_of_robots() if model.battery is not None and nodes else ()
+    return Counter(kind for kind in kinds if not any(bays[node].charges(kind) for node in nodes))
+
+
 def spare_batteries(model: Model) -> dict[str, int]:
     """Count the spare batteries for robots of each kind; only kinds for which they are counted."""
     counts = {kind: alone.policies.charging.params.get("batteries") for kind, alone in by_kind(model).items()}
@@ -256,4 +263,4 @@ def shares(model: Model) -> dict[str, float]:
 
 def kind_in_words(kind: str) -> str:
     """Return the words for the robots of a kind, at the beginning of a line."""
-    return f"kind {kind}" if kind else "other robots"
+    return f"kind {kind}" if kind else "robots of no kind"

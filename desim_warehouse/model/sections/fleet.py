@@ -353,6 +353,13 @@ class Fleet(Part):
             raise wrong(f"{len(places)} places for fleet.size, {size}, expected at most one for each robot")
         return places
 
+    @field_validator("kinds", mode="before")
+    @classmethod
+    def _names(cls, kinds: Any, info: ValidationInfo) -> Any:
+        """Make the names of kinds known even where a kind is wrong, as other sections are not to blame for it."""
+        known(info).kinds = tuple(map(str, kinds)) if isinstance(kinds, Mapping) else None
+        return kinds
+
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: Mapping[str, Kind], info: ValidationInfo) -> Mapping[str, Kind]:
@@ -362,7 +369,6 @@ class Fleet(Part):
                 text = f"more robots than are left of fleet.size, {size} (got {kind.count}), expected at most {left}"
                 raise wrong(text, name, "count")
             left -= kind.count
-        known(info).kinds = tuple(kinds)
         return kinds
 
     @model_validator(mode="after")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
@@ -14,6 +14,7 @@ from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.charging import kind_in_words
 from desim_warehouse.model.facts.workers import Group, groups
 from desim_warehouse.run.quick import Choice, Nearer, left_out
 
@@ -137,15 +138,25 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
         return
     have = f"{power.chargers:,}" if power.chargers else "none"
     they_give = f"{have} {'gives' if power.chargers == 1 else 'give'}"
-    if power.needed <= power.chargers or power.short:
-        number = f"{power.needed:,}" if power.needed else "none"
-        line = f"{_are(number, power.needed or 1, power.needed <= power.chargers)}; you have {have}"
+    number = f"{power.needed:,}" if power.needed else "none"
+    line = _are(number, power.needed or 1, power.enough)
+    if len(power.groups) > 1:
+        needed = _by_kind((group.needed, group.kinds) for group in power.groups)
+        have = have if power.enough else _by_kind((group.chargers, group.kinds) for group in power.groups)
+        line += f", {needed}; you have {have}"
+    elif power.enough or power.short:
+        line += f"; you have {have}"
     elif math.isinf(power.slack):
         line = f"{they_give} less than the fleet draws by day, and the night fills the batteries"
     else:
         share = math.floor(100 * power.gives / (power.draws or math.inf))
         line = f"{power.needed:,} are needed in the long run; {they_give} {share} % of what the fleet draws"
     yield f"Chargers: {line}. {sentence(battery)}"
+
+
+def _by_kind(counts: Iterable[tuple[int, tuple[str, ...]]]) -> str:
+    """Return numbers for the kinds that share chargers: `1 for kind car and none for kind van`."""
+    return spoken([f"{count or 'none'} for {spoken(map(kind_in_words, kinds))}" for count, kinds in counts])
 
 
 def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:

@@ -13,7 +13,8 @@ from desim_warehouse.model import Model
 from desim_warehouse.study.designs.directions import Floor
 from desim_warehouse.study.designs.local_search import Space
 from desim_warehouse.study.factors import Factor, Label
-from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.study.fleet.designs import Designs
+from desim_warehouse.study.possible import refused
 from desim_warehouse.values.arguments import is_whole
 
 Combined: TypeAlias = "tuple[Any, ...]"

@@ -1,6 +1,6 @@
 """Fleet sizing: how many robots and chargers a warehouse needs."""
 
-from desim_warehouse.study.fleet.designs import Designs, OneKey, refused
+from desim_warehouse.study.fleet.designs import Designs, OneKey
 from desim_warehouse.study.fleet.loads import loads_at
 from desim_warehouse.study.fleet.one_key import size_key
 from desim_warehouse.study.fleet.options import ComparedOptions, compare_options
@@ -17,7 +17,6 @@ __all__ = [
     "Strategy",
     "compare_options",
     "loads_at",
-    "refused",
     "size_fleet",
     "size_key",
 ]

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from desim_warehouse.errors import StudyError, WarehouseError
-from desim_warehouse.feasibility import errors
+from desim_warehouse.errors import StudyError, number_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.costs import year_of
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.fleet.people import People
+from desim_warehouse.study.possible import NotTried, possible
 from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.study import StudyEngine
@@ -24,8 +24,9 @@ ROOM = 2.5
 class Designs:
     """The designs that could be built from a model, by their counts: robots, chargers and, on request, people.
 
-    Chargers are counted in the bays that have most of them; 0 if there are none. Only robots without a kind are bought,
-    and only chargers that serve all kinds. `people`: the people that are counted, and where.
+    Chargers are all chargers of the hall; 0 if there are none, or no batteries. Only robots without a kind are added or
+    removed, and only chargers in the bays `zone`, which have most chargers for all kinds or, without such chargers,
+    most for some kinds; the other bays keep theirs (`elsewhere`). `people`: the people that are counted, and where.
     """
 
     scan = False
@@ -39,10 +40,11 @@ class Designs:
         people: Sequence[People] = (),
     ) -> None:
         self.model, self.people = model, tuple(people)
-        self._now = _chargers(model)
-        for_all = [zone for zone in self._now if not model.layout.bays[zone].kinds]
-        zones = (for_all or list(self._now)) if model.battery is not None else []
-        self.zone = max(zones, key=self._now.__getitem__, default=None)
+        chargers_by_zone = _chargers(model) if model.battery is not None else {}
+        for_all = [zone for zone in chargers_by_zone if not model.layout.bays[zone].kinds]
+        self.zone = max(for_all or chargers_by_zone, key=chargers_by_zone.__getitem__, default=None)
+        self.today = sum(chargers_by_zone.values())
+        self.elsewhere = self.today - chargers_by_zone.get(self.zone or "", 0)
         if chargers is not None and self.zone is None:
             raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
         self._robots, self._chargers = robots, chargers
@@ -77,7 +79,7 @@ class Designs:
         return factors
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """Return the changes that give the model a number of chargers, adding slots only where there are too few.
+        """Return the changes that give the hall a number of chargers, adding slots only where there are too few.
 
         Robots also rest in slots, so removing slots along with chargers would confound two changes. If the model has as
         many slots as chargers, each node keeps the slots that all nodes have.
@@ -87,11 +89,12 @@ class Designs:
         bay = self.model.layout.bays[self.zone]
         nodes = sum(item.zone == self.zone for item in self.model.floor.bays.values())
         key = f"layout.bays.{self.zone}"
-        changes: dict[str, Any] = {f"{key}.total_chargers": chargers}
+        here = chargers - self.elsewhere
+        changes: dict[str, Any] = {f"{key}.total_chargers": here}
         if bay.chargers is not None:
             changes[f"{key}.chargers"] = None
-        slots = max(self.today // nodes, 1) if bay.places is None else bay.places
-        if not bay.in_lane and (bay.places is None or chargers > slots * nodes):
+        slots = max((self.today - self.elsewhere) // nodes, 1) if bay.places is None else bay.places
+        if not bay.in_lane and (bay.places is None or here > slots * nodes):
             changes |= {f"{key}.places": slots, f"{key}.grows": True}
         return changes
 
@@ -102,16 +105,22 @@ class Designs:
             return None
         robots, chargers, *people = design
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
-        kinds, others = [*special, *[""] * (robots - len(special))], sum(self._now.values()) - self.today
+        kinds = [*special, *[""] * (robots - len(special))]
         paid = {kind.place: number * kind.nodes for kind, number in zip(self.people, people, strict=True)}
-        return year_of(self.model, kinds, None if self.zone is None else others + chargers, paid)
+        return year_of(self.model, kinds, None if self.zone is None else chargers, paid)
 
     def key(self, design: Counts) -> tuple[float, ...]:
         """Return the sort key of a design: cost, then robots, chargers and people."""
         return (self.cost(design) or 0.0, *map(float, design))
 
-    def counts(self, growth: float) -> list[list[int]]:
-        """Return the numbers of robots, chargers and people to search, by default from the quick estimate."""
+    def ranges(self, growth: float) -> tuple[list[list[int]], tuple[NotTried, ...]]:
+        """Return the numbers of robots, chargers and people to search, and those that cannot be simulated.
+
+        The default is from the quick estimate.
+
+        Raises:
+            StudyError: no fleet can be simulated.
+        """
         model = self.model.replace(more_demand(self.model, growth))
         quick = estimate(model)
         people = [kind.searched(quick, model) for kind in self.people]
@@ -129,39 +138,45 @@ class Designs:
             robots = list(
                 range(max(math.floor(needed / 2), 1), max(math.ceil(ROOM * needed) + 2, model.fleet.size) + 1)
             )
-        robots = [size for size in robots if refused(model, {"fleet.size": size}) is None]
-        if not robots:
-            raise StudyError("no such fleet can be simulated; `desim check` says why, --robots which are searched")
+        robots, not_tried = possible(model, robots, lambda size: {FLEET: size}, lambda size: {FLEET: size})
         if self.zone is None:
-            return [robots, [0], *people]
+            return [robots, [0], *people], not_tried
         if self._chargers is not None:
-            return [robots, list(self._chargers), *people]
+            chargers = [number for number in self._chargers if number > self.elsewhere]
+            if fewer := [number for number in self._chargers if number <= self.elsewhere]:
+                not_tried += (self._too_few(fewer),)
+            if not chargers:
+                raise StudyError(f"--chargers {fewer[-1]}: {not_tried[-1].reason}")
+            return [robots, chargers, *people], not_tried
+        least = self.elsewhere + 1
         short = 0 if quick.power is None or quick.power.needed is None else quick.power.needed * robots[-1]
         most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
-        return [robots, list(range(1, min(most, robots[-1]) + 1)), *people]
+        return [robots, list(range(least, max(min(most, robots[-1]), least) + 1)), *people], not_tried
+
+    def _too_few(self, numbers: Sequence[int]) -> NotTried:
+        """Return numbers of chargers that leave none to size, as the other bays keep theirs."""
+        others = number_of(self.elsewhere, "charger")
+        reason = f"bays other than {self.zone} keep {others}"
+        return NotTried(tuple({"chargers": number} for number in numbers), reason, larger=False)
 
     @property
     def is_fleet(self) -> bool:
         """Whether robots are counted."""
         return True
 
-    @property
-    def today(self) -> int:
-        """The model's own number of chargers in the bays whose chargers are sized."""
-        return self._now.get(self.zone or "", 0)
-
 
 class OneKey(Designs):
     """The values of a study's only factor as designs, smallest first; the count of a design is its position.
 
-    `scan`: whether designs are judged one by one, the first one first, because more need not be better.
+    `scan`: whether designs are judged one by one, the first one first, because more need not be better. `not_tried`:
+    further values, which cannot be simulated.
     """
 
-    def __init__(self, study: StudyEngine, *, scan: bool = False) -> None:
+    def __init__(self, study: StudyEngine, *, scan: bool = False, not_tried: tuple[NotTried, ...] = ()) -> None:
         if len(study.plan.factors) != 1:
             raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
         [self.of] = (factor.key for factor in study.plan.factors)
-        self.model, self.study, self.scan = study.plan.base, study, scan
+        self.model, self.study, self.scan, self.not_tried = study.plan.base, study, scan, not_tried
         self.zone, self.people = None, ()
 
     @property
@@ -185,9 +200,9 @@ class OneKey(Designs):
         """Return the position of a value as its sort key: the smallest is sought, not the cheapest."""
         return tuple(map(float, design))
 
-    def counts(self, growth: float) -> list[list[int]]:  # noqa: ARG002 - the values are given
-        """Return the positions of all values."""
-        return [list(range(len(self.study.points)))]
+    def ranges(self, growth: float) -> tuple[list[list[int]], tuple[NotTried, ...]]:  # noqa: ARG002 - values are given
+        """Return the positions of all values, and the values that cannot be simulated."""
+        return [list(range(len(self.study.points)))], self.not_tried
 
 
 def _chargers(model: Model) -> dict[str, int]:
@@ -198,15 +213,6 @@ def _chargers(model: Model) -> dict[str, int]:
         zone = layout.bays[node].zone
         by_zone[zone] = by_zone.get(zone, 0) + chargers
     return by_zone
-
-
-def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
-    """Return why a changed model cannot be simulated; None if it can."""
-    try:
-        changed = model.replace(overrides)
-    except WarehouseError as error:
-        return str(error).splitlines()[0]
-    return next((finding.text for finding in errors(changed) if finding.code not in changed.accept), None)
 
 
 def more_demand(model: Model, growth: float) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from desim_warehouse.study.fleet.designs import OneKey
 from desim_warehouse.study.fleet.given import goals_of
 from desim_warehouse.study.fleet.plan import Planner
 from desim_warehouse.study.fleet.sizes import FleetSizes
+from desim_warehouse.study.possible import possible_part
 from desim_warehouse.study.procedures import refuse_other
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.judge import Budget
@@ -39,9 +40,10 @@ def size_key(
     if not isinstance(search, Search):
         raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
     refuse_other(study, search)
+    study, not_tried = possible_part(study)
     base, confidence, seed = study.plan.base, study.plan.confidence, study.plan.seed
     goal, zone, beside = goals_of(target, zone, base)
-    designs, budget = OneKey(study, scan=scan), Budget(search.runs or MOST_RUNS)
+    designs, budget = OneKey(study, scan=scan, not_tried=not_tried), Budget(search.runs or MOST_RUNS)
     with replace(search, confidence=confidence, seed=seed).together() as together:
         planner = Planner(base, goal, zone, designs, together, budget, beside=beside)
         sized = planner.size(1.0, {}, study.plan.name)

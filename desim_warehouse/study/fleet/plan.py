@@ -205,7 +205,7 @@ class Planner:
     def size(self, growth: float, changes: Mapping[str, Any], name: str, year: int | None = None) -> Sized:
         """Find the cheapest design for a demand, using the results of other years if years are planned."""
         changes = {**changes, **more_demand(self.model, growth)}
-        ranges = self.designs.counts(growth)
+        ranges, not_tried = self.designs.ranges(growth)
         most = (
             self._most(ranges, changes, name)
             if self.model.pods is not None and self.more_helps and not self.beside and self.of_key is None
@@ -269,6 +269,7 @@ class Planner:
             not self.more_helps,
             cheapest.against,
             self.designs.scan,
+            not_tried,
         )
 
     def _used(

@@ -15,6 +15,7 @@ from desim_warehouse.study.fleet.capped import Capped
 from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.study.fleet.hours import Hour, Lead
 from desim_warehouse.study.fleet.most import Most
+from desim_warehouse.study.possible import NotTried
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
@@ -86,6 +87,7 @@ class Sized:
     were judged one by one on request.
     `trip`: if no design suffices although nothing is scarce, the mean time from release of a task until it is done.
     `lead`: how long before a departure orders must arrive at `best`; None if nothing departs.
+    `not_tried`: robots, chargers or values that were to be searched, but cannot be simulated.
     """
 
     name: str
@@ -109,6 +111,12 @@ class Sized:
     fewer: bool = False
     against: bool = False
     scanned: bool = False
+    not_tried: tuple[NotTried, ...] = ()
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether designs larger than those that were tried cannot be simulated."""
+        return any(item.larger for item in self.not_tried)
 
     @property
     def ordered(self) -> bool:
