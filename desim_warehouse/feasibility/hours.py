@@ -92,7 +92,10 @@ def nobody_at_work(model: Model, flow: str = "") -> Iterator[tuple[float, float]
 
 
 def _hours_of_stops(model: Model, flow: FlowSpec | None) -> list[set[str | None]]:
-    """Return the calendars of each stop of a flow's tasks, one of which must be open; None: always, as storage is."""
+    """Return, for each stop of a flow's tasks, the calendars of its places; None: always open, as storage is.
+
+    One place of every stop must be open.
+    """
     layout, spec_of = model.floor, specs(model, model.floor)
     stops: list[list[End]] = [[destinations(model, layout)]]
     if flow is not None:

@@ -144,7 +144,8 @@ class _Input:
         """Return the middle of the wider of the two outer gaps between the probes around the tipping point."""
         probes = self.bracket()
         gaps = (probes[0], probes[1]), (probes[-2], probes[-1])
-        return sum(max(gaps, key=lambda gap: gap[1] - gap[0])) / 2
+        begin, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+        return (begin + end) / 2
 
     def threshold(self) -> InputThreshold:
         """Return the tipping point that follows from the runs; between two probes, means are interpolated."""

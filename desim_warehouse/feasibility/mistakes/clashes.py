@@ -392,7 +392,7 @@ def _too_small_for_tours(model: Model) -> Iterator[Finding]:
     loads = {kind: robot.capacity for kind, robot in zip(kinds, model.fleet.robots(), strict=True)}
     able = [set(flow.kinds) & loads.keys() if flow.kinds else loads.keys() for flow in flows] or [loads.keys()]
     for kind, own in loads.items():
-        tours = [min(size, max(loads[one] for one in doing)) for doing in able if kind in doing]
+        tours = [min(size, max(loads[able_kind] for able_kind in doing)) for doing in able if kind in doing]
         if tours and min(tours) > own:
             text = f"it carries {number_of(own, 'load')}, and tours have {min(tours)} for larger robots: "
             text += f"{number_of(kinds.count(kind), 'robot')} of this kind never get one"

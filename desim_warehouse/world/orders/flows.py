@@ -310,7 +310,7 @@ class _Flow:
         return priority[-1].priority
 
     def _end(self, named: str | int | None, end: End) -> End | StoragePlace:
-        """Return the place or places that the row of an order names, or otherwise those of the flow."""
+        """Return the place or places that the row of an order names, or otherwise the places of the flow."""
         if named is None:
             return end
         if isinstance(named, int):
