@@ -78,7 +78,7 @@ def possible_part(study: S) -> tuple[S, tuple[NotTried, ...]]:
         for factor in plan.factors
         for by_label in ({level.label: level for level in factor.levels},)
     ]
-    each = {
+    each: dict[str, Any] = {
         name: tuple(values[number] for number in kept)
         for name in ("replications", "warm_up")
         if isinstance(values := getattr(plan, name), tuple)
