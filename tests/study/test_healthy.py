@@ -223,7 +223,7 @@ def test_a_two_way_lane_that_all_must_cross_is_named_with_what_it_costs():
     """D is 12 m: on one-way lanes of 20 m nobody can make way, so one robot at a time is beyond the bridge."""
     model = bridge(4).replace({"fleet.robot.radius": 6})
     found, said = answer(model)
-    assert said.startswith("Two-way lane A - B is the main bottleneck. ")
+    assert said.startswith("Two-way lane A - B is the main bottleneck of all that could be tried; one robot more ")
     suspect, gain = found.ranked[0]
     assert suspect.overrides == {
         "layout.edges.6": {"from": "A", "to": "B", "length": 21, "two_way": True, "side_by_side": True}
