@@ -16,7 +16,7 @@ from desim_warehouse.findings import Finding
 from desim_warehouse.layout import Layout, checks
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.lifts import with_people
-from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.facts.places import destinations, ends_in_stations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.orders import files_of, nodes_named
 
@@ -91,6 +91,7 @@ def _use(model: Model, layout: Layout) -> checks.Use:
         fleet.start,
         homes,
         used,
+        ends_in_stations(model, layout),
         traffic.gridlock,
         traffic.zones,
         traffic.free_nodes,
