@@ -32,8 +32,6 @@ def examine(
     """
     use = _use(model, layout)
     findings = checks.examine(layout, use)
-    if model.pods is not None:  # with pods, more slots may do less: see pods.py
-        findings = [item for item in findings if item.code != "STATION_PLACES"]
     if any(item.level == "error" for item in findings):
         return findings, None
     on_floor = driven(model)

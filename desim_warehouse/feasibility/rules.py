@@ -79,8 +79,7 @@ def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         return
     hour = model.units.hour
     does, could = (
-        amount(variant.capacity * hour)
-        for variant in (estimate, replace(estimate, slots=None, measured=None))
+        amount(variant.capacity * hour) for variant in (estimate, replace(estimate, slots=None, measured=None))
     )
     yield Finding(
         "ONE_AT_WORK",

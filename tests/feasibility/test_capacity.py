@@ -177,3 +177,23 @@ def test_breakdowns_count_in_the_robots_needed_in_the_busiest_hour():
     assert more.peak == usual.peak
     need = [one.busiest_hour.robots_needed for one in (usual, more)]
     assert need[1] == pytest.approx(need[0] / 0.9, rel=0.03)
+
+
+def test_slots_are_named_as_the_busiest_by_a_check_and_by_a_run():
+    """10 robots with 3 slots are asked for 150 of the 3 x 45 = 135 that these let through: 111 %; robots work a third.
+
+    Of the 150 an hour that come, a run delivers some 133.
+    """
+    model = dw.load(ROUND, {"fleet.size": 10, "layout.stations.packing.places": 3})
+    assert "The slots of the stations are busiest: demand is 111 % of their capacity" in str(check(model))
+    assert "The slots of the stations were the busiest, with demand at 11" in str(dw.simulate(model, 0))
+
+
+def test_slots_limit_nobody_where_tasks_end_elsewhere():
+    """Loads that are moved from shelf to shelf need no station, whatever slots there are."""
+    tidy = {"from": "storage", "to": "storage", "arrivals": {"poisson": 20}}
+    places = {"layout.stations.packing.places": 3}
+    for flows in ({"tidy": tidy}, {**ROUND["tasks"]["flows"], "tidy": tidy}):
+        found = check(dw.load({**ROUND, "tasks": {**ROUND["tasks"], "flows": flows}}, places))
+        assert found.calculation.slots is None
+        assert "STATION_PLACES" not in {item.code for item in found.findings}

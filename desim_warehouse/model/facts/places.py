@@ -102,7 +102,12 @@ def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
 
 
 def ends_in_stations(model: Model, layout: Layout) -> tuple[str, ...]:
-    """Return the nodes of stations where tasks end; empty where any task ends elsewhere and so needs no slot."""
+    """Return the nodes of stations where tasks end; empty where any task ends elsewhere and so needs no slot.
+
+    With pods tasks end where the pod is put down again.
+    """
+    if model.pods is not None:
+        return ()
     ends = destinations(model, layout)
     if model.tasks.flows:
         targets = [route.target for flow in model.tasks.flows.values() for route in flow.routes]
