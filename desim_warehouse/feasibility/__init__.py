@@ -16,7 +16,7 @@ from desim_warehouse.findings import Finding
 from desim_warehouse.layout import Layout, checks
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.lifts import with_people
-from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.facts.places import destinations, ends_in_stations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.orders import files_of, nodes_named
 
@@ -32,8 +32,6 @@ def examine(
     """
     use = _use(model, layout)
     findings = checks.examine(layout, use)
-    if model.pods is not None:  # with pods, more slots may do less: see pods.py
-        findings = [item for item in findings if item.code != "STATION_PLACES"]
     if any(item.level == "error" for item in findings):
         return findings, None
     on_floor = driven(model)
@@ -92,6 +90,7 @@ def _use(model: Model, layout: Layout) -> checks.Use:
         fleet.start,
         homes,
         used,
+        ends_in_stations(model, layout),
         traffic.gridlock,
         traffic.zones,
         traffic.free_nodes,

@@ -16,7 +16,7 @@ For `desim check`, the figures of `desim new`, and the fleet with which the sear
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,9 +26,12 @@ from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.lifts import called
 
 CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
+SLOTS = "the number of slots at the stations"
 BUSIEST = 0.99
 """Utilisation of a place up to which a number of robots is given; beyond it, queues grow too long for any number."""
 
+_ROUNDING = 1e-9
+"""Relative error of a number of robots worked out from times."""
 _DIGITS = 9
 """Decimals to which limits of lifts are compared."""
 MORE = 1.1
@@ -48,7 +51,8 @@ class QuickEstimate:
         width: width of the floor, from the westernmost to the easternmost node; `height` from north to south.
         metre: the length unit in metres; None if its name does not tell.
         lanes_hold: number of robots that can stand in the lanes at once.
-        robots: size of the fleet; `at_work` of them can be on a task at a time, as station slots allow.
+        robots: size of the fleet.
+        slots: number of robots that can be on a task at a time, as each needs a slot at its station; None: all.
         most_out: number of robots that may be under way at once (the key `traffic.most_out`); None: all.
         cycle: the mean task, over robots of different kinds.
         sample: number of tasks in the measurement with single robots.
@@ -73,7 +77,7 @@ class QuickEstimate:
     metre: float | None
     lanes_hold: int
     robots: int
-    at_work: int
+    slots: int | None
     cycle: MeanTask
     sample: int
     rate: float | None
@@ -104,6 +108,16 @@ class QuickEstimate:
         return self.cycle.time + (self.charging or 0.0)
 
     @property
+    def at_work(self) -> int:
+        """The number of robots that can be on a task at a time."""
+        return self.robots if self.slots is None else min(self.robots, self.slots)
+
+    @property
+    def most_useful(self) -> float:
+        """The robots, with fractions, that take all slots of the stations, those that charge meanwhile included."""
+        return math.inf if self.slots is None else self.slots * self.round / (self.cycle.time or math.inf)
+
+    @property
     def places(self) -> list[Place]:
         """The servers of stations and the chargers at which robots queue while they are on duty."""
         places = [
@@ -129,7 +143,8 @@ class QuickEstimate:
         """The queueing network of the fleet, fitted to the throughput that a probe measured."""
         if self.measured is None or not self.on_duty:
             return self.queues
-        return self.queues.doing(self.capacity / self.on_duty, min(self.robots, self.at_work))
+        limit = min((limit for name, limit in self.limits.items() if name != THE_ROBOTS), default=math.inf)
+        return self.queues.doing(self.capacity / self.on_duty, self._of_use(self.robots), limit / self.on_duty)
 
     @property
     def places_limit(self) -> dict[str, float]:
@@ -144,6 +159,8 @@ class QuickEstimate:
             limits[PICKERS] = self.pickers.most_tasks(self.on_duty)
         if math.isfinite(charged := self._charged(1)):
             limits[CHARGERS] = charged
+        if self.slots is not None and self.cycle.time:
+            limits[SLOTS] = self.slots * self.on_duty / self.cycle.time
         if self.most_out is not None and self.cycle.time:
             limits["traffic.most_out"] = self.most_out * self.on_duty / self.cycle.time
         return limits
@@ -182,9 +199,12 @@ class QuickEstimate:
 
     def throughput(self, robots: int) -> float:
         """Return the tasks per time unit that a number of robots can do, with queues at stations and chargers."""
-        slots = self.at_work if self.at_work < self.robots else robots
-        free = self.network.throughput(min(robots, slots)) * self.on_duty
+        free = self.network.throughput(self._of_use(robots)) * self.on_duty
         return min(free, self._charged(robots), *self.places_limit.values())
+
+    def _of_use(self, robots: int) -> int:
+        """Return how many of some robots find a slot at the stations while the others charge."""
+        return min(robots, math.ceil(self.most_useful * (1 - _ROUNDING))) if self.slots is not None else robots
 
     @property
     def robots_busy(self) -> float | None:
@@ -203,22 +223,23 @@ class QuickEstimate:
 
     @property
     def can_do_at_most(self) -> float:
-        """Tasks per time unit above which demand is more than the fleet can do: as measured, else of its robots."""
-        return self.capacity if self.measured else self.fleet_capacity
+        """Tasks per time unit above which demand is more than the fleet can do: as measured, else of robots at work."""
+        return self.capacity if self.measured else min(self.fleet_capacity, self.places_limit.get(SLOTS, math.inf))
 
     def robots_for(self, rate: float) -> float:
         """Return the number of robots, with fractions, that do `rate` tasks per time unit; inf if no number does."""
         if not self.on_duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf
         robots = self.network.robots_for(rate / self.on_duty)
-        return robots if math.isinf(robots) or rate <= self._charged(math.ceil(robots)) else math.inf
+        can_work = robots <= self.most_useful * (1 + _ROUNDING)
+        return robots if can_work and rate <= self._charged(math.ceil(robots)) else math.inf
 
     @cached_property
     def knee(self) -> tuple[int, str]:
         """The number of robots from which on twice as many do less than a tenth more, and the cause, in words."""
         most, why = self.lanes_hold, "the room in the lanes"
-        if self.at_work < min(most, self.robots):
-            most, why = self.at_work, "the number of slots at the stations"
+        if self._of_use(most) < most:
+            most, why = self._of_use(most), SLOTS
         limits = dict(self.places_limit)
         if self.crossing is not None and self.crossing_capacity is not None:
             limits[f"the intersection {self.crossing}"] = self.crossing_capacity * self.on_duty
@@ -252,7 +273,7 @@ class QuickEstimate:
     @property
     def throughput_of_queues(self) -> float:
         """Tasks per time unit of the fleet, limited only by its queues."""
-        return min(self.queues.throughput(min(self.robots, self.at_work)) * self.on_duty, self.most)
+        return min(self.queues.throughput(self._of_use(self.robots)) * self.on_duty, self.most)
 
     @property
     def range(self) -> tuple[float, float]:
@@ -306,24 +327,43 @@ class Network:
         self._away = alone - float(self._each.sum())
         self._queues = np.zeros(len(self.places))
         self._done = [0.0]
+        self._fewer: tuple[int, Network] | None = None
 
-    def doing(self, rate: float, robots: int) -> Network:
-        """Return the network fitted to a measured throughput of a number of robots, by its queues or by other time."""
-        slow, fast = self.throughput(robots), min(robots / self.alone, self.most)
-        if rate >= fast:
-            return Network(robots / rate, self._all, float(fast > slow))
+    def doing(self, rate: float, robots: int, limit: float = math.inf) -> Network:
+        """Return the network fitted to a measured throughput of a number of robots, by its queues or by other time.
+
+        `limit`: the most that anything but these robots lets through; at it, the rate tells nothing of their own time.
+        """
+        most = min(self.most, limit)
+        slow, fast = self.throughput(robots), min(robots / self.alone, most)
+        if rate >= fast * (1 - _ROUNDING):
+            alone = robots / rate if fast < most else self.alone
+            return Network(alone, self._all, float(fast > slow))
         if rate >= slow:
             return Network(self.alone, self._all, (rate - slow) / (fast - slow))
-        least, most = self.alone, LONGEST * robots / rate
-        for _ in range(STEPS):
-            middle = (least + most) / 2
-            least, most = (middle, most) if Network(middle, self._all).throughput(robots) > rate else (least, middle)
-        return Network(most, self._all)
+        fitted = Network(
+            _fitted(lambda time: Network(time, self._all), rate, robots, self.alone, LONGEST * robots / rate), self._all
+        )
+        fitted._fewer = (robots, self._in_each_other_s_way(rate, robots))
+        return fitted
+
+    def _in_each_other_s_way(self, rate: float, robots: int) -> Network:
+        """Return the network in which robots queue for one more place, so that a number of them do a measured rate.
+
+        It stands for the lanes: fewer robots are less in each other's way.
+        """
+
+        def crowded(time: float) -> Network:
+            return Network(self.alone, [*self._all, Place("the lanes", time, 1)])
+
+        return crowded(_fitted(crowded, rate, robots, 0.0, self._away))
 
     def throughput(self, robots: int) -> float:
         """Return the tasks per time unit that a number of robots do, by mean value analysis."""
         if not self.alone:
             return math.inf
+        if self._fewer is not None and robots < self._fewer[0]:
+            return min(self._fewer[1].throughput(robots), self.throughput(self._fewer[0]))
         if not self.places:
             return robots / self.alone
         while len(self._done) <= robots:
@@ -343,10 +383,18 @@ class Network:
         """Return the number of robots, with fractions, that do `rate` tasks per time unit; inf if no number does."""
         if rate > BUSIEST * self.most:
             return math.inf
-        if not self.places:
+        if not self.places and self._fewer is None:
             return rate * self.alone
         robots = 1
         while self.throughput(robots) < rate:
             robots += 1
         below = self.throughput(robots - 1)
         return robots - 1 + (rate - below) / (self.throughput(robots) - below)
+
+
+def _fitted(network: Callable[[float], Network], rate: float, robots: int, least: float, most: float) -> float:
+    """Return the time, between two bounds, with which a number of robots do a rate in a network of this time."""
+    for _ in range(STEPS):
+        middle = (least + most) / 2
+        least, most = (middle, most) if network(middle).throughput(robots) > rate else (least, middle)
+    return most

@@ -10,7 +10,7 @@ import math
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak
+from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak, of_slots
 
 
 def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
@@ -43,6 +43,7 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
             foreseen.append(Load(group, mean, in_peak(model, group, mean), mean))
         else:
             foreseen.append(at_nodes(model, group, of_people if group.kind == "people" else of_servers))
+    foreseen.append(of_slots(model, rate * estimate.cycle.time / (estimate.on_duty or math.inf)))
     return tuple(load for load in foreseen if load is not None)
 
 

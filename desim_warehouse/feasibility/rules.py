@@ -34,7 +34,6 @@ FEW = 30
 SHORTEST = 1500.0
 """Evaluation period in seconds below which an endless run shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
-NO_NUMBER = "no number of robots keeps up: see what limits them"
 _ROUNDING = 1e-9
 """Relative error of a measured share."""
 
@@ -84,8 +83,7 @@ def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
         return
     hour = model.units.hour
     does, could = (
-        amount(variant.capacity * hour)
-        for variant in (estimate, replace(estimate, at_work=estimate.robots, measured=None))
+        amount(variant.capacity * hour) for variant in (estimate, replace(estimate, slots=None, measured=None))
     )
     yield Finding(
         "ONE_AT_WORK",
@@ -232,12 +230,13 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
     """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
+    staff = {station.doing: station.staff for station in estimate.stations}
     if math.isinf(need):
-        return NO_NUMBER
+        limit = estimate.narrowest
+        return f"no number of robots keeps up, as {limiting(limit, staff.get(limit, ''))}"
     robots, limit = estimate.knee
     if need <= robots:
         return f"at least {math.ceil(need)} robots are needed{how}"
-    staff = {station.doing: station.staff for station in estimate.stations}
     return f"more than about {number_of(robots, 'robot')} hardly do more, as {limiting(limit, staff.get(limit, ''))}"
 
 

@@ -39,8 +39,9 @@ SHARPEST_MERGE = math.radians(60)
 class Use:
     """How a model uses a layout: D (`contact`), the number of robots, and the nodes where they start, live and unload.
 
-    `free`: nodes that are open to all robots at once. `timed`: nodes with a node time of their own. `people`: the share
-    of the time for which people have each lift, by the name of the lift.
+    `ends`: nodes of the stations where tasks end; empty where any task ends elsewhere. `free`: nodes that are open to
+    all robots at once. `timed`: nodes with a node time of their own. `people`: the share of the time for which people
+    have each lift, by the name of the lift.
     """
 
     contact: float
@@ -48,6 +49,7 @@ class Use:
     start: tuple[str, ...]
     homes: tuple[str, ...]
     unload_at: tuple[str, ...]
+    ends: tuple[str, ...] = ()
     gridlock: str = "auto"
     zones: Mapping[str, ZoneSpec] = field(default_factory=dict)
     free: frozenset[str] = frozenset()
@@ -284,9 +286,8 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
 
 def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
     """Find stations whose slots limit the number of robots on tasks, as robots wait in bays until a slot is free."""
-    used = dict.fromkeys(use.unload_at)
-    if all(node in layout.stations for node in used):
-        places = sum(layout.stations[node].places for node in used)
+    if use.ends:
+        places = sum(layout.stations[node].places for node in use.ends)
         if places == 1 < use.robots:
             return  # ONE_AT_WORK, with what it costs
         if places < use.robots:
@@ -298,7 +299,7 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
                 "more slots let more of them work",
             )
             return
-        full = [node for node in used if layout.stations[node].places <= layout.stations[node].servers]
+        full = [node for node in use.ends if layout.stations[node].places <= layout.stations[node].servers]
         if full and places < 2 * use.robots:
             zones = dict.fromkeys(layout.stations[node].zone for node in full)
             yield Finding(

@@ -75,7 +75,7 @@ def _node_or(zones: str) -> AfterValidator:
 
 
 def _nodes(zones: str) -> AfterValidator:
-    """Return a validator that replaces the name of a bay or station by its nodes; a node of this name has precedence.
+    """Return a validator that replaces the name of a bay or station by its nodes.
 
     A bay or station that is itself wrong has no nodes: its name stays, so that the list does not count as empty.
     """

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import LayoutError, ModelError, got, number_of
+from desim_warehouse.errors import LayoutError, ModelError, first_of, got, number_of
 from desim_warehouse.findings import Acceptable
 from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
@@ -25,6 +25,7 @@ from desim_warehouse.model.parse import Document, from_mapping, valid
 from desim_warehouse.model.sections.departures import Timetable
 from desim_warehouse.model.sections.fleet import BatterySpec, Fleet
 from desim_warehouse.model.sections.flows import (
+    STORAGE,
     FlowSpec,
     PoissonArrivals,
     Profile,
@@ -458,6 +459,25 @@ class Model(Part):
             raise wrong("a layout of nodes without edges, expected at least one entry", "edges")
         return layout
 
+    @field_validator("layout")
+    @classmethod
+    def _names_mean_one_thing(cls, layout: LayoutSpec, info: ValidationInfo) -> LayoutSpec:
+        """Refuse a bay or station with the name of a node, unless it is at this node alone and both mean the same."""
+        here = known(info)
+        problems = [
+            wrong(
+                f"two meanings: node {name}, and the {kind[:-1]} at {first_of(nodes, 3)}, expected another name",
+                kind,
+                name,
+            )
+            for kind, nodes_of in here.zones.items()
+            for name, nodes in nodes_of.items()
+            if name in (here.nodes or ()) and nodes != (name,)
+        ]
+        if problems:
+            raise all_wrong(problems)
+        return layout
+
     @field_validator("fleet")
     @classmethod
     def _of_kinds(cls, fleet: Fleet, info: ValidationInfo) -> Fleet:
@@ -465,6 +485,18 @@ class Model(Part):
         for name, bay in () if layout is None else layout.bays.items():
             see_kinds(((None, kind) for kind in bay.kinds), tuple(fleet.kinds), TOP, "layout", "bays", name, "kinds")
         return fleet
+
+    @field_validator("tasks")
+    @classmethod
+    def _storage_means_places(cls, tasks: Tasks, info: ValidationInfo) -> Tasks:
+        """Refuse nodes and stations called `storage` beside flows, where this word means any storage place."""
+        layout: LayoutSpec | None = info.data.get("layout")
+        named = {} if layout is None or not tasks.flows else {"nodes": layout.nodes, "stations": layout.stations}
+        for kind, names in named.items():
+            if STORAGE in names:
+                text = f"two meanings: any storage place, in flows, and this {kind[:-1]}, expected another name"
+                raise wrong(text, TOP, "layout", kind, STORAGE)
+        return tasks
 
     @field_validator("tasks")
     @classmethod

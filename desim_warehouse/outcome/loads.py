@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.hours import longest_closed
-from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak
+from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, of_slots
 from desim_warehouse.outcome import measures
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.resources import use_of_stations
@@ -28,13 +28,14 @@ _WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING, Phase.
 class RobotTime(NamedTuple):
     """Shares of work, drives back to parking, and waits in the time in which robots are on duty and not broken.
 
-    `held`: all waits. `traffic`: the waits in traffic among them.
+    `held`: all waits. `traffic`: the waits in traffic among them. `tasks`: work and waits without charging.
     """
 
     work: float
     back: float
     held: float
     traffic: float
+    tasks: float
 
 
 def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
@@ -48,11 +49,12 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
 
     whole = 1 - share(OFF_DUTY) - share(BROKEN)
     if whole <= measures.ROUNDING or not math.isfinite(kpis.get(f"share_{AT_START}", math.nan)):
-        return RobotTime(*[math.nan] * 4)
+        return RobotTime(*[math.nan] * 5)
     back, work = share(phases(Phase.TO_BAY)), share(phases(*_WORK))
     traffic = kpis.get("share_waiting", 0.0)
     held = max(whole - share([AT_START]) - back - work, 0.0)
-    return RobotTime(work / whole, back / whole, held / whole, traffic / whole)
+    tasks = work - share(phases(Phase.CHARGING)) + held
+    return RobotTime(work / whole, back / whole, held / whole, traffic / whole, tasks / whole)
 
 
 def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
@@ -71,6 +73,7 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
                 measured.append(Load(LANES, time.traffic))
             mean = time.work * carried
             measured.append(Load(group, mean, in_peak(model, group, mean, since), mean, time.back, time.held))
+            measured.append(of_slots(model, time.tasks * group.number * carried, since))
         elif group.kind == "pickers" and not group.zone:
             mean = (kpis.get("picker_utilisation", math.nan) + kpis.get("picker_walking", math.nan)) * carried
             measured.append(Load(group, mean, in_peak(model, group, mean, since), mean))

@@ -31,6 +31,7 @@ from desim_warehouse.model import Model, load
 from desim_warehouse.model.messages import Keys, Outline
 from desim_warehouse.model.parse import from_file, valid
 from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
+from desim_warehouse.model.sections.flows import STORAGE
 from desim_warehouse.plants.checks import DIGITS, distance, floor_of, put_right
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
 from desim_warehouse.plants.levels import DOORS, RIDE, make_room_for_cabins
@@ -285,10 +286,10 @@ class _Maker:
             parks = list(dict.fromkeys([*self.stops.unload, *self.stops.load]))
             self.plant.assume("layout.bays", "no parking is drawn, so robots park beside the points where they work")
         bays: Content = {}
-        if chargers:
-            bays["chargers"] = {"at": chargers, "places": 1, "grows": True, "chargers": 1}
-        if parks:
-            bays["parking"] = {"at": parks, "places": 1, "grows": True, "chargers": 0}
+        for wanted, points, each in (("chargers", chargers, 1), ("parking", parks, 0)):
+            if points:
+                name = self.named_apart(wanted, points, bays)
+                bays[name] = {"at": points, "places": 1, "grows": True, "chargers": each}
         for name in bays:
             self.plant.assume(f"layout.bays.{name}.grows", "room for one vehicle, and for all that start there")
         return bays
@@ -310,8 +311,13 @@ class _Maker:
         stations: Content = {}
         for locations, points in groups.items():
             name = " + ".join(filter(None, locations)) or points[0]
-            stations[unique(name, stations)] = {"at": points, "places": places}
+            stations[self.named_apart(name, points, stations)] = {"at": points, "places": places}
         return stations
+
+    def named_apart(self, wanted: str, points: list[str], taken: Iterable[str]) -> str:
+        """Return a name for a bay or station that no other has, nor a point except the only one that it is at."""
+        others = {point for point in self.plant.points if points != [point]}
+        return unique(wanted, {*taken, *others, STORAGE})
 
     def lifts(self) -> Content:
         """Return the lifts, with assumed times, as no drawing states them."""
@@ -396,11 +402,7 @@ class _Maker:
             return times
         return {
             "goods": self.goods(stations) or {"saturated": "fleet"},
-            "unload_at": [
-                target
-                for name, item in stations.items()
-                for target in (item["at"] if name in self.plant.points else [name])
-            ],
+            "unload_at": list(stations),
             "station_choice": "random",
             **times,
         }
@@ -411,10 +413,9 @@ class _Maker:
         named = {item["at"][0]: name for name, item in stations.items() if len(item["at"]) == 1}
         tasks = []
         for transport in self.stops.tasks:
-            name = named.get(transport.target, transport.target)
             task: Content = {
                 "good": storage[transport.source],
-                "to": name if name not in self.plant.points else transport.target,
+                "to": named.get(transport.target, transport.target),
             }
             task.update({"release": _round(transport.release)} if transport.release else {})
             task.update({"due": _round(transport.due)} if transport.due is not None else {})

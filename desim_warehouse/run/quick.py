@@ -30,7 +30,7 @@ from desim_warehouse.model.facts.demand import arrival_rate, open_share
 from desim_warehouse.model.facts.disturbances import closures, disturbances, failing_lifts, ridden_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
-from desim_warehouse.model.facts.places import destinations, handling, specs, worked_capacity
+from desim_warehouse.model.facts.places import destinations, handling, slots, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
 from desim_warehouse.run.backlog import flows_of
 from desim_warehouse.run.probe import Probe, calm, probe
@@ -82,7 +82,8 @@ def _estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     layout, count, probes = model.floor, _robots_by_kind(model), _probes(model, waiting)
     of_kinds = {kind: _task(model, kind, probed) for kind, probed in probes.items()}
     cycle = mixed(of_kinds, count)
-    rate, peak, busy = arrival_rate(model), peak_rate(model), min(_at_work(model, layout), sum(count.values()))
+    rate, peak, places = arrival_rate(model), peak_rate(model), slots(model, layout)
+    busy = min(places or model.fleet.size, sum(count.values()))
     balance = power(model, layout, cycle, of_kinds, rate, busy)
     charging = None
     if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
@@ -95,12 +96,12 @@ def _estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         model.units.metre,
         checks.room(layout, model.fleet.contact, closed(zones_on(layout, model.traffic.zones))),
         model.fleet.size,
-        busy,
+        places,
         cycle,
         sum(probed.tasks for probed in probes.values()),
         rate,
         charging,
-        busy * duty / total if total else math.inf,
+        sum(count.values()) * duty / total if total else math.inf,
         _stations(model, layout, probes, count, rate),
         *_crossing(model, probes),
         balance,
@@ -159,14 +160,6 @@ def _robots_by_kind(model: Model) -> dict[str, int]:
 
 def _probes(model: Model, waiting: int | None) -> dict[str, Probe]:
     return {kind: probe(model, kind, waiting or _known(model)) for kind in _robots_by_kind(model)}
-
-
-def _at_work(model: Model, layout: Layout) -> int:
-    """Return how many robots can be on a task at once: each needs a slot at its station from the start."""
-    used = destinations(model, layout)
-    if model.tasks.flows or not all(node in layout.stations for node in used):
-        return model.fleet.size
-    return min(model.fleet.size, sum(layout.stations[node].places for node in used))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.feasibility.estimate import Network, Place
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.check import check
-from desim_warehouse.run.quick import estimate
+from desim_warehouse.run.quick import estimate, measured
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
 
@@ -96,16 +96,57 @@ def test_check_says_between_what_an_overloaded_fleet_does_with_its_traffic(lanes
     ("length", "below", "above"), [("150 min", 0.05, 0.05), pytest.param("4 h", 0.0, 0.02, marks=pytest.mark.long)]
 )
 def test_slots_of_stations_count_with_flows(length, below, above):
-    """One slot for eight robots: they come to it one by one, which sums of their times do not see."""
+    """One slot for eight robots: they come to it one by one."""
     flows = {"orders": {"from": "storage", "to": "packing", "arrivals": {"poisson": 38}}}
     tasks = {"load_time": 10, "unload_time": 20, "station_choice": "least-loaded", "flows": flows}
     one = {"layout.stations.packing.places": 1, "layout.stations.packing.servers": 1}
     model = hall({"tasks": tasks, **one, "run.length": length})
     found = check(model).calculation
     least, most = found.range
-    assert found.most > 2 * most
+    assert found.bottleneck == "the number of slots at the stations"
     done = dw.simulate(model, 2).kpis["throughput_per_hour"] / 3600
     assert (1 - below) * least <= done <= (1 + above) * most
+
+
+ROUND = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 10], "D": [0, 10]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"edge": ["A", "B"], "offset": 5}, {"edge": ["A", "B"], "offset": 15}],
+        "bays": {"home": {"at": ["D"], "places": 20}},
+        "stations": {"packing": {"at": ["C"], "places": 20}},
+    },
+    "fleet": {"size": 6, "robot": {"radius": 0.4, "speed": 1, "margin": 0.2}},
+    "tasks": {
+        "load_time": 10,
+        "unload_time": 10,
+        "flows": {"orders": {"from": "storage", "to": "packing", "arrivals": {"poisson": 150}}},
+    },
+    "run": {"length": "4 h", "warm_up": "30 min"},
+}
+"""A way round of 60 s, 10 to load and 10 to unload: a robot does 45 tasks an hour, and 150 need 3.3 robots."""
+
+
+@pytest.mark.parametrize("changes", [{}, {"tasks.load_time": 20, "tasks.unload_time": 1}])
+def test_how_many_robots_are_needed_does_not_depend_on_how_many_there_are(changes):
+    """Of 20 robots most wait: for the server, which does 360 tasks an hour, or behind those that load in the lane."""
+    for size in (6, 20):
+        assert 3.3 < measured(dw.load(ROUND, {**changes, "fleet.size": size})).robots_needed < 4
+
+
+@pytest.mark.parametrize("by_flows", [True, False])
+def test_slots_that_let_too_few_robots_work_are_the_limit_of_any_fleet(by_flows):
+    """Each robot needs one of 3 slots from the start of a task to its end: 3 x 45 = 135 tasks an hour, not 150."""
+    drawn = {"load_time": 10, "unload_time": 10, "goods": {"poisson": 150}, "unload_at": ["packing"]}
+    tasks = ROUND["tasks"] if by_flows else drawn
+    found = check(dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 3}))
+    assert found.calculation.range[1] * 3600 == pytest.approx(135)
+    assert found.calculation.robots_needed == math.inf
+    assert "Robots: no number is enough for 150 loads an hour, as the number of slots at the stations is the limit" in (
+        str(found)
+    )
+    enough = dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 4})
+    assert measured(enough).robots_needed == pytest.approx(3.35, abs=0.1)
 
 
 def test_chargers_that_just_give_what_is_drawn_are_no_shortage():
@@ -136,3 +177,23 @@ def test_breakdowns_count_in_the_robots_needed_in_the_busiest_hour():
     assert more.peak == usual.peak
     need = [one.busiest_hour.robots_needed for one in (usual, more)]
     assert need[1] == pytest.approx(need[0] / 0.9, rel=0.03)
+
+
+def test_slots_are_named_as_the_busiest_by_a_check_and_by_a_run():
+    """10 robots with 3 slots are asked for 150 of the 3 x 45 = 135 that these let through: 111 %; robots work a third.
+
+    Of the 150 an hour that come, a run delivers some 133.
+    """
+    model = dw.load(ROUND, {"fleet.size": 10, "layout.stations.packing.places": 3})
+    assert "The slots of the stations are busiest: demand is 111 % of their capacity" in str(check(model))
+    assert "The slots of the stations were the busiest, with demand at 11" in str(dw.simulate(model, 0))
+
+
+def test_slots_limit_nobody_where_tasks_end_elsewhere():
+    """Loads that are moved from shelf to shelf need no station, whatever slots there are."""
+    tidy = {"from": "storage", "to": "storage", "arrivals": {"poisson": 20}}
+    places = {"layout.stations.packing.places": 3}
+    for flows in ({"tidy": tidy}, {**ROUND["tasks"]["flows"], "tidy": tidy}):
+        found = check(dw.load({**ROUND, "tasks": {**ROUND["tasks"], "flows": flows}}, places))
+        assert found.calculation.slots is None
+        assert "STATION_PLACES" not in {item.code for item in found.findings}

@@ -137,19 +137,24 @@ def test_the_busiest_hour_of_a_run_is_one_that_counts():
     assert peak_factor(model, packers, 3600) == pytest.approx(45 / 32.5)
 
 
-def test_a_station_that_more_robots_do_not_relieve_is_named_instead_of_their_number():
-    """The server of pack does 60 tasks an hour, of 60 s each: two robots need a third, but four hardly need a fifth."""
+def test_slots_that_more_robots_do_not_relieve_are_named_instead_of_their_number():
+    """The way round takes 144 s, with 60 s at the server of pack: 58 tasks an hour need 58 x 144 / 3600 = 2.3 robots.
+
+    With 2 slots at pack 2 of 4 robots work, and do 50; with 8 slots the server does 60, and a third robot is enough.
+    """
     flow = {"from": "dock", "to": "pack", "unload_time": 60}
     rates = {"PEAK_ABOVE_FLEET": {"profile": {"per_hour": [20, 58, 20]}}, "DEMAND_ABOVE_FLEET": {"poisson": 58}}
     cures = {
-        (size, code): found(checked({**flow, "arrivals": arrivals}, fleet__size=size))[code].cure
+        (size, slots, code): found(
+            checked({**flow, "arrivals": arrivals}, fleet__size=size, layout__stations__pack__places=slots)
+        )[code].cure
         for code, arrivals in rates.items()
-        for size in (2, 4)
+        for size, slots in ((4, 2), (2, 8))
     }
-    station = "more than about 5 robots hardly do more, as unloading at D (1 server) is the limit"
-    assert cures[4, "PEAK_ABOVE_FLEET"] == cures[4, "DEMAND_ABOVE_FLEET"] == station
-    assert cures[2, "PEAK_ABOVE_FLEET"] == "at least 3 robots are needed to keep up with it"
-    assert cures[2, "DEMAND_ABOVE_FLEET"] == "at least 3 robots are needed, each with a place at a station"
+    full = "no number of robots keeps up, as the number of slots at the stations is the limit"
+    assert cures[4, 2, "PEAK_ABOVE_FLEET"] == cures[4, 2, "DEMAND_ABOVE_FLEET"] == full
+    assert cures[2, 8, "PEAK_ABOVE_FLEET"] == "at least 3 robots are needed to keep up with it"
+    assert cures[2, 8, "DEMAND_ABOVE_FLEET"] == "at least 3 robots are needed, each with a place at a station"
 
 
 def test_more_than_the_fleet_can_do():

@@ -67,7 +67,8 @@ def test_demand_beyond_pickers_is_measured_by_the_walks_among_robots_that_they_k
 
 
 def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
-    model = dw.load(RING, {"tasks.goods": {"saturated": 8}, "fleet.size": 3, "run.length": "1 h", "pickers.speed": 0.1})
+    changes = {"tasks.goods": {"saturated": 8}, "fleet.size": 3, "run.length": "1 h", "pickers.speed": 0.1}
+    model = dw.load(RING, {**changes, "layout.stations.packing.places": 20})
     quick = estimate(model)
     text = " ".join(sentences(model, quick))
     assert "1 picker, 3 storage places" in text

@@ -39,7 +39,7 @@ def test_a_short_lane_would_make_robots_wait_in_the_cabin():
     ("changes", "what"),
     [
         ({"layout__stations": {"wards": {"at": ["lift1"]}}}, "station wards"),
-        ({"layout__bays": {"home": {"at": ["lift0"], "places": 4}}}, "bay home"),
+        ({"layout__bays": {"yard": {"at": ["lift0"], "places": 4}}}, "bay yard"),
         ({"layout__storage": [{"node": "lift0"}]}, "good 0"),
         ({"traffic__zones": {"doors": {"members": [["hall", "lift0"]], "rule": "one-robot"}}}, "zone doors"),
     ],

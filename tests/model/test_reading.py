@@ -183,18 +183,55 @@ def test_importing_the_schema_and_reading_needs_no_yaml_reader_yet():
 def test_the_name_of_a_station_or_bay_stands_for_its_nodes():
     zones = {
         "layout.bays.home": {"along": "north", "every": 2},
-        "layout.stations": {"pack": {"along": "south"}, "D": {"at": ["A"]}},
+        "layout.stations": {"pack": {"along": "south"}, "A": {"at": ["A"]}},
         "tasks.station_choice": "nearest",
     }
-    named = load(SMALL, {**zones, "fleet.start": ["home"], "tasks.unload_at": ["pack", "D"]})
+    named = load(SMALL, {**zones, "fleet.start": ["home"], "tasks.unload_at": ["pack", "A"]})
     assert named.fleet.start == ("A", "C")
-    assert named.tasks.unload_at == ("D", "E", "F", "D")  # a node of that name comes first
+    assert named.tasks.unload_at == ("D", "E", "F", "A")
     assert load(named.content()) == named
     assert problems(SMALL, {**zones, "tasks.unload_at": ["pak"]}) == [
         (
             "override tasks.unload_at: tasks.unload_at.0: no such node or station (got 'pak'), "
-            "expected one of A, B, C, D, E or F, or station pack or D; did you mean 'pack'?"
+            "expected one of A, B, C, D, E or F, or station pack or A; did you mean 'pack'?"
         )
+    ]
+
+
+def test_a_bay_or_station_has_no_name_that_means_another_node():
+    """Blocks call their nodes A to F, so flows to the station A at D would be unloaded in the lane at node A."""
+    changes = {
+        "layout.bays": {"A": {"at": ["A"]}, "B": {"at": ["B", "C"]}},
+        "layout.stations": {"A": {"at": ["D"]}, "C": {"at": ["C", "E"]}, "E": {"at": ["F"]}, "pack": {"at": ["B"]}},
+    }
+    assert problems(SMALL, changes) == [
+        f"override layout.{kind}s: layout.{kind}s.{name}: two meanings: node {name}, and the {kind} at {at}, "
+        "expected another name"
+        for kind, name, at in (
+            ("bay", "B", "B, C"),
+            ("station", "A", "D"),
+            ("station", "C", "C, E"),
+            ("station", "E", "F"),
+        )
+    ]
+
+
+def test_flows_to_storage_mean_the_shelves_and_nothing_else_of_this_name():
+    floor = {
+        "nodes": {"dock": [0, 0], "storage": [9, 0], "belt": [9, 9]},
+        "edges": [["dock", "storage"], ["storage", "belt"], ["belt", "dock"]],
+        "storage": [{"edge": ["dock", "storage"], "offset": 4}],
+        "bays": {"home": {"at": ["dock"]}},
+        "stations": {"storage": {"at": ["storage"]}},
+    }
+    flow = {"from": "dock", "to": "storage", "arrivals": {"poisson": 10}}
+    tasks = {"flows": {"goods in": flow}, "load_time": 5, "unload_time": 5}
+    model = {**SMALL, "layout": floor, "tasks": tasks, "run": {"length": 9}}
+    meant = "two meanings: any storage place, in flows, and this"
+    assert problems(model) == [f"<mapping>: layout.nodes.storage: {meant} node, expected another name"]
+    bench = {"layout": {**SMALL["layout"], "stations": {"storage": {"at": ["D"]}}}}
+    assert problems({**model, **bench, "tasks": {**tasks, "flows": {"goods in": {**flow, "from": "E"}}}}) == [
+        f"<mapping>: layout.stations.storage: {meant} station, expected another name"
     ]
 
 

@@ -190,7 +190,7 @@ def test_names_that_files_cannot_hold_are_changed_and_said(floor, form, tmp_path
 
 
 def test_a_name_twice_gets_a_number_where_it_must(floor, tmp_path):
-    model = floor.replace({"layout.stations": {"D": {"at": ["P"]}}, "tasks.unload_at": ["P"]})
+    model = floor.replace({"layout.stations": {"D": {"at": ["D"]}}, "tasks.unload_at": ["D"]})
     remarks = lost(dw.write_layout(model, tmp_path / "floor.xml", "opentcs"))
     assert remarks["changed", "name"] == ("location D",)
     assert set(dw.read_layout(tmp_path / "floor.xml").layout.stations) == {"D (2)"}

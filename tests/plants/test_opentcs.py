@@ -64,6 +64,15 @@ def test_places_are_known_by_their_operations():
     assert model.tasks.unload_at == ("pack",)
 
 
+def test_places_of_the_name_of_another_point_get_a_number(tmp_path):
+    """A table called D, which vehicles serve from point `pack`, is another place than point D."""
+    path = yard(tmp_path, ("table 1", "D"), ('"C"', '"chargers"'))
+    model = dw.read_layout(path)
+    assert model.layout.stations["D (2)"].at == ("pack",)
+    assert model.tasks.unload_at == ("pack",)
+    assert model.layout.bays["chargers (2)"].at == ("plug",)
+
+
 def test_the_fleet_is_as_drawn():
     fleet = dw.read_layout(YARD).fleet
     assert (fleet.size, fleet.robot.radius, fleet.robot.speed) == (3, 0.6, 1.5)

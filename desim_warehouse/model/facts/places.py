@@ -9,9 +9,10 @@ from typing import Any
 
 from desim_warehouse.layout.layout import Layout
 from desim_warehouse.layout.spec import StationSpec
-from desim_warehouse.model.schema import Model
+from desim_warehouse.model.schema import Model, reading
 from desim_warehouse.model.sections.flows import StorageEnd, ends_of_storage
 from desim_warehouse.model.sections.goods import Good, Popularity, only, shares
+from desim_warehouse.model.sections.orders import files_of, nodes_named, summary
 from desim_warehouse.values.distributions import mean_of
 
 
@@ -98,6 +99,31 @@ def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
         return tuple(dict.fromkeys(node for end in ends if isinstance(end, tuple) for node in end))
     own = (node for nodes in dict.fromkeys(own_destinations(model, layout)) for node in nodes)
     return tuple(dict.fromkeys((*model.tasks.unload_at, *own)))
+
+
+def ends_in_stations(model: Model, layout: Layout) -> tuple[str, ...]:
+    """Return the nodes of stations where tasks end; empty where any task ends elsewhere and so needs no slot.
+
+    With pods tasks end where the pod is put down again.
+    """
+    if model.pods is not None:
+        return ()
+    ends = destinations(model, layout)
+    if model.tasks.flows:
+        targets = [route.target for flow in model.tasks.flows.values() for route in flow.routes]
+        if files := files_of(model.tasks.flows):
+            how = reading(model, layout)
+            targets += [nodes_named(files, how, layout)]
+            targets += [StorageEnd() for file in files if summary(file, how).stored]
+        if any(isinstance(end, StorageEnd) for end in targets):
+            return ()
+        ends = tuple(dict.fromkeys(node for end in targets if isinstance(end, tuple) for node in end))
+    return ends if all(node in layout.stations for node in ends) else ()
+
+
+def slots(model: Model, layout: Layout) -> int | None:
+    """Return how many tasks may be in hand at once, as each needs a slot where it ends; None without such a limit."""
+    return sum(layout.stations[node].places for node in ends_in_stations(model, layout)) or None
 
 
 def handling(model: Model, layout: Layout) -> dict[str, str]:

@@ -18,13 +18,16 @@ from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.demand import open_share
 from desim_warehouse.model.facts.peak import mean_and_peak
+from desim_warehouse.model.facts.places import slots
 from desim_warehouse.model.schema import Model
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.policies.situation import Act
 from desim_warehouse.states import PACKING
 
-Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lifts", "lanes"]
-"""Lanes do not work, but hold robots up: they are named where robots wait in traffic longer than they work."""
+Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lifts", "lanes", "slots"]
+"""Lanes and slots do not work, but hold robots up: lanes are named where robots wait in traffic longer than they work,
+slots of stations where they are scarce and fewer than the robots.
+"""
 NEAR = 0.05
 """Loads that differ by no more are both named as the largest."""
 SCARCE = 0.7
@@ -49,7 +52,7 @@ class Group:
     def name(self) -> str:
         """The name in the plural: `robots`, `packers`, `places of dock`; of a lift `lift main`."""
         if not self.zone:
-            return self.kind
+            return "slots of the stations" if self.kind == "slots" else self.kind
         if self.is_lift:
             return f"lift {self.zone}"
         who = {"people": "workers", "pickers": "pickers"}.get(self.kind, "places")
@@ -138,7 +141,7 @@ def _work(model: Model, group: Group, flow: str) -> float:
 
     For servers and pickers it is their time, for people the loads, and for robots and lifts all tasks are alike.
     """
-    if group.kind in {"robots", "lifts"}:
+    if group.kind in {"robots", "lifts", "slots"}:
         return 1.0
     spec, times, work = model.tasks.flows[flow], handling_of(model, model.floor).means(), 0.0
     comes = not group.nodes and model.pickers is not None and model.pickers.serves(flow)
@@ -174,6 +177,19 @@ def at_nodes(model: Model, group: Group, of_nodes: Mapping[str, float], since: f
         return None
     mean = fmean(shares)
     return Load(group, mean, in_peak(model, group, mean, since), max(shares))
+
+
+def of_slots(model: Model, tasks: float, since: float = 0.0) -> Load | None:
+    """Return the load of the slots of stations, as a task has one until it is done; None where they are not scarce.
+
+    `tasks`: the mean number of tasks in the hands of robots.
+    """
+    most = slots(model, model.floor)
+    if most is None or most >= model.fleet.size:
+        return None
+    group, mean = Group("slots", number=most), tasks / most
+    load = Load(group, mean, in_peak(model, group, mean, since), mean)
+    return load if load.need >= SCARCE else None
 
 
 def ranked(loads: Iterable[Load]) -> list[Load]:

@@ -17,7 +17,7 @@ from desim_warehouse.errors import SimulationError
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.loads import loads as foreseen
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.workers import LANES, Group, Load, groups, in_peak, ranked
+from desim_warehouse.model.facts.workers import LANES, Group, Load, groups, in_peak, of_slots, ranked
 from desim_warehouse.outcome.loads import RobotTime, of_robots
 from desim_warehouse.run.quick import estimate as quick_estimate
 from desim_warehouse.study.design import Point
@@ -62,6 +62,11 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
         held = fmean(time.held for time in times) if group.kind == "robots" else 0.0
         load = Load(group, mean, in_peak(model, group, mean, model.run.warm_up), mean, back, held)
         measured[load] = estimate(values, confidence, deterministic=exact, within=(0.0, 1.0))
+    held = [time.tasks * model.fleet.size for time in times]
+    full = of_slots(model, fmean(held), model.run.warm_up)
+    if full is not None:
+        more = next((load for load in beyond.values() if load.group == full.group and load.mean > full.mean), full)
+        measured[more] = estimate([more.mean], confidence, deterministic=True)
     return {load: measured[load] for load in ranked(measured)}
 
 
