@@ -62,8 +62,8 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
         held = fmean(time.held for time in times) if group.kind == "robots" else 0.0
         load = Load(group, mean, in_peak(model, group, mean, model.run.warm_up), mean, back, held)
         measured[load] = estimate(values, confidence, deterministic=exact, within=(0.0, 1.0))
-    held = [time.tasks * model.fleet.size for time in times]
-    full = of_slots(model, fmean(held), model.run.warm_up)
+    in_hand = [time.tasks * model.fleet.size for time in times]
+    full = of_slots(model, fmean(in_hand), model.run.warm_up)
     if full is not None:
         more = next((load for load in beyond.values() if load.group == full.group and load.mean > full.mean), full)
         measured[more] = estimate([more.mean], confidence, deterministic=True)
