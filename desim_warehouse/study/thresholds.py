@@ -143,8 +143,8 @@ class _Input:
     def next_probe(self) -> float:
         """Return the middle of the wider of the two outer gaps between the probes around the tipping point."""
         probes = self.bracket()
-        gaps = (probes[0], probes[1]), (probes[-2], probes[-1])
-        return sum(max(gaps, key=lambda gap: gap[1] - gap[0])) / 2
+        below, above = max((probes[:2], probes[-2:]), key=lambda gap: gap[1] - gap[0])
+        return (below + above) / 2
 
     def threshold(self) -> InputThreshold:
         """Return the tipping point that follows from the runs; between two probes, means are interpolated."""
