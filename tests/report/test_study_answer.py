@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.answer.text import printed
 from desim_warehouse.cli import desim
+from desim_warehouse.outcome.indicators import is_count
 from desim_warehouse.questions import compare_words
 from desim_warehouse.questions.study import Study
 from desim_warehouse.report.example import example
@@ -52,7 +53,7 @@ def test_rows_are_those_of_the_table(answer, study_folder):
         rows = by[min(by, key=lambda mean: abs(mean - option.number.mean))]
         known = {"deterministic": bool(rows["deterministic"].all()), "within": (0.0, math.inf)}
         for one in option.numbers:
-            found = estimate(rows[one.of].tolist(), **known)
+            found = estimate(rows[one.of].tolist(), **known, counts=is_count(one.of))
             assert (one.mean, one.low, one.high) == pytest.approx((found.mean, *(found.interval or (None, None))))
 
 
