@@ -185,7 +185,8 @@ class _Studied:
         named_lines = [self._met_first(group, designs) for group, designs in groups.items()]
         lines = [line for line, _ in named_lines]
         named = [design for _, design in named_lines if design is not None]
-        return [*lines, *self._count(judged_ones)], named[-1] if named else None
+        few = dict.fromkeys(line for design in named for line in self._few(design))
+        return [*lines, *self._count(judged_ones), *few], named[-1] if named else None
 
     def _met_first(self, group: str, designs: list[str]) -> tuple[str, str | None]:
         goal = self.goal
@@ -200,19 +201,19 @@ class _Studied:
             year = f", {self._year(enough[0])} a year" if option.cost is not None else ""
             comma = "," * (", " in option.name)
             text = f"{when}{option.name}{comma} {are} the {which} option shown to give {aim}: "
-            return capital(f"{text}{self._found(enough[0], goal.indicator)}{year}.{self._few(enough[0])}"), enough[0]
+            return capital(f"{text}{self._found(enough[0], goal.indicator)}{year}."), enough[0]
         lasting = [design for design in designs if self.options[design].number is not None]
         near = max(lasting or designs, key=lambda design: goal.sign * self.study.judged[design].mean)
         best = f"{self.options[near].name}, {self._found(near, goal.indicator)}"
         return capital(f"{when}no option is shown to give {aim}. Best so far: {best}."), None
 
-    def _few(self, design: str) -> str:
-        """Return the sentence on days too few to promise that a design meets the target; empty if there are enough."""
+    def _few(self, design: str) -> list[str]:
+        """Return the sentence on days too few to promise that a design meets the target; none if there are enough."""
         verdict, model = self.study.judged[design], self.study.models.get(design)
         least = 0 if model is None or verdict.deterministic else days_needed(model).least
         if verdict.n >= least:
-            return ""
-        return f" {verdict.n} days cover only days as rare as {judged.rarest(verdict.n)}: rely on it after {least}."
+            return []
+        return [f"{verdict.n} days cover only days as rare as {judged.rarest(verdict.n)}: rely on it after {least}."]
 
     def _count(self, designs: list[str]) -> list[str]:
         """Return the number of options of each standing, and how many runs would probably decide the open ones."""

@@ -58,7 +58,7 @@ def one_way_ring(graph, draw, street):
 
 def spurs(graph, draw, street, count):
     for i in range(count):
-        street(draw.choice([n for n in graph if not n.startswith("s")]), f"s{i}")
+        street(draw.choice([n for n in graph if not n.startswith("q")]), f"q{i}")
 
 
 SHAPES = {"tree": tree, "bridges": cores_with_bridges, "grid": grid, "ring": one_way_ring}

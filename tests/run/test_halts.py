@@ -161,7 +161,7 @@ def test_people_in_a_lift_hold_up_a_robot_and_no_lane_is_blamed():
                     "people": {"per_hour": 200, "transfer": 3, "hours": "rush"},
                 }
             },
-            "bays": {"b": {"at": ["h"], "places": 1, "chargers": 0}},
+            "bays": {"home": {"at": ["h"], "places": 1, "chargers": 0}},
             "stations": {"src": {"at": ["a"], "places": 1}, "dst": {"at": ["b"], "places": 1}},
         },
         "calendars": {"rush": {"between": [[5000, 7000]]}},

@@ -12,9 +12,9 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.questions import tipping
 from desim_warehouse.report.write import report
+from desim_warehouse.study.designs.thresholds import DAYS, EXACT_DAYS, HALVINGS, _Input, threshold_steps
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
-from desim_warehouse.study.thresholds import DAYS, EXACT_DAYS, HALVINGS, _Input, threshold_steps
 from tests.report.test_answer import is_everywhere
 from tests.report.test_report import needs_nothing_from_outside
 from tests.study.tipping_banks import SHAPES, Plant, judged, searched, shaped

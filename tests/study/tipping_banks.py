@@ -11,9 +11,9 @@ from functools import cache
 
 import numpy as np
 
+from desim_warehouse.study.designs.thresholds import DAYS, _Input, threshold_steps
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
-from desim_warehouse.study.thresholds import DAYS, _Input, threshold_steps
 
 TARGET = read_target("on_time >= 95 %")
 SHARED, OWN = 0.03, 0.02
