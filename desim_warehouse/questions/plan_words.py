@@ -367,9 +367,7 @@ class _Planned:
         made = self.model.replace({**sized.overrides, **best.overrides})
         for kind, count in without_charger(made).items():
             robots = f"{number_of(count, 'robot')} of {f'kind {kind}' if kind else 'no kind'}"
-            cure = (
-                "give bays for all robots some, or size a kind (desim size --key fleet.kinds.KIND.count)"
-            )
+            cure = "give bays for all robots some, or size a kind (desim size --key fleet.kinds.KIND.count)"
             yield f"With {self._fleet(best.counts)}, no bay has a charger for {robots}: {cure}."
 
     # Numbers
