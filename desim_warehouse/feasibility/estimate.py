@@ -236,7 +236,10 @@ class QuickEstimate:
 
     @cached_property
     def knee(self) -> tuple[int, str]:
-        """The number of robots from which on twice as many do less than a tenth more, and the cause, in words."""
+        """The number of robots from which on up to twice as many do less than a tenth more, and the cause, in words.
+
+        Fewer than twice as many may do more than these, as robots that wait draw energy, too.
+        """
         most, why = self.lanes_hold, "the room in the lanes"
         if self._of_use(most) < most:
             most, why = self._of_use(most), SLOTS
@@ -249,7 +252,10 @@ class QuickEstimate:
         if not limit or limits[limit] * self.round >= most * self.on_duty:
             return most, why
         robots, does = 1, self.throughput(1)
-        while min(self.throughput(2 * robots), limits[limit]) >= MORE * min(does, limits[limit]):
+        while any(
+            min(self.throughput(more), limits[limit]) >= MORE * min(does, limits[limit])
+            for more in range(2 * robots, robots, -1)
+        ):
             robots += 1
             does = self.throughput(robots)
         return (most, why) if robots >= most else (robots, limit)

@@ -197,3 +197,31 @@ def test_slots_limit_nobody_where_tasks_end_elsewhere():
         found = check(dw.load({**ROUND, "tasks": {**ROUND["tasks"], "flows": flows}}, places))
         assert found.calculation.slots is None
         assert "STATION_PLACES" not in {item.code for item in found.findings}
+
+
+def test_a_fleet_is_not_said_to_be_at_its_limit_where_one_robot_more_adds_a_third():
+    """A robot does 48 tasks an hour, and four draw just what the charger gives; six would run flat."""
+    stations = {name: {"at": [node], "places": 6, "servers": 6} for name, node in (("src", "B"), ("dst", "C"))}
+    model = dw.load(
+        {
+            "layout": {
+                "nodes": {"A": [0, 0], "B": [10, 0], "C": [10, 10], "D": [0, 10]},
+                "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+                "bays": {"home": {"at": ["A"], "places": 6, "chargers": 1}},
+                "stations": stations,
+            },
+            "fleet": {"size": 3, "robot": {"radius": 0.3, "margin": 0.1, "speed": 1}, "start_energy": "settled"},
+            "battery": {"capacity": 1000, "threshold": 200, "consumption": 0.25, "charge_rate": 1},
+            "tasks": {
+                "load_time": 10,
+                "unload_time": 10,
+                "flows": {"flow": {"from": "src", "to": "dst", "arrivals": {"poisson": 170}}},
+            },
+            "run": {"length": "20 h", "warm_up": "4 h"},
+        }
+    )
+    robots, _ = measured(model).knee
+    assert robots in {4, 5}
+    [warning] = [finding for finding in dw.check(model).findings if finding.code == "DEMAND_ABOVE_FLEET"]
+    assert "at least 4 robots are needed" in warning.cure
+    assert "hardly do more" not in warning.text
