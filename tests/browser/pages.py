@@ -2,7 +2,7 @@
 
 import json
 
-OWN = ("file:", "data:", "about:", "chrome:")
+OWN = ("file:", "data:", "about:", "chrome:", "chrome-untrusted:")
 """Addresses of the page itself, of data in it, and of the browser's own empty page."""
 READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done(String(error.stack)))"
 
