@@ -27,7 +27,7 @@ from desim_warehouse.model.facts.charging import (
     refills_overnight,
     start_energy,
 )
-from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
+from desim_warehouse.model.facts.demand import always_open, arrival_rate, listed, orders_of
 from desim_warehouse.model.facts.places import own_destinations
 from desim_warehouse.model.sections.fleet import BatterySpec, Consumption
 from desim_warehouse.model.sections.flows import OrdersArrivals
@@ -382,5 +382,5 @@ def tasks_asked(model: Model) -> int:
     if isinstance(goods, tuple):
         return len(goods)
     flows = model.tasks.flows.values()
-    orders = sum(len_of_orders(model, flow) for flow in flows if isinstance(flow.when, OrdersArrivals))
+    orders = sum(orders_of(model, flow).tasks for flow in flows if isinstance(flow.when, OrdersArrivals))
     return orders + sum(round(flow.scheduled * model.tasks.demand) for flow in flows)

@@ -14,12 +14,10 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.demand import asked_until
+from desim_warehouse.model.facts.demand import asked_until, orders_of
 from desim_warehouse.model.facts.hours import STEPS
 from desim_warehouse.model.facts.places import destinations, specs
-from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import STORAGE, End, FlowSpec, OrdersArrivals, ScheduleArrivals
-from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.model.sections.pickers import need_one
 from desim_warehouse.values.calendars import ALWAYS, Hours, merged, repeat_together
 
@@ -119,7 +117,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
             f"other times in calendars.{name}, another run.start, or a longer run",
         )
     if not never:
-        yield from _late_orders(model, layout)
+        yield from _late_orders(model)
         yield from _never_meet(model, layout, end)
 
 
@@ -135,7 +133,7 @@ def _used(model: Model) -> list[tuple[str, str]]:
     return [(place, name) for place, name in places if name is not None]
 
 
-def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
+def _late_orders(model: Model) -> Iterator[Finding]:
     """Find schedules and files with tasks after the hours of their flow are over for good."""
     for name, flow in model.tasks.flows.items():
         if flow.hours is None:
@@ -144,7 +142,7 @@ def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
         if isinstance(flow.when, ScheduleArrivals):
             last = max(batch.at for batch in flow.when.schedule)
         elif isinstance(flow.when, OrdersArrivals):
-            last = summary(flow.when.orders, reading(model, layout)).last
+            last = orders_of(model, flow).last
         if math.isinf(model.hours(flow.hours).following(last)[0]):
             yield Finding(
                 "NEVER_OPEN",

@@ -17,9 +17,8 @@ from desim_warehouse.feasibility.parts import PileOn, StationLoad
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.demand import arrival_rate, asked_until, flow_rates, open_share
+from desim_warehouse.model.facts.demand import arrival_rate, asked_until, flow_rates, open_share, orders_of
 from desim_warehouse.model.facts.places import specs
-from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
     Batch,
     FlowSpec,
@@ -30,7 +29,6 @@ from desim_warehouse.model.sections.flows import (
     ScheduleArrivals,
     StorageEnd,
 )
-from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.model.sections.pods import PodsSpec
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.values.fields import parts_in
@@ -92,7 +90,7 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
     if isinstance(when, SaturatedArrivals):
         return {"saturated": when.saturated}
     if isinstance(when, OrdersArrivals):
-        orders = summary(when.orders, reading(model, model.floor))
+        orders = orders_of(model, flow)
         when = ScheduleArrivals(schedule=(Batch(at=orders.last, tasks=orders.tasks),))
     batches = [{"at": time, "tasks": tasks} for time, tasks in when.times(share)]
     return {"schedule": [batch for batch in batches if batch["tasks"]] or [{**batches[-1], "tasks": 1}]}
@@ -189,7 +187,7 @@ def _taken(model: Model, pods: PodsSpec, flow: FlowSpec, rate: float) -> Any:
     each = -pods.bundle if isinstance(flow.target, StorageEnd) else 1
     if not isinstance(flow.when, OrdersArrivals):
         return each * rate * asked_until(model) / model.units.hour * pods.item_shares
-    orders = summary(flow.when.orders, reading(model, model.floor))
+    orders = orders_of(model, flow)
     lines = (orders.tasks - sum(orders.items.values())) * pods.item_shares
     for item, count in orders.items.items():
         lines[item] += count

@@ -65,9 +65,7 @@ def difference(study: ResultsData, indicator: str, row: Difference, *, turned: b
     ends = sorted(sign * end for end in estimate.interval) if estimate.interval else [None, None]
     shown = judged.within(indicator, scale, (sign * estimate.mean, ends[0], ends[1]), 0.0)
     equal = estimate.n > 1 and estimate.sd == 0 and estimate.mean == 0 and not estimate.deterministic
-    return (
-        shown.model_copy(update={"text": f"{scale.value(0.0)} (the same in all {estimate.n} runs)"}) if equal else shown
-    )
+    return shown.model_copy(update={"text": scale.agreeing(0.0, estimate.n)}) if equal else shown
 
 
 def _most(study: ResultsData, indicator: str, differences: Differences, base: str) -> str:

@@ -92,19 +92,15 @@ def order_files(model: Model) -> list[Summary]:
     return [summary(file, how) for file in files if how is not None]
 
 
-def len_of_orders(model: Model, flow: FlowSpec) -> int:
-    """Count the tasks in the file of a flow's orders."""
-    return _orders(model, flow).tasks
-
-
-def _orders(model: Model, flow: FlowSpec) -> Summary:
+def orders_of(model: Model, flow: FlowSpec) -> Summary:
+    """Return the contents of the file of a flow's orders, summed up."""
     assert isinstance(flow.when, OrdersArrivals)
     return summary(flow.when.orders, reading(model, model.floor))
 
 
 def _rate_of_orders(model: Model, flow: FlowSpec, length: float) -> float:
     """Return the tasks an hour of a file of orders; of a file beyond the run, the mean rate of the whole file."""
-    orders = _orders(model, flow)
+    orders = orders_of(model, flow)
     return orders.tasks / max(length, orders.last) * model.units.hour
 
 
@@ -113,7 +109,7 @@ def last_release(model: Model) -> float:
     goods, flows = model.tasks.goods, model.tasks.flows.values()
     times = [item.release for item in goods if isinstance(item, Good)] if isinstance(goods, tuple) else []
     times += [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
-    times += [_orders(model, flow).last for flow in flows if isinstance(flow.when, OrdersArrivals)]
+    times += [orders_of(model, flow).last for flow in flows if isinstance(flow.when, OrdersArrivals)]
     return max(times, default=0.0)
 
 
