@@ -51,6 +51,7 @@ def ever(name, mean, streams):
 
 def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():
     assert [n for n, _ in looks_by(100)] == [10, 15, 23, 35, 53, 80]
+    assert [part for _, part in looks_by(23)] == [1 / 2, 1 / 6, 1 / 12]
     assert math.fsum(part for _, part in looks_by(100_000)) <= 1.0
     assert looks_by(9) == []
     assert [n for n, _ in looks_of_days()] == [5, 8, 12, 18, 33, 50, 80]
