@@ -6,7 +6,8 @@ import errno
 import hashlib
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
 
@@ -56,6 +57,23 @@ def make_folder(folder: Path, mode: int = 0o777) -> None:
     if len(folder.parts) > _DEEPEST:
         raise OSError(errno.ENAMETOOLONG, f"more than {_DEEPEST} folders inside one another", str(folder))
     folder.mkdir(mode, parents=True, exist_ok=True)
+
+
+@contextmanager
+def filled_folder(folder: Path) -> Iterator[None]:
+    """Make a folder for what is written within the context; if it stays empty, as on Ctrl-C, what was made goes again.
+
+    Raises:
+        OSError: where that cannot be.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        make_folder(folder)
+        yield
+    finally:
+        for path in missing:
+            with suppress(OSError):  # it holds something
+                path.rmdir()
 
 
 def refuse_theirs(folder: Path, files: Iterable[str]) -> None:
@@ -129,8 +147,22 @@ def too_old(version: str) -> str | None:
     return None if made >= OLDEST else f"of version {version}, expected 0.3 or later; desim-warehouse 0.3.0 reads it"
 
 
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield the path of a file to write, which replaces `path` at the end of the context; if that fails, it goes."""
+    if path.exists() and not path.is_file():  # such as a terminal or a pipe
+        yield path
+        return
+    path = Path(os.path.realpath(path))  # of a link the file itself; `resolve` fails on a link to itself
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a file atomically."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")

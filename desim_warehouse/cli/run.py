@@ -52,7 +52,7 @@ def command(
     from desim_warehouse.errors import SimulationError
     from desim_warehouse.outcome.indicators import refuse_unknown
     from desim_warehouse.questions.run import words as run_words
-    from desim_warehouse.run.folder import prepare
+    from desim_warehouse.run.folder import prepared
     from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
     loaded = load_model(model, assignments)
@@ -60,7 +60,8 @@ def command(
         if name != "all":
             refuse_unknown(name, [loaded])
     if out is not None:
-        prepare(Path(out))  # before a long run, not after it: the folder may be unusable
+        folder = prepared(Path(out))  # before a long run, not after it: the folder may be unusable
+        click.get_current_context().with_resource(folder)
     warnings = warn(loaded, model, assignments, as_json=as_json)
     try:
         with nullcontext() if timeout is None else TimeLimit(timeout):

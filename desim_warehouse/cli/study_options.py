@@ -19,7 +19,7 @@ from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.completion import keys_then
 from desim_warehouse.cli.options import F, TimeIn, with_confidence, with_seed
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder, refuse_other
+from desim_warehouse.folders import filled_folder, refuse_other
 from desim_warehouse.study.statistics.limits import COMMON_DAYS, FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS, RARE_DAYS
 
 if TYPE_CHECKING:
@@ -264,13 +264,16 @@ def interruptible(study: Study | None, search: Search) -> Iterator[None]:
 
 
 def refuse_page(page: str | None, plan: StudyPlan) -> None:
-    """Refuse a page that cannot be made before any simulation, and make its folder; raises ReportError."""
+    """Refuse a page that cannot be made before any simulation, and make its folder.
+
+    The folder goes again if the command ends without the page. Raises ReportError.
+    """
     if page is not None:
         from desim_warehouse.live.frozen import check
 
         check(plan)
         try:
-            make_folder(Path(page).parent)
+            click.get_current_context().with_resource(filled_folder(Path(page).parent))
             refuse_other(Path(page), "page")
         except OSError as error:
             raise ReportError(f"{page}: the page cannot be written ({reason(error)})") from error

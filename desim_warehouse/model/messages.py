@@ -9,7 +9,7 @@ import difflib
 import itertools
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -153,7 +153,7 @@ def from_pydantic(error: ValidationError, outline: Outline, under: Keys = ()) ->
     """Return the problems that pydantic found with values at `under`, with their cures."""
     # A list whose every entry is wrong is also too short to pydantic, which counts the right ones.
     items = [item for item in error.errors(include_url=False) if item["type"] != "too_short" or not item["input"]]
-    problems = [_problem(item, outline, under) for item in items[:_MOST]]
+    problems = [_filled_in(_problem(item, outline, under), outline) for item in items[:_MOST]]
     if len(items) > _MOST:
         problems.append(Problem(_MORE, f"and {len(items) - _MOST:,} more problems"))
     return problems
@@ -182,6 +182,14 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
         complaint = _OURS.get(kind, error["msg"].removeprefix("Input "))
     shown = repr(value) if kind == "int_type" and isinstance(value, float) else got(value)  # 2.0, not 2
     return Problem(keys, f"{complaint} (got {shown}){_cure(kind, value, context)}", at_key)
+
+
+def _filled_in(problem: Problem, outline: Outline) -> Problem:
+    """Add what to do about a key without a value to its problem."""
+    if not problem.text.endswith("(got nothing)"):
+        return problem
+    cure = "; write one, or leave the key out" if outline.may_lack(problem.keys) else "; write one"
+    return replace(problem, text=problem.text + cure)
 
 
 def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
@@ -231,6 +239,11 @@ class Outline:
     def has(self, keys: Keys) -> bool:
         """Whether a file can have such a key."""
         return bool(self._at(keys))
+
+    def may_lack(self, keys: Keys) -> bool:
+        """Whether a section can do without a key; an entry of a list is none."""
+        needed = (form.get("required", ()) for form in self._at(keys[:-1]))
+        return isinstance(keys[-1] if keys else 0, str) and not any(keys[-1] in names for names in needed)
 
     def keys_at(self, keys: Keys) -> list[str]:
         """Return the keys that a section can have."""

@@ -14,7 +14,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from desim_warehouse.errors import PASSED_ON, PolicyError, nearest, shown
+from desim_warehouse.errors import PASSED_ON, PolicyError, got, nearest, shown
 from desim_warehouse.policies.protocols import RobotView
 
 OURS: dict[str, dict[str, str]] = {
@@ -121,7 +121,7 @@ def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, 
             if default is dataclasses.MISSING:
                 faults.append((key, f"missing, {name} must have it"))
         elif not _fits(parameters[key], hint):
-            faults.append((key, f"not understood (got {parameters[key]!r}), expected {_said(hint)}"))
+            faults.append((key, f"not understood (got {got(parameters[key])}), expected {_said(hint)}"))
     if faults:
         return None, faults
     try:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.fleet_log.vda5050 import messages
-from desim_warehouse.folders import make_folder, refuse_other, refuse_theirs
+from desim_warehouse.folders import filled_folder, refuse_other, refuse_theirs, whole_file, write_whole
 from desim_warehouse.outcome.log import NONE
 from desim_warehouse.run import RunData
 from desim_warehouse.run.spreadsheet import as_csv
@@ -51,31 +51,33 @@ def export(
         raise ReportError(f"format {form!r}: expected one of {', '.join(FORMATS)}")
     path = Path(path)
     try:
-        if form == "trace":
-            make_folder(path.parent)
-            if not force:
-                refuse_other(path, "trace")
-            path.write_text(json.dumps(trace(run), separators=(",", ":"), allow_nan=False), encoding="utf-8")
-            return path
-        if form == "vda5050":
-            make_folder(path.parent)
-            if not force:
-                refuse_other(path, "messages")
-            with path.open("w", encoding="utf-8") as file:
-                file.writelines(f"{line}\n" for line in messages(run, noise=noise, gaps=gaps))
-            return path
-        make_folder(path)
-        frames = tables(run)
-        if not force:
-            refuse_theirs(path, [f"{name}.{form}" for name in frames])
-        for name, table in frames.items():
-            if form == "csv":
-                (path / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")
+        with filled_folder(path.parent if form in {"trace", "vda5050"} else path):
+            if form == "trace":
+                if not force:
+                    refuse_other(path, "trace")
+                write_whole(path, json.dumps(trace(run), separators=(",", ":"), allow_nan=False))
+            elif form == "vda5050":
+                if not force:
+                    refuse_other(path, "messages")
+                with whole_file(path) as partial, partial.open("w", encoding="utf-8") as file:
+                    file.writelines(f"{line}\n" for line in messages(run, noise=noise, gaps=gaps))
             else:
-                table.to_parquet(path / f"{name}.parquet", index=False)
+                _write_tables(run, form, path, force=force)
     except OSError as error:
         raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
     return path
+
+
+def _write_tables(run: RunData, form: str, folder: Path, *, force: bool) -> None:
+    frames = tables(run)
+    if not force:
+        refuse_theirs(folder, [f"{name}.{form}" for name in frames])
+    for name, table in frames.items():
+        with whole_file(folder / f"{name}.{form}") as partial:
+            if form == "csv":
+                partial.write_text(as_csv(table), encoding="utf-8")
+            else:
+                table.to_parquet(partial, index=False)
 
 
 def tables(run: RunData) -> dict[str, pd.DataFrame]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from desim_warehouse.answer.answer import Answer, load
@@ -15,7 +17,7 @@ from desim_warehouse.folders import (
     RUN,
     STUDY,
     Made,
-    make_folder,
+    filled_folder,
     refuse_other,
     shipped,
     write_whole,
@@ -56,12 +58,12 @@ def report(
     kind = "run" if isinstance(source, RunData) else kind_of(folder)
     path = folder / PAGE if out is None else Path(out)
     beside = path.with_name(f"{path.stem}-replay.html") if replay else None
-    _make(path.parent)
-    try:
-        text = _page_of_run(source, beside) if kind == "run" else page_of_answer(read_answer(folder), beside)
-    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
-        raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
-    _write(path, text, "page")
+    with _made(path.parent):
+        try:
+            text = _page_of_run(source, beside) if kind == "run" else page_of_answer(read_answer(folder), beside)
+        except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
+            raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
+        _write(path, text, "page")
     if notebook is not None:
         _write(Path(notebook), _filled_in(folder.resolve()), "notebook")
     return path
@@ -145,17 +147,21 @@ def _filled_in(folder: Path) -> str:
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
 
 
-def _make(folder: Path) -> None:
-    try:
-        make_folder(folder)
-    except OSError as error:
-        raise ReportError(f"{folder}: cannot be made ({reason(error)})") from error
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """A folder for a page, as `filled_folder`; raises ReportError where that cannot be."""
+    with ExitStack() as made:
+        try:
+            made.enter_context(filled_folder(folder))
+        except OSError as error:
+            raise ReportError(f"{folder}: cannot be made ({reason(error)})") from error
+        yield
 
 
 def _write(path: Path, text: str, made: Made) -> None:
-    _make(path.parent)
-    try:
-        refuse_other(path, made)
-        write_whole(path, text)
-    except OSError as error:
-        raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
+    with _made(path.parent):
+        try:
+            refuse_other(path, made)
+            write_whole(path, text)
+        except OSError as error:
+            raise ReportError(f"{path}: cannot be written ({reason(error)})") from error

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import LayoutError, ModelError, ReportError, reason, spoken
-from desim_warehouse.folders import RUN, STUDY, drop_page, make_folder, refuse_theirs, sha256, too_old, write_whole
+from desim_warehouse.folders import RUN, STUDY, drop_page, filled_folder, refuse_theirs, sha256, too_old, whole_file
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -56,15 +56,21 @@ class KeptRun(NamedTuple):
     kpis: dict[str, float]
 
 
-def prepare(folder: Path) -> None:
-    """Make the folder of a run; raises ReportError if that is impossible, or the folder holds something else."""
+@contextmanager
+def prepared(folder: Path) -> Iterator[None]:
+    """Make the folder of a run, which goes again if no run is written within the context.
+
+    Raises ReportError if it cannot be made or written to, or holds something else.
+    """
     if (folder / STUDY).exists():
         raise ReportError(f"{folder}: holds a study; a run needs a folder of its own")
-    try:
-        make_folder(folder)
-        refuse_theirs(folder, (RUN, LOG, KPIS, *(f"{name}.csv" for name in TABLES)))
-    except OSError as error:
-        raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
+    with ExitStack() as made:
+        try:
+            made.enter_context(filled_folder(folder))
+            refuse_theirs(folder, (RUN, LOG, KPIS, *(f"{name}.csv" for name in TABLES)))
+        except OSError as error:
+            raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
+        yield
 
 
 def save_run(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
@@ -72,11 +78,11 @@ def save_run(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> 
 
     Raises ReportError where nothing can be written, or the folder is a study's.
     """
-    prepare(folder)
-    try:
-        return _write(run, tables, folder)
-    except OSError as error:
-        raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
+    with prepared(folder):
+        try:
+            return _write(run, tables, folder)
+        except OSError as error:
+            raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
 def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
@@ -109,14 +115,14 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
             "stations": log.stations,
         },
     }
-    partial = folder / f".{LOG}.{os.getpid()}"
-    table.to_parquet(partial, index=False)
-    content["sha256"] = {LOG: sha256(partial)}
-    texts[RUN] = json.dumps(content) + "\n"
-    drop_page(folder, RUN, texts[RUN])
-    partial.replace(folder / LOG)
-    for name, text in texts.items():
-        write_whole(folder / name, text)
+    with ExitStack() as files:  # which take their places in reverse
+        partial = {name: files.enter_context(whole_file(folder / name)) for name in (RUN, *texts, LOG)}
+        table.to_parquet(partial[LOG], index=False)
+        content["sha256"] = {LOG: sha256(partial[LOG])}
+        texts[RUN] = json.dumps(content) + "\n"
+        for name, text in texts.items():
+            partial[name].write_text(text, encoding="utf-8")
+        drop_page(folder, RUN, texts[RUN])
     return folder
 
 

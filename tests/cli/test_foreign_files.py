@@ -1,4 +1,7 @@
-"""Files of somebody else are never overwritten by what a command writes; our own are, as often as it is asked."""
+"""What commands write: never over files of somebody else, over ours as often as asked, and by Ctrl-C nothing half."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
 
 import pandas as pd
 import pytest
@@ -96,3 +99,42 @@ def test_a_table_of_the_users_own_beside_an_export_of_ours_is_no_reason_to_refus
     assert call(words) == call(words) == ""
     assert (tmp_path / "notes.txt").read_text() == THEIRS
     assert list(pd.read_parquet(tmp_path / "kpis.parquet").columns) == ["indicator", "value", "unit"]
+
+
+def struck(*_, **__):
+    raise KeyboardInterrupt
+
+
+def struck_at_the_second(*_, **__):
+    yield '{"headerId": 1}'
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("writer", "moment"),
+    [
+        ("run", "desim_warehouse.cli.run.simulated"),
+        ("run", "desim_warehouse.run.folder.sha256"),  # the log is written, and nothing else
+        ("run", "desim_warehouse.run.folder.drop_page"),
+        ("page", "desim_warehouse.study.study.StudyEngine.run_by"),
+        ("report", "desim_warehouse.report.write.run_page.page"),
+        ("csv", "desim_warehouse.report.export.as_csv"),
+        ("messages", "desim_warehouse.report.export.messages"),
+    ],
+)
+def test_ctrl_c_leaves_no_empty_folder_and_no_half_of_a_file(home, tmp_path, monkeypatch, writer, moment):
+    monkeypatch.setattr(moment, struck_at_the_second if writer == "messages" else struck)
+    words, _ = WRITERS[writer]
+    done = CliRunner().invoke(desim, [word.format(home=home, out=tmp_path / "new" / "one") for word in words])
+    assert done.exit_code == 130
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_messages_go_to_a_pipe_as_to_a_file(home, tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor() as thread:
+        read = thread.submit(pipe.read_text)
+        assert call(["export", f"{home}/run", "--format", "vda5050", "-o", str(pipe)]) == ""
+    assert read.result().startswith('{"headerId":')
+    assert pipe.is_fifo()

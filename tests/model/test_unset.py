@@ -5,6 +5,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from desim_warehouse.cli.options import load_model
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
 
@@ -46,6 +47,21 @@ def test_a_key_that_is_not_there_may_be_removed_and_makes_no_section():
 def test_required_unknown_and_list_keys_cannot_be_removed(key, said):
     with pytest.raises(dw.ModelError, match=said):
         dw.load(MODEL, {key: dw.UNSET})
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("layout.storage", "--set layout.storage: should be a list (got nothing); write one, or leave the key out"),
+        ("fleet.size", "--set fleet.size: should be a whole number (got nothing); write one"),
+        ("fleet.start.0", "--set fleet.start.0: should be text (got nothing); write one"),
+        ("policies.allocation", "section with name and parameters (got nothing); write one, or leave the key out"),
+    ],
+)
+def test_nothing_is_a_value_that_few_keys_have_and_the_message_says_what_to_do(key, said):
+    with pytest.raises(dw.ModelError) as refused:
+        load_model(MODEL, (f"{key}=null", "prices=null"))
+    assert str(refused.value).endswith(said)
 
 
 def test_a_factor_has_values():

@@ -143,6 +143,7 @@ def test_a_batching_policy_may_answer_in_numbers_of_numpy(tmp_path):
         ({"name": "nearest", "candidate": 3}, "unknown parameter of nearest, did you mean 'candidates'?"),
         ({"name": "in-order", "x": 3}, "policies.allocation.x: unknown parameter of in-order, expected none"),
         ({"name": "nearest", "candidates": "many"}, "not understood (got 'many'), expected a whole number"),
+        ({"name": "nearest", "candidates": None}, "not understood (got nothing), expected a whole number"),
         ({"name": "nearest", "candidates": 0}, "policies.allocation.candidates: nearest: candidates is 0"),
         ({"name": "regret", "objective": "fun"}, "policies.allocation.objective: not understood (got 'fun')"),
         ("nowhere.py:Mine", "policies.allocation: no file nowhere.py"),
