@@ -19,6 +19,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from operator import itemgetter
 
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PickerLoad, PileOn, StationLoad
 from desim_warehouse.feasibility.power import Power
@@ -143,7 +144,7 @@ class QuickEstimate:
         """The queueing network of the fleet, fitted to the throughput that a probe measured."""
         if self.measured is None or not self.on_duty:
             return self.queues
-        limit = min((limit for name, limit in self.limits.items() if name != THE_ROBOTS), default=math.inf)
+        limit = min(self.other_limits.values(), default=math.inf)
         return self.queues.doing(self.capacity / self.on_duty, self._of_use(self.robots), limit / self.on_duty)
 
     @property
@@ -166,12 +167,15 @@ class QuickEstimate:
         return limits
 
     @property
+    def other_limits(self) -> dict[str, float]:
+        """Limits of the present fleet beside its robots, by names in words, in tasks per time unit."""
+        limits = self.places_limit
+        return {**limits, CHARGERS: self._charged(self.robots)} if CHARGERS in limits else limits
+
+    @property
     def limits(self) -> dict[str, float]:
         """The limits of the present fleet, by names in words, in tasks per time unit; the least is the capacity."""
-        limits = self.places_limit
-        if CHARGERS in limits:
-            limits[CHARGERS] = self._charged(self.robots)
-        return {THE_ROBOTS: self.fleet_capacity, **limits}
+        return {THE_ROBOTS: self.fleet_capacity, **self.other_limits}
 
     def _charged(self, robots: int) -> float:
         """Return the tasks per time unit for which chargers give enough; more robots draw more while they wait."""
@@ -184,8 +188,11 @@ class QuickEstimate:
 
     @property
     def bottleneck(self) -> str:
-        """The limit of the fleet, in words."""
-        return min(self.limits, key=self.limits.__getitem__)
+        """The limit of the fleet, in words: its robots, unless a place lets through hardly more than they do."""
+        name, limit = min(self.other_limits.items(), key=itemgetter(1), default=(THE_ROBOTS, math.inf))
+        most = self.range[1]
+        is_it = APART * limit <= most and limit < max(self.fleet_capacity, most * (1 + _ROUNDING))
+        return name if is_it else THE_ROBOTS
 
     @property
     def most(self) -> float:
@@ -263,7 +270,14 @@ class QuickEstimate:
     @property
     def station_capacity(self) -> float:
         """Tasks per time unit at which the first station is always busy."""
-        return min((item.capacity / item.share for item in self.stations if item.share), default=math.inf)
+        first = self.first_full
+        return math.inf if first is None else first.capacity / first.share
+
+    @property
+    def first_full(self) -> StationLoad | None:
+        """The station that is the first to be always busy, the more tasks are done; None where none has any."""
+        used = (item for item in self.stations if item.share)
+        return min(used, key=lambda item: item.capacity / item.share, default=None)
 
     @property
     def fullest(self) -> StationLoad | None:

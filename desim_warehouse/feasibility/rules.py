@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.feasibility import at_once, hours, of_kinds, rest, starts
+from desim_warehouse.feasibility import at_once, hours, limit, of_kinds, rest, starts
 from desim_warehouse.feasibility.estimate import QuickEstimate, limiting
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
@@ -203,12 +203,11 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
         asked = tasks.goods.poisson * tasks.demand
     if estimate.is_overloaded:
-        robots, places = number_of(estimate.robots, "robot"), number_of(estimate.at_work, "station place")
-        who = robots if estimate.at_work == estimate.robots else places
+        part = limit.of_flows(model, estimate, estimate.bottleneck, lambda part: estimate.can_do(part * hour))
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
-            f"demand is {asked:g} tasks an hour, but {who} can do {estimate.can_do(hour)}",
+            f"demand is {asked:g} tasks an hour, but {limit.fleet(estimate)} can do {estimate.can_do(hour)}{part}",
             _cure(
                 estimate, max(estimate.robots_busy, estimate.robots_needed or 0.0), ", each with a place at a station"
             ),
@@ -219,7 +218,7 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
                 f"demand is {amount((busy.rate or 0.0) * hour)} tasks in the busiest hour, but "
-                f"{number_of(busy.robots, 'robot')} can do {amount(busy.can_do_at_most * hour)}, so work piles "
+                f"{limit.fleet(busy)} can do {amount(busy.can_do_at_most * hour)}, so work piles "
                 "up until it is over"
             ),
             _cure(busy, busy.robots_needed or 0.0, " to keep up with it"),
@@ -232,12 +231,12 @@ def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
     """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
     staff = {station.doing: station.staff for station in estimate.stations}
     if math.isinf(need):
-        limit = estimate.narrowest
-        return f"no number of robots keeps up, as {limiting(limit, staff.get(limit, ''))}"
-    robots, limit = estimate.knee
+        place = estimate.narrowest
+        return f"no number of robots keeps up, as {limiting(place, staff.get(place, ''))}"
+    robots, place = estimate.knee
     if need <= robots:
         return f"at least {math.ceil(need)} robots are needed{how}"
-    return f"more than about {number_of(robots, 'robot')} hardly do more, as {limiting(limit, staff.get(limit, ''))}"
+    return f"more than about {number_of(robots, 'robot')} hardly do more, as {limiting(place, staff.get(place, ''))}"
 
 
 def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:

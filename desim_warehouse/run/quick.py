@@ -14,7 +14,7 @@ from typing import Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.feasibility.asked import most_loads
-from desim_warehouse.feasibility.estimate import THE_ROBOTS, QuickEstimate
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, mixed
 from desim_warehouse.feasibility.peak import with_busiest_hour
@@ -138,8 +138,7 @@ def _measured(model: Model) -> QuickEstimate:
     fastest = [min(pace.rate, model.fleet.size / (pace.work + charging)) for pace in (paces.few, paces.many)]
     more = ABOVE if model.pickers is None else ABOVE_WITH_PICKERS
     below, above = (BELOW, more) if model.fleet.size > 1 else (0.0, 0.0)  # nobody is in the way of one
-    limits = [limit for name, limit in quick.limits.items() if name != THE_ROBOTS]
-    most = min([max(fastest) * quick.on_duty * (1 + above), *limits])
+    most = min([max(fastest) * quick.on_duty * (1 + above), *quick.other_limits.values()])
     least = min(max(min(slowest) * quick.on_duty * (1 - below), 0.0 if model.pods else most / WIDEST), most)
     likely = max(min((slowest[-1] + fastest[-1]) / 2 * quick.on_duty, most), least)
     capacity = max(quick.fleet_capacity, most if model.pods else 0.0)  # pods that are near save drives

@@ -131,12 +131,12 @@ def peak_factor(model: Model, group: Group, since: float = 0.0) -> float | None:
 
     None where the work that comes does not change.
     """
-    work = {"": 1.0} | {name: _work(model, group, name) for name in model.tasks.flows}
+    work = {"": 1.0} | {name: work_of(model, group, name) for name in model.tasks.flows}
     mean, peak = mean_and_peak(model, work, since) or (0.0, 0.0)
     return peak / mean if mean else None
 
 
-def _work(model: Model, group: Group, flow: str) -> float:
+def work_of(model: Model, group: Group, flow: str) -> float:
     """Return the work that a task of a flow is for a group, on the mean; 0 if the flow does not visit it.
 
     For servers and pickers it is their time, for people the loads, and for robots and lifts all tasks are alike.

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, QuickEstimate
+from desim_warehouse.feasibility.estimate import APART, THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.parts import PileOn
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
@@ -130,6 +130,8 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
     if estimate.on_duty < 1:
         robots += f", able to work {amount(100 * estimate.on_duty)} % of the time,"
     text = f"robots: {robots} can do {estimate.can_do(hour)} tasks an hour"
+    if estimate.bottleneck != THE_ROBOTS:
+        text += f", limited by {estimate.bottleneck}"
     if estimate.queues.places and estimate.throughput_of_queues < APART * estimate.most:
         text += f", held back by queues for {estimate.queues.longest}"
     if estimate.charging:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.feasibility import limit
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
 from desim_warehouse.feasibility.estimate import APART, QuickEstimate, limiting
 from desim_warehouse.feasibility.loads import loads
@@ -80,12 +81,18 @@ def _staff(model: Model, station: StationLoad) -> str:
 def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     """Yield the sentences on what the robots can do, against demand, and on how many robots are enough."""
     hour = model.units.hour
-    least, most = (_floor(rate * hour) for rate in estimate.range)
+
+    def can_do(part: float) -> str:
+        least, most = (_floor(rate * hour * part) for rate in estimate.range)
+        return least if estimate.range[0] >= APART * estimate.range[1] else f"{least} to {most}"
+
+    def with_part(words: Callable[[float], str], what: str = "") -> str:
+        return f"{words(1)}{what}{limit.of_flows(model, estimate, estimate.bottleneck, words)}"
+
     if math.isfinite(estimate.range[1]):
-        can = least if estimate.range[0] >= APART * estimate.range[1] else f"{least} to {most}"
-        line = f"{number_of(estimate.robots, 'robot')} can do about {can} {words.loads(model)} an hour"
-        if estimate.rate is not None:
-            line += f"; you need {numbers.measured(estimate.rate * hour)}"
+        line = f"{capital(limit.fleet(estimate))} can do about {with_part(can_do, f' {words.loads(model)} an hour')}"
+        if (rate := estimate.rate) is not None:
+            line += f"; you need {with_part(lambda part: numbers.measured(rate * hour * part))}"
             peak = None if estimate.peak is None else numbers.measured(estimate.peak * hour)
             line += "" if peak is None else f" on average and {peak} in the busiest hour"
         yield f"{line}."
@@ -161,10 +168,11 @@ def _by_kind(counts: Iterable[tuple[int, tuple[str, ...]]]) -> str:
 
 def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     """Yield the sentence on what the stations can serve, and on the utilisation of the fullest."""
-    most = estimate.station_capacity
-    if math.isinf(most):
+    first, most = estimate.first_full, estimate.station_capacity * model.units.hour
+    if first is None or math.isinf(most):
         return
-    line = f"Stations can serve about {_floor(most * model.units.hour)} {words.loads(model)} an hour"
+    line = f"Stations can serve about {_floor(most)} {words.loads(model)} an hour"
+    line += limit.of_flows(model, estimate, first.doing, lambda part: _floor(part * most))
     if (full := estimate.fullest) is not None and full.busy is not None:
         hours = " of its hours" if full.open < 1 else " of the time"
         line += f"; {full.node} ({_staff(model, full)}) would be in use {busiest.whole_percent(full.busy)}{hours}"
@@ -187,9 +195,9 @@ def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
-    robots, limit = estimate.knee
-    if limit:
-        yield f"Beyond about {number_of(robots, 'robot')}, {limiting(limit)}."
+    robots, place = estimate.knee
+    if place:
+        yield f"Beyond about {number_of(robots, 'robot')}, {limiting(place)}."
 
 
 def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
