@@ -189,7 +189,10 @@ class QuickEstimate:
     @property
     def bottleneck(self) -> str:
         """The limit of the fleet, in words: its robots, unless a place lets through hardly more than they do."""
-        name, limit = min(self.other_limits.items(), key=itemgetter(1), default=(THE_ROBOTS, math.inf))
+        limits = self.other_limits
+        if self.at_work == self.robots:  # all find a slot
+            limits = {name: limit for name, limit in limits.items() if name != SLOTS}
+        name, limit = min(limits.items(), key=itemgetter(1), default=(THE_ROBOTS, math.inf))
         most = self.range[1]
         is_it = APART * limit <= most and limit < max(self.fleet_capacity, most * (1 + _ROUNDING))
         return name if is_it else THE_ROBOTS
@@ -250,7 +253,7 @@ class QuickEstimate:
         most, why = self.lanes_hold, "the room in the lanes"
         if self._of_use(most) < most:
             most, why = self._of_use(most), SLOTS
-        limits = dict(self.places_limit)
+        limits = self.ceilings
         if self.crossing is not None and self.crossing_capacity is not None:
             limits[f"the intersection {self.crossing}"] = self.crossing_capacity * self.on_duty
         limit = min(limits, key=limits.__getitem__, default="")
@@ -286,9 +289,26 @@ class QuickEstimate:
         return max(busy, key=lambda item: item.busy or 0.0, default=None)
 
     @property
+    def ceilings(self) -> dict[str, float]:
+        """Tasks per time unit that each place lets through, by names in words, if robots queue there at all times."""
+        limits = dict(self.places_limit)
+        for place in self.network.places if self.on_duty else ():
+            limits[place.name] = min(limits.get(place.name, math.inf), place.most * self.on_duty)
+        return limits
+
+    @property
     def narrowest(self) -> str:
         """The place that lets the fewest tasks through, for any number of robots, in words."""
-        return min(self.places_limit, key=self.places_limit.__getitem__)
+        return min(self.ceilings, key=self.ceilings.__getitem__)
+
+    @property
+    def pickers_walk_less(self) -> bool:
+        """Whether pickers are the narrowest place and walk less, the more robots wait: then an estimate is too low.
+
+        Estimates of larger fleets take each walk to be as long as to the nearest robot of few.
+        """
+        name = self.narrowest if self.ceilings else ""
+        return name == PICKERS and self.places_limit.get(PICKERS, math.inf) > MORE * self.ceilings[PICKERS]
 
     @property
     def throughput_of_queues(self) -> float:

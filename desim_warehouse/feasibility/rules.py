@@ -230,6 +230,8 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
     """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
     staff = {station.doing: station.staff for station in estimate.stations}
+    if estimate.pickers_walk_less and need > estimate.knee[0]:
+        return "add robots or pickers, and see by a run how many: pickers walk less, the more robots wait for them"
     if math.isinf(need):
         place = estimate.narrowest
         return f"no number of robots keeps up, as {limiting(place, staff.get(place, ''))}"

@@ -76,8 +76,24 @@ def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
     assert "to 514 lines an hour; the more robots wait for them, the less they walk." in text
     assert quick.limits["the pickers"] == 1 / 7
     assert quick.knee[1] == "the pickers"
-    assert "the pickers are the limit" in text
     assert max(loads(model, quick), key=lambda load: load.mean).group.name == "pickers"
+
+
+@pytest.mark.parametrize(("speed", "said"), [(0.1, False), (100, True)])
+def test_a_number_of_robots_beyond_which_pickers_are_the_limit_is_named_only_where_they_hardly_walk(speed, said):
+    """A walk between random places takes 30 of 37 at 0.1, and less with more robots that wait; at 100 it takes none.
+
+    The stations have few slots. These are not the limit, although they let through less than pickers who never walk.
+    """
+    changes = {"tasks.goods": {"poisson": 480}, "fleet.size": 3, "run.length": "1 h", "pickers.speed": speed}
+    model = dw.load(RING, {**changes, "layout.stations.packing.places": 6 if speed < 1 else 20})
+    quick = estimate(model)
+    text = " ".join(sentences(model, quick))
+    assert quick.narrowest == "the pickers"
+    assert quick.pickers_walk_less != said
+    assert ("the pickers are the limit" in text) == said
+    assert ("Robots: a run tells how many are enough for 480" in text) != said
+    assert "slots" not in text
 
 
 HALL = hall(4, 6, {"at": ["L", "N"], "places": 12}, 30, {"length": 4200, "warm_up": 600})

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, THE_ROBOTS, QuickEstimate
+from desim_warehouse.feasibility.estimate import APART, PICKERS, THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.parts import PileOn
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import amount
@@ -76,7 +76,8 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
         _stations(estimate, hour),
         *_lifts(estimate, hour),
         *([] if estimate.power is None else _energy(estimate.power, time)),
-        f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}",
+        f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}"
+        + (", unless they walk less" if limit == PICKERS and estimate.pickers_walk_less else ""),
     ]
 
 
@@ -146,6 +147,8 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
 def _need(estimate: QuickEstimate, asked: float, robots: float, what: str) -> str:
     if math.isfinite(robots):
         return f"the {amount(asked)} {what} need {amount(robots)} robots"
+    if estimate.pickers_walk_less:
+        return f"a run tells how many robots do the {amount(asked)} {what}, as pickers walk less, the more robots wait"
     return f"no number of robots does the {amount(asked)} {what}, limited by {estimate.narrowest}"
 
 

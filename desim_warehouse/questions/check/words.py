@@ -10,7 +10,7 @@ from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility import limit
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-from desim_warehouse.feasibility.estimate import APART, QuickEstimate, limiting
+from desim_warehouse.feasibility.estimate import APART, PICKERS, QuickEstimate, limiting
 from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.feasibility.power import Power
@@ -124,6 +124,8 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
         short = estimate if math.isinf(mean) else busy
         asked = f"{numbers.measured((short.rate or 0.0) * model.units.hour)} {words.loads(model)}"
         asked = f"{asked} an hour" if math.isinf(mean) else f"the {asked} of the busiest hour"
+        if short.pickers_walk_less:
+            return f"Robots: a run tells how many are enough for {asked}, as pickers walk less, the more robots wait."
         return f"Robots: no number is enough for {asked}, as {limiting(short.narrowest)}."
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
@@ -196,7 +198,7 @@ def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
     robots, place = estimate.knee
-    if place:
+    if place and not (place == PICKERS and estimate.pickers_walk_less):
         yield f"Beyond about {number_of(robots, 'robot')}, {limiting(place)}."
 
 
