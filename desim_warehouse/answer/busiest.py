@@ -5,7 +5,7 @@ For the answers of `desim run`, `check`, `plan` and `why`, and for the live page
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
@@ -111,7 +111,8 @@ def _spent(load: Load) -> str:
     if load.piles_up or load.mean > 1:
         line = f"with demand at {_percent(load.mean)} {capacity}"
     if _peaks(load):
-        line += f" (demand in the busiest hour was {_percent(load.peak or 0.0)} {capacity})"
+        waits = _with_waits(load, _percent)
+        line += f" (demand in the busiest hour was {_percent(load.peak or 0.0)} {capacity}{waits})"
     return f"{line}, plus {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
@@ -124,8 +125,9 @@ def _share(load: Load, time: str, number: int) -> str:
     line += each
     if _peaks(load):
         peak = load.peak or 0.0
-        beyond = f"in the busiest hour demand is {whole_percent(peak)} of {_its(load, number)} capacity"
-        line += f" ({beyond})" if peak > 1 >= load.mean else f" ({whole_percent(peak)} in the busiest hour)"
+        waits = _with_waits(load, whole_percent)
+        beyond = f"in the busiest hour demand is {whole_percent(peak)} of {_its(load, number)} capacity{waits}"
+        line += f" ({beyond})" if peak > 1 >= load.mean else f" ({whole_percent(peak)} in the busiest hour{waits})"
     return f"{line}, plus {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
 
 
@@ -135,6 +137,14 @@ def _its(load: Load, number: int = 1) -> str:
 
 def _peaks(load: Load) -> bool:
     return load.peak is not None and load.peak > load.mean + NEAR
+
+
+def _with_waits(load: Load, percent: Callable[[float], str]) -> str:
+    """Return the addition that waits also take time of robots in the busiest hour: `, 108 % with waits`."""
+    with_waits = load.peak_with_waits
+    if with_waits is None or load.peak is None or with_waits < load.peak + NEAR:
+        return ""
+    return f", {percent(with_waits)} with waits"
 
 
 def _percent(share: float) -> str:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable
 from typing import Literal, Protocol
 
-from desim_warehouse.answer import numbers
+from desim_warehouse.answer import numbers, words
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.verdicts import PILES_UP, Verdict
@@ -98,5 +98,5 @@ def instead(wrong: Iterable[Verdict], done: float | None, model: Model) -> str:
     asked = math.inf if rate is None else rate * model.units.hour
     if done is not None and done < asked and any(verdict.code == PILES_UP for verdict in lasting):
         arriving = "" if asked == math.inf else f" of {numbers.measured(asked)}"
-        return f"only {numbers.measured(done)}{arriving} orders an hour delivered"
+        return f"only {numbers.measured(done)}{arriving} {words.loads(model)} an hour delivered"
     return ", and ".join(_SHORT.sub("", verdict.text) for verdict in lasting)

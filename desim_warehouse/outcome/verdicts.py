@@ -181,7 +181,7 @@ def _counted(kpis: Mapping[str, float], model: Model) -> float:
 RULES = {
     "CANNOT_KEEP_UP": VerdictRule(
         "backlog",
-        "cannot keep up: open orders grow by {} an hour",
+        "cannot keep up: open tasks grow by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
         f"{ERRORS_OF_ARRIVALS} √n, where n is the number of tasks that arrived in it (√n is the standard deviation of "
         "that number), and by more than one task per robot, leaving out what comes on average in the longest time "

@@ -624,7 +624,12 @@ class _Planned:
             return []
         most = self._counted(tuple(map(max, zip(*self.plan.today.counts, strict=True))))
         priced = any(sized.best and sized.best.cost is not None for sized in self.plan.demands)
-        head = ("year", "orders an hour", *(name for name, number in most.items() if number), *["a year"] * priced)
+        head = (
+            "year",
+            f"{words.loads(self.model)} an hour",
+            *(name for name, number in most.items() if number),
+            *["a year"] * priced,
+        )
         return [Folded(title="Year by year", head=head, rows=tuple(map(self._year, self.plan.demands)), printed=True)]
 
     def _year(self, sized: Sized) -> tuple[str, ...]:

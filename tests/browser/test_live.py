@@ -220,7 +220,7 @@ def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser, tmp_pat
         assert page.text("name") == hostile
         assert page.text("verdict") == "Cannot keep up"
         assert page.text("said").startswith("Only ")
-        assert page.text("said").endswith(" orders an hour delivered with 1 robot.")
+        assert page.text("said").endswith(" loads an hour delivered with 1 robot.")
         assert page.ask("live.answer.n") in range(5, 14)  # runs under way may end, too
         assert page.complaints() == []
 

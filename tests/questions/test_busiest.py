@@ -2,11 +2,12 @@
 
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.answer.busiest import are
+from desim_warehouse.answer.busiest import are, was
 from desim_warehouse.feasibility.loads import loads as foreseen
 from desim_warehouse.folders import gallery
 from desim_warehouse.model.facts.workers import LANES, Group, Load, busiest, ranked, scarce
@@ -212,3 +213,12 @@ def test_what_a_plan_says_a_year_costs_is_what_its_runs_cost():
 )
 def test_more_than_robots_can_do_is_no_share_of_their_time(mean, peak, words):
     assert words in are([Load(Group("robots", number=6), mean, peak)])
+
+
+def test_waits_of_the_busiest_hour_take_time_of_robots_too():
+    """Half of their time is work and a tenth waits: 1.5 times as much work is 75 %, and 90 % with the waits."""
+    load = Load(Group("robots", number=6), 0.5, 0.75, held=0.1)
+    assert load.peak_with_waits == pytest.approx(0.9)
+    assert "50 % of the time (75 % in the busiest hour, 90 % with waits)" in are([load])
+    assert "(demand in the busiest hour was 75.0 % of their capacity, 90.0 % with waits)" in was([load])
+    assert "with waits" not in was([replace(load, held=0.0)])

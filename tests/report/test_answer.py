@@ -76,7 +76,7 @@ def made_up_why(number):
 
 
 GOAL = read_target("on_time >= 95 %")
-GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: open orders grow by 20 an hour", 20.0)
+GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: open tasks grow by 20 an hour", 20.0)
 
 
 def judged(chance, kind, number):

@@ -88,8 +88,8 @@ def test_near_the_target_and_not_known_yet_are_two_things():
 
 def test_what_cannot_keep_up_is_said_as_what_it_delivers():
     model = example()
-    grows = Verdict("CANNOT_KEEP_UP", "cannot keep up: open orders grow by 20 an hour", 20.0)
-    assert standing.instead([grows], 41.3, model) == "only 41.3 of 60 orders an hour delivered"
+    grows = Verdict("CANNOT_KEEP_UP", "cannot keep up: open tasks grow by 20 an hour", 20.0)
+    assert standing.instead([grows], 41.3, model) == "only 41.3 of 60 loads an hour delivered"
     assert standing.instead([grows], 61.0, model) == grows.text  # what piles up is not the orders
     rises = Verdict("NOT_SETTLED", "not settled: batteries rise", -0.01)
     assert standing.instead([grows, rises], None, model) == grows.text

@@ -177,8 +177,8 @@ def test_an_answer_says_what_a_design_delivers_that_cannot_keep_up_and_not_its_s
     study = dw.Study(model, {"fleet.size": [1, 3]}, replications=2, target="on_time >= 90 %").run(workers=1)
     option = study.results.answer.options[0]
     assert (option.standing, option.number) == ("overloaded", None)
-    assert option.instead.endswith(" of 60 orders an hour delivered")
+    assert option.instead.endswith(" of 60 loads an hour delivered")
     assert not any(one.of.startswith(("on_time", "cycle_time")) for one in option.numbers)
     alone = dw.Study(model, {"fleet.size": [1]}, replications=2, target="on_time >= 90 %").run(workers=1)
     assert "% (" not in alone.results.answer.answer[0]
-    assert alone.results.answer.answer[0].endswith(" of 60 orders an hour delivered.")
+    assert alone.results.answer.answer[0].endswith(" of 60 loads an hour delivered.")

@@ -47,7 +47,7 @@ def test_an_overloaded_queue_cannot_keep_up_in_any_run(robots, seeds, tasks):
 def test_the_backlog_must_grow_by_three_standard_errors_of_the_arrivals():
     """400 tasks in 10 hours: 3 * 20 = 60 of them, 6 an hour."""
     kpis = {"T": 36_000, "tasks": 339, "backlog_growth_per_hour": 6.1}
-    assert [verdict.text for verdict in judge(kpis, TUTORIAL)] == ["cannot keep up: open orders grow by 6.1 an hour"]
+    assert [verdict.text for verdict in judge(kpis, TUTORIAL)] == ["cannot keep up: open tasks grow by 6.1 an hour"]
     assert codes({**kpis, "tasks": 341, "backlog_growth_per_hour": 5.9}) == []
 
 
@@ -168,7 +168,7 @@ def test_procedures_say_what_is_wrong_with_the_designs_that_were_run():
     asked = ("size", "models/tutorial.yaml", *SETS, "--range", "1..4", "--target", "throughput_per_hour >= 100")
     rows = [line for line in run_desim(*asked, *runs).splitlines() if line.rstrip(" 0123456789").endswith("keep up")]
     assert rows
-    assert all("orders an hour delivered" in row or "open orders grow by" in row for row in rows)
+    assert all("loads an hour delivered" in row or "open tasks grow by" in row for row in rows)
 
 
 def test_every_code_has_a_mark_of_its_own():

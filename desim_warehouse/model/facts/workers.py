@@ -92,6 +92,11 @@ class Load:
         """The larger of the mean load and the load in the busiest hour."""
         return max(self.mean, self.peak or 0.0)
 
+    @property
+    def peak_with_waits(self) -> float | None:
+        """The load of robots in the busiest hour with their waits, which grow at least as their work does."""
+        return None if self.peak is None or not self.mean else self.peak * (1 + self.held / self.mean)
+
 
 @lru_cache(maxsize=64)
 def groups(model: Model) -> tuple[Group, ...]:
