@@ -104,7 +104,7 @@ def _by_distance(model: str, file: str, search: Search, *, force: bool) -> None:
     base = load_model(model, ())
     directions = orientation(base)
     write_files(oriented_files(Path(model), base, directions, Path(file)), force=force)
-    click.echo("\n".join(_said(directions)))
+    click.echo("\n".join(_sentences(directions)))
     if each := _of_each(search, 2):
         click.echo(_compared(base, load_model(file, ()), each))
     _written(file)
@@ -119,7 +119,7 @@ def _written(file: str) -> None:
     click.echo(f"{file} is written; next: desim check {file}")
 
 
-def _said(directions: Orientation) -> list[str]:
+def _sentences(directions: Orientation) -> list[str]:
     lines = [f"{len(directions.kept)} two-way lanes are one-way now; trips between storage and stations are "]
     lines[0] += f"{directions.stretch:.2f} times as long"
     if round(directions.stretch, 2) > _FAR:  # rounded, as it is printed
@@ -157,7 +157,7 @@ def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
         return
     write_files(oriented_files(Path(path), base, directions, Path(file), floors[best]), force=force)
     if floors[best] is None:
-        click.echo("\n".join(_said(directions)))
+        click.echo("\n".join(_sentences(directions)))
     else:
         click.echo(f"{len(directions.kept)} two-way lanes prefer a direction: against: {floors[best]:g} on each")
     _written(file)

@@ -61,7 +61,7 @@ def show_quantiles(results: Results, share: float) -> None:
         title, *_factors(results), *(f">{words.head(name, scale)}" for name, scale in scales.items()), ">runs"
     )
     for point in results.points:
-        cells = (_said_of_quantile(quantiles[name][point.number], scale) for name, scale in scales.items())
+        cells = (_quantile_in_words(quantiles[name][point.number], scale) for name, scale in scales.items())
         table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
     for line in sentences.wrong(results, lasting=True):
         click.echo(line)
@@ -75,7 +75,7 @@ def show_quantiles(results: Results, share: float) -> None:
     show_failures(results)
 
 
-def _said_of_quantile(estimate: QuantileEstimate | None, scale: Scale) -> str:
+def _quantile_in_words(estimate: QuantileEstimate | None, scale: Scale) -> str:
     if estimate is None:
         return NONE
     if estimate.deterministic:

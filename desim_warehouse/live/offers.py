@@ -11,7 +11,7 @@ from desim_warehouse.answer import numbers, words
 from desim_warehouse.errors import StudyError, nearest, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.policies.catalogue import OURS
+from desim_warehouse.policies import catalogue
 from desim_warehouse.questions.study import Study
 from desim_warehouse.study.factors import label, level_of
 from desim_warehouse.study.fleet.designs import Designs
@@ -124,7 +124,10 @@ def _usual(model: Model) -> dict[str, Offer]:
         usual[DEMAND] = _demand(model)
     now = model.policies.allocation
     if not now.params:
-        names = tuple(dict.fromkeys((now.name, *sorted(OURS["allocation"]))))
+        complete = (
+            name for name in sorted(catalogue.OURS["allocation"]) if not catalogue.problems("allocation", name, {})
+        )
+        names = tuple(dict.fromkeys((now.name, *complete)))
         changes = tuple({} if name == now.name else {ALLOCATION: name} for name in names)
         usual[ALLOCATION] = Offer(
             ALLOCATION, "Dispatching", names, tuple(words.policy(ALLOCATION, name) for name in names), changes, 0

@@ -121,7 +121,7 @@ def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, 
             if default is dataclasses.MISSING:
                 faults.append((key, f"missing, {name} must have it"))
         elif not _fits(parameters[key], hint):
-            faults.append((key, f"not understood (got {got(parameters[key])}), expected {_said(hint)}"))
+            faults.append((key, f"not understood (got {got(parameters[key])}), expected {_type_in_words(hint)}"))
     if faults:
         return None, faults
     try:
@@ -332,6 +332,6 @@ def _fits(value: Any, hint: Any) -> bool:
     return True
 
 
-def _said(hint: Any) -> str:
+def _type_in_words(hint: Any) -> str:
     names = {int: "a whole number", float: "a number", str: "text", bool: "true or false"}
     return names.get(hint, str(hint).replace("typing.", "").replace("None", "nothing"))

@@ -161,7 +161,8 @@ class _Planned:
         runs_needed = [runs for runs in needed if runs is not None]
         if not runs_needed or len(runs_needed) < len(needed):
             return "even many more runs may not tell"
-        return f"about {10 * math.ceil(max(runs_needed) / 10)} runs of each {self.noun} would tell (--cap)"
+        option = "--runs" if self.plan.untried else "--cap"
+        return f"about {10 * math.ceil(max(runs_needed) / 10)} runs of each {self.noun} would tell ({option})"
 
     def _ended(self, sized: Sized) -> str:
         """Return the fleets that are enough, too few or open if the runs ran out before an answer."""

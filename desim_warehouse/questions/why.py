@@ -144,7 +144,7 @@ class _Held:
 
     def answer(self) -> Answer:
         costs, model = self.costs, self.model
-        lines = [self._said(), *(sentence(verdict.text) for verdict in costs.verdicts), was(costs.loads)]
+        lines = [self._bottleneck(), *(sentence(verdict.text) for verdict in costs.verdicts), was(costs.loads)]
         lines += [self._lost(), self._batched()]
         broken = 0 in costs.failures
         return Answer(
@@ -179,7 +179,7 @@ class _Held:
 
     # Sentences
 
-    def _said(self) -> str:
+    def _bottleneck(self) -> str:
         """Return the sentences on the bottleneck and its cost, or that there is none."""
         costs, failure = self.costs, self.costs.failures.get(0)
         if failure is not None:

@@ -458,7 +458,7 @@ class Planner:
         counts = [shown.counts for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
-        cases = {_said(self.designs.totals(design)): self.designs.overrides(design) for design in counts}
+        cases = {_in_words(self.designs.totals(design)): self.designs.overrides(design) for design in counts}
         study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides)
         others = self._others(study, factors)
         if not others:
@@ -536,7 +536,7 @@ def _hourly(model: Model) -> float | None:
     return None if rate is None else rate * model.units.hour
 
 
-def _said(totals: Mapping[str, int]) -> str:
+def _in_words(totals: Mapping[str, int]) -> str:
     """Return a design in words: `6 robots, 2 chargers, 3 packers`."""
     return ", ".join(number_of(number, COUNTED[name]) for name, number in totals.items())
 

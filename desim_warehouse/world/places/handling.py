@@ -16,7 +16,10 @@ from desim_warehouse.world.places.stops import Stop
 
 
 class HandlingTimes:
-    """The handling times of every task: `said` by the model, and drawn; `stations` by node."""
+    """The handling times of tasks: `times` as the model gives them, random ones drawn for each task.
+
+    `stations`: the specification of each station by node.
+    """
 
     def __init__(
         self, times: Handling[float | Distribution], stations: Mapping[str, StationSpec], streams: Streams
