@@ -293,13 +293,21 @@ class QuickEstimate:
         """Tasks per time unit that each place lets through, by names in words, if robots queue there at all times."""
         limits = dict(self.places_limit)
         for place in self.network.places if self.on_duty else ():
-            limits[place.name] = min(limits.get(place.name, math.inf), place.most * self.on_duty)
+            most = place.most * self.on_duty / self.unbroken  # while one robot is broken, others come
+            limits[place.name] = min(limits.get(place.name, math.inf), most)
         return limits
 
     @property
     def narrowest(self) -> str:
         """The place that lets the fewest tasks through, for any number of robots, in words."""
         return min(self.ceilings, key=self.ceilings.__getitem__)
+
+    def limit_at(self, rate: float) -> str:
+        """Return what keeps any number of robots from a rate of tasks, in words, where `robots_for` it is infinite."""
+        if not self.on_duty or rate > BUSIEST * self.ceilings.get(self.narrowest, math.inf):
+            return self.narrowest
+        robots = self.network.robots_for(rate / self.on_duty)
+        return CHARGERS if robots <= self.most_useful * (1 + _ROUNDING) else SLOTS
 
     @property
     def pickers_walk_less(self) -> bool:

@@ -233,7 +233,7 @@ def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
     if estimate.pickers_walk_less and need > estimate.knee[0]:
         return "add robots or pickers, and see by a run how many: pickers walk less, the more robots wait for them"
     if math.isinf(need):
-        place = estimate.narrowest
+        place = estimate.limit_at(estimate.rate or 0.0)
         return f"no number of robots keeps up, as {limiting(place, staff.get(place, ''))}"
     robots, place = estimate.knee
     if need <= robots:

@@ -6,6 +6,7 @@ peak, robots that break down, or more orders than fleets of the floor can do, on
 
 import random
 import sys
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -96,7 +97,9 @@ def on_other_days(described, changes, *, drifting=False):
     """
     study = dw.Study(described, changes={**changes}, replications=DAYS, seed=OTHER_SEED)
     try:
-        study.run()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # days that end with a flat battery count as 0
+            study.run()
     except dw.StudyError as error:
         if "no run finished" not in str(error):
             raise

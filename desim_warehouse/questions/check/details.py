@@ -149,7 +149,7 @@ def _need(estimate: QuickEstimate, asked: float, robots: float, what: str) -> st
         return f"the {amount(asked)} {what} need {amount(robots)} robots"
     if estimate.pickers_walk_less:
         return f"a run tells how many robots do the {amount(asked)} {what}, as pickers walk less, the more robots wait"
-    return f"no number of robots does the {amount(asked)} {what}, limited by {estimate.narrowest}"
+    return f"no number of robots does the {amount(asked)} {what}, limited by {estimate.limit_at(estimate.rate or 0.0)}"
 
 
 def _stations(estimate: QuickEstimate, hour: float) -> str:
