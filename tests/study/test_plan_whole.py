@@ -157,7 +157,7 @@ def test_years_are_a_table_and_equal_separate_plans(small):
     assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]
     assert found.runs < sum(one.runs for one in alone)
     table, *_ = found.answer.tables
-    assert table.head == ("year", "orders an hour", "robots", "chargers")
+    assert table.head == ("year", "loads an hour", "robots", "chargers")
     assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")]
     assert "Year by year" in printed(found.answer)
     larger = next(n for n, one in enumerate(found.demands) if one.best.counts != found.today.best.counts)
