@@ -12,18 +12,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import click
+import yaml
 
 import desim_warehouse as dw
 from desim_warehouse.cli import COMMANDS, desim
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.model import parse_assignment
+from desim_warehouse.study.reading import read_study
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 ELSEWHERE = {ROOT / "docs/how-to/own-policy.md": ROOT / "tests/policies/test_own_policy_page.py"}
 """Pages that have a test of their own."""
 _FENCE = re.compile(r"^(?P<indent> *)```(?P<kind>[a-z]*)( [a-z]+=.*)? *$")
-_NOTE = re.compile(r"^ *<!-- (?P<word>file|not run|fails|slow)(: (?P<rest>.*?))? -->$")
+_NOTE = re.compile(r"^ *<!-- (?P<word>file|piece|not run|fails|slow)(: (?P<rest>.*?))? -->$")
 _CHECKER = doctest.OutputChecker()
 
 
@@ -97,6 +99,23 @@ def same(want, got):
     """Whether the output is as the page says: `...` stands for anything, and spaces do not count."""
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     return _CHECKER.check_output(want.strip() + "\n", got.strip() + "\n", flags)
+
+
+def check_piece(block, file):
+    """See that a piece of a model or study is accepted in a file; sections that both have are merged."""
+    content = _merged(yaml.safe_load(file.read_text(encoding="utf-8")), yaml.safe_load(block.text))
+    whole = file.with_name(f"{file.stem} with the piece of line {block.line}.yaml")
+    whole.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    if "model" in content:
+        read_study(whole)
+    else:
+        assert dw.load(whole).floor is not None, "the layout is built"
+
+
+def _merged(before, piece):
+    if not (isinstance(before, dict) and isinstance(piece, dict)):
+        return piece
+    return before | {key: _merged(before.get(key), value) for key, value in piece.items()}
 
 
 def run_python(block, names, page):

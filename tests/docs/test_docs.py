@@ -107,6 +107,8 @@ def _carry_out_page(page, copy, read_as, carried_out=0):
         if word == "file":
             (copy / rest).parent.mkdir(parents=True, exist_ok=True)
             (copy / rest).write_text(block.text, encoding="utf-8")
+        elif word == "piece":
+            pages.check_piece(block, copy / rest)
         elif block.kind == "python" and word == "not run":
             compile(block.text, _name(page), "exec")
             assert all(hasattr(dw, public) for public in re.findall(r"\bdw\.([a-zA-Z]\w*)", block.text))
@@ -120,7 +122,11 @@ def _carry_out_page(page, copy, read_as, carried_out=0):
                 _carry_out(command, noted if daily else word, f"{_name(page)}:{block.line}")
                 carried_out -= daily
         else:
-            assert block.kind in {"text", "yaml"}, f"{_name(page)}:{block.line}: what is a block of {block.kind!r}?"
+            where = f"{_name(page)}:{block.line}"
+            assert block.kind != "yaml" or noted == "not run", (
+                f"{where}: no <!-- file: NAME --> or <!-- piece: FILE -->"
+            )
+            assert block.kind in {"text", "yaml"}, f"{where}: what is a block of {block.kind!r}?"
 
 
 def _carry_out(command, word, where):
