@@ -46,7 +46,7 @@ def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orde
     assert not found.is_held_up
     handling = next(gain for suspect, gain in found.ranked if suspect.name == "handling")
     assert not handling.competes
-    assert 2 < handling.mean < 5
+    assert 0 < handling.low < 3 < handling.high
     assert {gain.n for gain in found.gains.gains} == {5}  # no more runs than that takes
 
 
