@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from desim_warehouse.questions.orient import BetterDirections, orient
     from desim_warehouse.questions.plan import Plan
     from desim_warehouse.questions.plan import plan_fleet as plan
-    from desim_warehouse.questions.plan_options import OptionsPlan, plan_options
+    from desim_warehouse.questions.plan.options import OptionsPlan, plan_options
     from desim_warehouse.questions.race import Best
     from desim_warehouse.questions.run import Run, load_run, simulate
     from desim_warehouse.questions.size import Size, size
@@ -106,7 +106,7 @@ _HOME = {
     "questions.check": "Check check",
     "questions.orient": "BetterDirections orient",
     "questions.plan": "Plan plan",
-    "questions.plan_options": "OptionsPlan plan_options",
+    "questions.plan.options": "OptionsPlan plan_options",
     "questions.race": "Best",
     "questions.run": "Run load_run simulate",
     "questions.size": "Size size",

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from desim_warehouse.answer.answer import Answer
     from desim_warehouse.model import Model
     from desim_warehouse.questions.plan import Plan
-    from desim_warehouse.questions.plan_options import OptionsPlan
+    from desim_warehouse.questions.plan.options import OptionsPlan
     from desim_warehouse.study.search import Search
 
 
@@ -136,7 +136,7 @@ def command(  # as long as its options are many
     """
     from desim_warehouse.model.guesses import guesses
     from desim_warehouse.questions.plan import plan_fleet
-    from desim_warehouse.questions.plan_options import plan_options
+    from desim_warehouse.questions.plan.options import plan_options
     from desim_warehouse.study.fleet.given import counts_of
 
     loaded = _priced(load_model(model, assignments), robot=price_robot, charger=price_charger)

@@ -8,7 +8,8 @@ from typing import Any
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answered
-from desim_warehouse.questions import plan_words, race, sentences
+from desim_warehouse.questions import race, sentences
+from desim_warehouse.questions.plan.answer import answer as answer_of
 from desim_warehouse.questions.race import Best
 from desim_warehouse.questions.study import Study
 from desim_warehouse.study import procedures
@@ -77,7 +78,7 @@ def size(
     Source: a search by bisection with sequential tests: a plan of one count.
     """
     sizes = size_key(study, target, zone=zone, scan=scan, search=search)
-    return Size(**vars(sizes), answer=plan_words.answer(sizes).keep(search.out, search.command))
+    return Size(**vars(sizes), answer=answer_of(sizes).keep(search.out, search.command))
 
 
 def most(

@@ -14,7 +14,7 @@ from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Source
 from desim_warehouse.questions import judged
-from desim_warehouse.questions.plan_sheet import CHANGES, GUESSES, OTHER_GUESSES
+from desim_warehouse.questions.plan.sheet import CHANGES, GUESSES, OTHER_GUESSES
 from desim_warehouse.study.designs.thresholds import InputThreshold, Thresholds, thresholds
 from desim_warehouse.study.search import USUAL, Search
 

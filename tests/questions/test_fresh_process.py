@@ -39,12 +39,11 @@ COMMANDS = {
 """Each imports its verb from its own module."""
 FEW = "Search(first=2, cap=2, runs=60, out='out')"
 VERBS = {
-    "best": f"best.best('model.yaml', 'T', vary={{'fleet.size': [1, 2]}}, search={FEW})",
-    "why": f"why.why('model.yaml', search={FEW})",
-    "orient": f"orient.orient('detour.yaml', 'throughput_per_hour', search={FEW})",
-    "plan_options": (
-        "plan_options.plan_options({'A': 'model.yaml', 'B': 'model.yaml'}, 'T <= 9999', robots=[1], chargers=[1], "
-        f"search={FEW})"
+    "best.best": f"best('model.yaml', 'T', vary={{'fleet.size': [1, 2]}}, search={FEW})",
+    "why.why": f"why('model.yaml', search={FEW})",
+    "orient.orient": f"orient('detour.yaml', 'throughput_per_hour', search={FEW})",
+    "plan.options.plan_options": (
+        f"plan_options({{'A': 'model.yaml', 'B': 'model.yaml'}}, 'T <= 9999', robots=[1], chargers=[1], search={FEW})"
     ),
 }
 START = "from desim_warehouse.cli import main; main()"
@@ -80,9 +79,10 @@ def test_a_verb_from_its_own_module_returns_the_answer_and_keeps_it(question, tm
     small = MULTIBOTS.read_text("utf-8").replace("goods: [11, 8, 39, 28, 53, 1, 69, 42, 79, 6]", "goods: [11, 8]")
     (tmp_path / "model.yaml").write_text(small, "utf-8")
     (tmp_path / "detour.yaml").write_text(DETOUR, "utf-8")
+    module, _, verb = question.rpartition(".")
     lines = [
         "import json",
-        f"from desim_warehouse.questions import {question}",
+        f"from desim_warehouse.questions.{module} import {verb}",
         "from desim_warehouse.study.search import Search",
         f"print(json.dumps({VERBS[question]}.answer.content()))",
     ]

@@ -28,8 +28,8 @@ from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.model.facts.workers import Group, Load
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.questions import judged as judged_words
-from desim_warehouse.questions import plan_cells
 from desim_warehouse.questions.plan import plan_fleet, worded
+from desim_warehouse.questions.plan.cells import named
 from desim_warehouse.questions.size import size
 from desim_warehouse.questions.why import why
 from desim_warehouse.questions.why import worded as why_worded
@@ -184,7 +184,7 @@ def test_terminal_page_and_json_of_plan_are_equal(number):
         if plan.grown is None:
             assert (answer.tiles[0].value, answer.tiles[1].value) == (str(best.robots), str(best.chargers))
         else:  # a tile for each demand
-            assert answer.tiles[-1].value == plan_cells.named(plan, best.counts)
+            assert answer.tiles[-1].value == named(plan, best.counts)
         assert any(line.startswith(answer.about.name.partition(",")[0]) for line in answer.answer)
     for sized, panel in zip(filter(None, (plan.today, plan.grown)), answer.figure.panels.values(), strict=True):
         cells = [cell for row in panel for cell in row]

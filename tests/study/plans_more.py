@@ -9,7 +9,7 @@ import sys
 
 import desim_warehouse as dw
 from desim_warehouse.questions.plan import plan_fleet
-from desim_warehouse.questions.plan_options import plan_options
+from desim_warehouse.questions.plan.options import plan_options
 from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.cheapest import within_counts
 from tests.study import plans

@@ -10,8 +10,8 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.questions import plan_words
 from desim_warehouse.questions.plan import plan_fleet
+from desim_warehouse.questions.plan.answer import answer as worded_answer
 from desim_warehouse.study.fleet import Designs, loads_at
 from desim_warehouse.study.fleet.given import growth_of
 from desim_warehouse.study.fleet.sizes import strategy_label
@@ -246,7 +246,7 @@ def test_what_is_known_when_runs_end_is_said_of_each_fleet(found):
     ended = replace(found.today, best=best, below=(few,), open=((4, 0), (5, 0)), counts=counts)
     plan = replace(found, demands=(ended,))
     assert not plan.feasible
-    answer = plan_words.answer(plan)
+    answer = worded_answer(plan)
     assert answer.answer[0] == (
         f"Today (60 an hour): undecided after {plan.runs} runs. 6 robots are enough. 3 robots are too few. "
         "2 of 5 fleets remain open."

@@ -13,7 +13,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.plan import plan_fleet
-from desim_warehouse.questions.plan_options import plan_options
+from desim_warehouse.questions.plan.options import plan_options
 from desim_warehouse.study.fleet import Designs
 from desim_warehouse.study.fleet.hours import DAYS
 from desim_warehouse.study.fleet.people import people_of

@@ -6,7 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.questions.plan import plan_fleet
-from desim_warehouse.questions.plan_options import plan_options
+from desim_warehouse.questions.plan.options import plan_options
 from tests.docs import pages
 from tests.study.test_fewer_robots import FLOW, RING, SEARCH, ring  # noqa: F401  a fixture
 

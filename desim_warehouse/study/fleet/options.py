@@ -75,7 +75,7 @@ class ComparedOptions:
 def compare_options(models: Mapping[str, Model], target: str, *, search: Search = USUAL, **how: Any) -> ComparedOptions:
     """Size the fleet of each option, and compare the cheapest designs that meet the target on shared days.
 
-    The arguments are those of `questions.plan_options.plan_options`.
+    The arguments are those of `questions.plan.options.plan_options`.
 
     Raises:
         StudyError: fewer than two options, some with prices and some without, or as `size_fleet`.

@@ -1,4 +1,4 @@
-"""The verb `plan_fleet`: how many robots, chargers and people meet a target; `plan_words` words its answer."""
+"""The verb `plan_fleet`: how many robots, chargers and people meet a target."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.model.facts.people import PACKERS, PEOPLE, PICKERS
 from desim_warehouse.model.guesses import guesses as marked
-from desim_warehouse.questions import judged, plan_words
+from desim_warehouse.questions import judged
+from desim_warehouse.questions.plan.answer import answer as answer_of
 from desim_warehouse.study.fleet import FleetSizes, size_fleet
 from desim_warehouse.study.fleet.sizes import Shown, Sized
 from desim_warehouse.study.search import USUAL, Search
@@ -194,4 +195,4 @@ def plan_fleet(
 
 def worded(sizes: FleetSizes, search: Search = USUAL, guesses: Sequence[str] | None = None) -> Plan:
     """Add the answer to the sizes of a fleet, and write it to the folder of the search."""
-    return Plan(**vars(sizes), answer=plan_words.answer(sizes, guesses).keep(search.out, search.command))
+    return Plan(**vars(sizes), answer=answer_of(sizes, guesses).keep(search.out, search.command))

@@ -12,8 +12,8 @@ from desim_warehouse.answer.parts import Option
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.model.facts.costs import COST
-from desim_warehouse.questions import plan, plan_cells
-from desim_warehouse.questions.plan import Plan
+from desim_warehouse.questions import plan
+from desim_warehouse.questions.plan import Plan, cells
 from desim_warehouse.study.fleet.options import Against, ComparedOptions, compare_options
 from desim_warehouse.study.search import USUAL, Search
 
@@ -175,7 +175,7 @@ def _target(compared: ComparedOptions) -> str:
 def _promise(compared: ComparedOptions) -> str:
     first = next(iter(compared.plans.values()))
     zone = words.amount(first.target.indicator, first.zone, first.target.unit)
-    left = next(filter(None, map(plan_cells.but, compared.plans.values())), "")
+    left = next(filter(None, map(cells.but, compared.plans.values())), "")
     saves = " Costs allow for smaller fleets that are not shown to miss it." if compared.indicator == COST else ""
     return (
         f"With {100 * compared.confidence:g} % confidence all of this holds together: each fleet shown to be enough "
