@@ -58,7 +58,7 @@ class QuickEstimate:
         cycle: the mean task, over robots of different kinds.
         sample: number of tasks in the measurement with single robots.
         rate: tasks per time unit demanded; None if the demand is a list, or work always waits (saturated).
-        charging: time that a robot charges for each task; None without battery, or if no robot has to charge.
+        charging: time that a robot charges for each task during the run; None without battery or if the work ends.
         fleet_capacity: tasks per time unit that the robots could do if nothing else limited them.
         stations: load of each node where goods are unloaded.
         crossing: the intersection that most of the tasks pass; None if it was not determined.
@@ -178,13 +178,16 @@ class QuickEstimate:
         return {THE_ROBOTS: self.fleet_capacity, **self.other_limits}
 
     def _charged(self, robots: int) -> float:
-        """Return the tasks per time unit for which chargers give enough; more robots draw more while they wait."""
+        """Return the tasks per time unit for which there is energy; more robots draw more while they wait."""
         power = self.power
-        if power is None or not power.chargers or not self.charging:
+        if power is None or not power.chargers or power.draws is None:
             return math.inf
         spare = power.gives + power.slack * robots / self.robots - power.standing * max(robots - power.chargers, 0)
         more = power.task - power.standing * self.cycle.time
-        return min(power.chargers / self.charging, max(spare, 0.0) / more if more > 0 else math.inf)
+        by_energy = max(spare, 0.0) / more if more > 0 else math.inf
+        if power.by_chargers < 1 or not power.task:  # nights store more, or a task draws nothing
+            return by_energy
+        return min(power.gives / power.task, by_energy)
 
     @property
     def bottleneck(self) -> str:

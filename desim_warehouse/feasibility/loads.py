@@ -31,8 +31,8 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
         elif group.kind == "chargers":
             power = estimate.power
             if power is not None and power.gives and power.draws is not None:
-                drawn = power.draws / power.gives
-                foreseen.append(Load(group, drawn, None, drawn))
+                drawn = power.by_chargers * power.draws / power.gives
+                foreseen.append(Load(group, drawn, None, drawn) if drawn else None)
         elif group.kind == "pickers" and not group.zone:
             pickers = estimate.pickers
             if pickers is not None:

@@ -22,9 +22,10 @@ from desim_warehouse.model.facts.charging import (
     charge_alike,
     chargers_at,
     charging_rate,
-    refills_overnight,
+    needed_overnight,
     shares,
     slots_at,
+    stored_overnight,
 )
 
 _STEPS = 1 << 20
@@ -58,11 +59,12 @@ class Power:
         draws: rate at which the fleet draws energy in the long run, with as many robots charging as must, or as
             chargers allow; None if the work ends.
         most: rate at which the fleet would draw energy with all robots in the state that draws most.
-        needed: number of chargers with which the long run is in balance, none of them shared by kinds that share no
-            charger; None if the work ends.
+        needed: number of chargers with which the long run is in balance, nights included, none of them shared by kinds
+            that share no charger; None if the work ends.
         standing: rate at which a robot draws energy while it stands and waits.
-        slack: rate by which the fleet may draw more than chargers give before its batteries count as falling; inf if
-            nights fill them.
+        slack: rate by which the fleet may draw more than chargers give: what nights store in its batteries or, without
+            such nights, what does not yet count as falling.
+        by_chargers: share of the energy drawn that chargers give during the run; less than 1 if nights store some.
         at_once: number of robots that must charge at once, with fractions; 0 if the work ends.
         kinds: the balance of each kind ("": robots without a kind), with its robots and the chargers that these can
             stand at, if kinds differ in battery, charging or chargers; kinds share all work evenly. The other entries
@@ -82,6 +84,7 @@ class Power:
     needed: int | None
     standing: float = 0.0
     slack: float = 0.0
+    by_chargers: float = 1.0
     at_once: float = 0.0
     kinds: Mapping[str, Power] = field(default_factory=dict)
     groups: tuple[SharedChargers, ...] = ()
@@ -136,6 +139,7 @@ def power(
         needed=sum(group.needed for group in groups) if groups else None,
         standing=math.fsum(part[kind] * balance.standing for kind, balance in balances.items()),
         slack=math.fsum(balance.slack for balance in balances.values()),
+        by_chargers=math.fsum(part[kind] * balance.by_chargers for kind, balance in balances.items()),
         at_once=at_once,
         kinds=balances,
         groups=groups,
@@ -169,7 +173,7 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
     chargers = sum(chargers_at(model, layout).values())
     each = task / cycle.charging if task and cycle.charging else charging_rate(model)
     busiest = max(draws.standing, draws.empty, draws.loaded, draws.handling)
-    away = idle_away(model, layout)
+    away, stored = idle_away(model, layout), stored_overnight(model)
 
     def drawn(charging: float) -> float:
         """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
@@ -182,13 +186,17 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
         return by_work + (idle - connected) * draws.standing
 
     def suffices(charging: float) -> bool:
-        return (charging * each if charging else 0.0) >= drawn(charging)
+        return (charging * each if charging else 0.0) + stored >= drawn(charging)
 
-    needed, used = None, 0.0
+    needed, used, at_once = None, 0.0, 0.0
     if model.tasks.never_end:
-        needed = bisect_left(range(robots), True, key=suffices)
-        below = needed - 1  # the last charger is needed only in part
+        whole = bisect_left(range(robots), True, key=suffices)
+        below = whole - 1  # the last charger is needed only in part
         used = below + bisect_left(range(_STEPS), True, key=lambda k: suffices(below + k / _STEPS)) / _STEPS
+        used = max(used, 0.0)
+        at_once = part * max(used, needed_overnight(model) or 0.0 if stored else 0.0)
+        needed = math.ceil(at_once - _EPS)
+    draws_in_all = drawn(min(chargers / part, used))
     return Power(
         task=task,
         share=task / battery.capacity,
@@ -196,12 +204,13 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
         chargers=chargers,
         charging_rate=each if chargers else None,
         gives=chargers * each if chargers else 0.0,
-        draws=None if needed is None else part * drawn(min(chargers / part, max(used, 0.0))),
+        draws=None if needed is None else part * draws_in_all,
         most=part * robots * busiest,
-        needed=needed if needed is None or part == 1 else math.ceil(part * used - _EPS),
+        needed=needed,
         standing=draws.standing,
-        slack=math.inf if refills_overnight(model) else part * robots * FALLING * battery.capacity / model.units.hour,
-        at_once=part * max(used, 0.0),
+        slack=part * (stored or robots * FALLING * battery.capacity / model.units.hour),
+        by_chargers=max(1 - stored / draws_in_all, 0.0) if draws_in_all else 1.0,
+        at_once=at_once,
     )
 
 

@@ -87,7 +87,7 @@ def _estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     balance = power(model, layout, cycle, of_kinds, rate, busy)
     charging = None
     if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
-        charging = balance.task / balance.charging_rate
+        charging = balance.by_chargers * balance.task / balance.charging_rate
     unbroken = _unbroken(model)
     duty = on_duty(model) * unbroken
     total = cycle.time + (charging or 0.0)

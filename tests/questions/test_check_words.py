@@ -1,6 +1,5 @@
 """What a check says first: loads an hour, robots, chargers and stations, by hand, on one screen of a terminal."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -55,18 +54,19 @@ def test_hours_are_said_in_hours():
 
 
 @pytest.mark.parametrize(
-    ("chargers", "needed", "draws", "slack", "line"),
+    ("chargers", "needed", "draws", "slack", "by_chargers", "line"),
     [
-        (4, 2, 1.0, 0.0, "2 are enough; you have 4"),
-        (1, 1, 1.0, 0.0, "1 is enough; you have 1"),
-        (2, 0, 0.0, 0.0, "none is enough; you have 2"),
-        (0, 1, 1.0, 0.0, "1 is needed; you have none"),
-        (2, 3, 2.5, 0.0, "3 are needed; you have 2"),
-        (2, 3, 2.5, 0.6, "3 are needed in the long run; 2 give 80 % of what the fleet draws"),
-        (2, 3, 2.5, math.inf, "2 give less than the fleet draws by day, and the night fills the batteries"),
+        (4, 2, 1.0, 0.0, 1.0, "2 are enough; you have 4"),
+        (1, 1, 1.0, 0.0, 1.0, "1 is enough; you have 1"),
+        (2, 0, 0.0, 0.0, 1.0, "none is enough; you have 2"),
+        (0, 1, 1.0, 0.0, 1.0, "1 is needed; you have none"),
+        (2, 3, 2.5, 0.0, 1.0, "3 are needed; you have 2"),
+        (2, 3, 2.5, 0.6, 1.0, "3 are needed in the long run; 2 give 80 % of what the fleet draws"),
+        (2, 1, 2.5, 0.6, 0.76, "1 is enough, as they fill the batteries overnight; you have 2"),
+        (2, 3, 2.7, 0.6, 0.76, "3 are needed, as they fill the batteries overnight; you have 2"),
     ],
 )
-def test_chargers_that_are_enough_and_that_are_not(chargers, needed, draws, slack, line):
+def test_chargers_that_are_enough_and_that_are_not(chargers, needed, draws, slack, by_chargers, line):
     model = dw.load(DAY)
     power = Power(
         task=1.0,
@@ -79,6 +79,7 @@ def test_chargers_that_are_enough_and_that_are_not(chargers, needed, draws, slac
         most=draws,
         needed=needed,
         slack=slack,
+        by_chargers=by_chargers,
     )
     told = sentences(model, replace(estimate(model), power=power))
     assert f"Chargers: {line}. A full battery lasts 2 h of work." in told

@@ -5,10 +5,11 @@ import yaml
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
-from desim_warehouse.model.facts.charging import cycle_levels, refills_overnight
+from desim_warehouse.model.facts.charging import cycle_levels, needed_overnight, refills_overnight
 from desim_warehouse.outcome import verdicts
 from desim_warehouse.outcome.verdicts import judge_design, judge_run
 from desim_warehouse.questions.check import check
+from desim_warehouse.run.quick import estimate
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
 
@@ -147,6 +148,42 @@ def test_a_day_that_begins_full_after_a_night_on_chargers_is_sustainable(warehou
     assert [verdict.code for verdict in judge_design([calm] * 3, model)] == ([] if is_day else ["NOT_SETTLED"])
     notes = [found.code for found in check(model).findings if found.code == "START_ENERGY"]
     assert notes == ([] if is_day or model.run.warm_up > 20_000 else ["START_ENERGY"])
+
+
+def balance(model):
+    return estimate(model).power
+
+
+def test_what_nights_store_chargers_need_not_give_by_day(warehouse):
+    """From 100 to 30 %, eight robots bring 8 x 70 / 57,600 = 0.00972 a second into 16 hours.
+
+    Always awake, f of them at a charger: (8 - f) 0.005 - 0.00972 = 0.02 f, so f = 1.211, and chargers give 0.0242 of
+    0.0339. The night fills 8 x 100 in 28,800 s: 1.39 chargers.
+    """
+    long_run = balance(warehouse)
+    assert (long_run.by_chargers, long_run.needed) == (1, 2)  # f = 1.6
+    day = warehouse.replace(DAY)
+    power = balance(day)
+    assert power.at_once == pytest.approx(800 / (0.02 * 28_800), rel=0.001)
+    assert power.by_chargers == pytest.approx(0.02422 / 0.03394, rel=0.001)
+    assert power.slack == pytest.approx(0.009722, rel=0.001)
+    assert needed_overnight(warehouse) is None
+    text = str(check(day))
+    assert "Chargers: 2 are enough, as they fill the batteries overnight; you have 2." in text
+    assert "chargers 60 %" in text  # 0.0242 of 0.04
+    assert "chargers 80 %" in str(check(warehouse))  # 1.6 of 2
+
+
+def test_a_day_that_one_charge_lasts_is_limited_by_no_charger(warehouse):
+    """A tenth of the draw: 14.4 % a robot in 8 hours, and the night of 16 has time to fill all from one charger."""
+    draws = {"battery.consumption": 0.0005, "layout.bays.charging.total_chargers": 1, "run.length": "8 h"}
+    day = warehouse.replace({**DAY, **draws})
+    found = estimate(day)
+    power = found.power
+    assert (power.by_chargers, power.needed, found.charging) == (0, 1, 0)
+    assert "chargers" not in found.limits
+    assert "chargers" not in str(check(day)).partition("busiest")[2]
+    assert dw.simulate(day, seed=1).kpis["charger_utilisation"] < 0.05  # when they have nothing else to do
 
 
 @pytest.mark.parametrize(

@@ -154,19 +154,35 @@ def working_levels(model: Model) -> tuple[float, float]:
 def refills_overnight(model: Model, lack: float = 1.0) -> bool:
     """Whether a run is a day that begins with full batteries, which its chargers fill again before the next.
 
-    That is a run by the clock, counted from its start, of less than 24 hours. In the rest of the 24 the chargers
-    give what batteries `lack` in the evening, as a share of the capacity, and draw until the morning.
+    In the night they give what batteries `lack` in the evening, as a share of the capacity, and draw until the morning.
+    """
+    needed = needed_overnight(model, lack)
+    return needed is not None and min(sum(chargers_at(model, model.floor).values()), model.fleet.size) >= needed
+
+
+def needed_overnight(model: Model, lack: float = 1.0) -> float | None:
+    """Return the chargers, with fractions, that fill all batteries between two runs; None if a run is no such day.
+
+    A day is a run by the clock, counted from its start, of less than 24 hours, which begins with full batteries. In the
+    rest of the 24 the chargers give what batteries `lack` in the evening, as a share of the capacity, and draw until
+    the morning.
     """
     night = 24 * model.units.hour - model.run.end
     flows = model.tasks.flows.values()
     clocked = model.run.start != "00:00" or model.layout.has_hours or model.fleet.has_hours
     clocked = clocked or any(isinstance(flow.when, ProfileArrivals) for flow in flows)
     if model.battery is None or not clocked or model.run.warm_up or start_energy(model) != (1.0, 1.0) or night <= 0:
-        return False
+        return None
     batteries = [alone.battery for alone in by_kind(model).values() if alone.battery is not None]
     each = max(min(lack * battery.capacity + battery.draws.standing * night, battery.capacity) for battery in batteries)
-    chargers = min(sum(chargers_at(model, model.floor).values()), model.fleet.size)
-    return chargers * charging_rate(model) * night >= each * model.fleet.size
+    return each * model.fleet.size / (charging_rate(model) * night)
+
+
+def stored_overnight(model: Model) -> float:
+    """Return the rate at which a run may draw what nights store in the batteries of its fleet; 0 if they do not."""
+    if model.battery is None or not refills_overnight(model):
+        return 0.0
+    return (model.battery.capacity - cycle_levels(model)[0]) * model.fleet.size / model.run.end
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:

@@ -153,10 +153,10 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
         needed = _by_kind((group.needed, group.kinds) for group in power.groups)
         have = have if power.enough else _by_kind((group.chargers, group.kinds) for group in power.groups)
         line += f", {needed}; you have {have}"
+    elif power.by_chargers < 1:
+        line += f", as they fill the batteries overnight; you have {have}"
     elif power.enough or power.short:
         line += f"; you have {have}"
-    elif math.isinf(power.slack):
-        line = f"{they_give} less than the fleet draws by day, and the night fills the batteries"
     else:
         share = math.floor(100 * power.gives / (power.draws or math.inf))
         line = f"{power.needed:,} are needed in the long run; {they_give} {share} % of what the fleet draws"
