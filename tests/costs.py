@@ -26,7 +26,7 @@ LENIENCY = 4.0
 """By what factor a test may exceed its limit, as caches that others use slow down some tests more than others."""
 REFERENCE = 0.0042
 """Seconds of processor that `reference_work` takes on the machine for which the limits were set, when it is quiet."""
-EVERY = 10.0
+EVERY = 30.0
 """Seconds between two looks at how slow this machine is."""
 _PROCESSES = "/proc"
 
