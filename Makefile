@@ -14,6 +14,9 @@ SOURCES := desim_warehouse tests benchmarks studies docs
 # Tests of a file share its fixtures, in one of two processes. Files in their order: else those of few dear tests are last.
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
+# What Python compiled is kept, whatever the shell says: pip, linters and tests are dozens of programs.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: start ready paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
 
 start: $(READY)  ## set up, and say what comes next

@@ -33,7 +33,11 @@ def modules(folder: Path) -> dict[str, Path]:
 
 def imported(path: Path, own: dict[str, Path]) -> Imports:
     """The modules among `own` that a file imports, wherever the import stands."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return imports_in(ast.parse(path.read_text(encoding="utf-8")), own)
+
+
+def imports_in(tree: ast.Module, own: dict[str, Path]) -> Imports:
+    """The modules among `own` that a parsed file imports, wherever the import stands."""
     imports = Imports(set(), set())
     for node, for_typing in _imports(tree.body):
         names: set[str] = set()

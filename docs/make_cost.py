@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import desim_warehouse
-from benchmarks.imports import imported, modules
+from benchmarks.imports import imported, imports_in, modules
 from desim_warehouse.cli import COMMANDS
 from docs.make_reference import table
 
@@ -160,13 +160,12 @@ def needed_by_tests(path: Path, package: dict[str, Path]) -> set[str]:
     }
     homes = desim_warehouse._MODULE_OF  # noqa: SLF001 - the one list of public names
     names = {desim_warehouse._CALLED.get(name, name) for name in called}  # noqa: SLF001
-    return imported(path, package).at_run_time | {f"{PACKAGE}.{homes[name]}" for name in names if name in homes}
+    return imports_in(tree, package).at_run_time | {f"{PACKAGE}.{homes[name]}" for name in names if name in homes}
 
 
-def rows() -> dict[str, Row]:
+def rows(package: dict[str, Path], imports: dict[str, set[str]]) -> dict[str, Row]:
     """Each feature, the dearest first, then each package without them, then all."""
-    package, tests = modules(ROOT / PACKAGE), modules(ROOT / "tests")
-    of_feature = features({name: imported(path, package).at_run_time for name, path in package.items()})
+    tests, of_feature = modules(ROOT / "tests"), features(imports)
     row_of = {module: name for name, parts in of_feature.items() for module in parts}
     size: Counter[str] = Counter()
     for module, path in package.items():
@@ -226,13 +225,14 @@ def stale(page: dict[str, Row], now: dict[str, Row]) -> list[str]:
 
 def main(check: bool) -> int:
     """Write the table, or check it; the exit status."""
-    now = rows()
+    package = modules(ROOT / PACKAGE)
+    imports = {name: imported(path, package).at_run_time for name, path in package.items()}
+    now = rows(package, imports)
     if not check:
         cells = [[name, *(f"{number:,}" for number in row)] for name, row in now.items()]
         PAGE.write_text(_INTRO + table(("feature", "lines", "of tests", "options"), cells, "lrrr"), encoding="utf-8")
         return 0
-    package = modules(ROOT / PACKAGE)
-    for line in small(package, {name: imported(path, package).at_run_time for name, path in package.items()}):
+    for line in small(package, imports):
         print("warning:", line)
     wrong = stale(written(PAGE.read_text(encoding="utf-8")), now)
     for line in wrong:

@@ -124,6 +124,12 @@ def test_a_cache_of_other_code_is_not_used(simulated, monkeypatch):
     assert len({path.parent for path in journals()}) == 2
 
 
+def test_the_files_of_packages_are_read_once_for_their_versions(monkeypatch):
+    before = caching.versions()
+    monkeypatch.setattr(caching.metadata, "version", None)
+    assert caching.versions() == before
+
+
 def test_damaged_entries_are_simulated_again(simulated):
     first, _ = chosen()
     whole = {path: path.read_bytes() for path in journals()}

@@ -38,8 +38,14 @@ def versions() -> dict[str, str]:
     return {
         "desim-warehouse": _version.__version__,
         "python": platform.python_version(),
-        **{name: metadata.version(name) for name in _PACKAGES},
+        **_versions_of_packages(),
     }
+
+
+@cache
+def _versions_of_packages() -> dict[str, str]:
+    """Return the versions of packages, read from their files once in a process."""
+    return {name: metadata.version(name) for name in _PACKAGES}
 
 
 @cache
