@@ -136,7 +136,7 @@ class _Planned:
         if sized.best is None:
             return self._none(sized)
         cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
-        reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
+        reached = words.reached(self.goal.indicator, self._text(sized.best))
         first = "cheapest" if cost and self.key is None else "smallest"
         line = f"{self._are(sized.best.counts)} the {first} {self.noun} shown to be enough"
         number = "" if self.plan.beside else f": {reached}"
@@ -181,7 +181,7 @@ class _Planned:
             return self._undecided(sized)
         largest = self._nearest(sized)
         line = f"{self._then(sized, self._none_is(sized, 'enough'))}. {capital(self._fleet(largest.counts))}: "
-        text = self._text(sized, largest)
+        text = self._text(largest)
         if largest.flat:
             return f"{line}{text}. {capital(largest.flat)}."
         if self.plan.beside and not self._lasting(largest) and not largest.vetoed:
@@ -228,7 +228,7 @@ class _Planned:
             line += f" {capital(edge)} may be enough; {self._too_close()}."
         if self.plan.beside:
             return f"{line} This is what {self._fleet(largest.counts)} would do:"
-        return f"{line} {name}: {self._reached_by(largest, self._text(sized, largest))}"
+        return f"{line} {name}: {self._reached_by(largest, self._text(largest))}"
 
     def _reached_by(self, shown: Shown, text: str) -> str:
         """Return the end of a sentence on what a fleet reaches, and the sentence on its worst day."""
@@ -376,12 +376,10 @@ class _Planned:
     def _lasting(self, shown: Shown) -> Standing | None:
         return lasts_not(shown.wrong)
 
-    def _text(self, sized: Sized, shown: Shown) -> str:
+    def _text(self, shown: Shown) -> str:
         """Return the indicator of a fleet in words, or the reason why it has none."""
         if self._lasting(shown):
-            done = shown.delivered
-            made = self.model.replace({**sized.overrides, **shown.overrides})
-            return instead(shown.wrong, None if done is None else done.mean, made)
+            return instead(shown.wrong, self.model)
         if shown.vetoed or shown.estimate is None:
             return shown.vetoed or "no value"
         return judged.number(shown.verdict, self.goal, self.model).text
@@ -398,7 +396,7 @@ class _Planned:
         if self.key is not None:
             value = self.key.value(best.counts)
             what = f"robot{'s' * (value != 1)}" if self.key.is_fleet else words.in_words(self.key.of)
-            return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best), *year]
+            return [BigNumber(value=words.level(value), what=what), *self._reached(best), *year]
         if len(self.demands) > 1:
             return [self._tile(size, size.best) for size in self.demands if size.best is not None and not size.open]
         totals = self.plan.designs.totals(best.counts)
@@ -407,16 +405,16 @@ class _Planned:
             for name, number in totals.items()
             if number
         ]
-        return [*tiles, *self._reached(sized, best), *year]
+        return [*tiles, *self._reached(best), *year]
 
     def _tile(self, sized: Sized, best: Shown) -> BigNumber:
         """Return the tile of the fleet for one of several demands, with its indicator and cost."""
-        reached = words.reached(self.goal.indicator, self._text(sized, best))
+        reached = words.reached(self.goal.indicator, self._text(best))
         cost = "" if best.cost is None else f"; {self._money(best.cost)} a year"
         return BigNumber(value=self._fleet(best.counts), what=self._when(sized), note=f"{reached}{cost}")
 
-    def _reached(self, sized: Sized, best: Shown) -> list[BigNumber]:
-        first = judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator))
+    def _reached(self, best: Shown) -> list[BigNumber]:
+        first = judged.tile(self._text(best), words.in_sentence(self.goal.indicator))
         return [first, *(judged.tile(number.text, words.in_sentence(number.of)) for number in self._also(best))]
 
     def _options(self, sized: Sized) -> list[Option]:
@@ -454,7 +452,7 @@ class _Planned:
             number=judged.number(shown.verdict, self.goal, self.model) if has_number else None,
             also=tuple(self._also(shown)) if has_number else (),
             days=judged.in_row(shown.days, self.goal, self.model) if has_number else "",
-            instead="" if has_number else self._text(sized, shown),
+            instead="" if has_number else self._text(shown),
             runs=shown.verdict.n,
             cost=shown.cost,
             group=self._when(sized) if len(self.demands) > 1 else "",

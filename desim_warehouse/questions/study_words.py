@@ -108,10 +108,7 @@ class _Studied:
         study, model = self.study, self.study.models.get(design)
         verdicts = study.verdicts.get(design, ())
         lasting = lasts_not(verdicts)
-        done = study.estimate(study.runs(design), "throughput_per_hour")
-        note = ""
-        if lasting and model is not None:
-            note = instead(verdicts, None if done is None else done.mean, model)
+        note = instead(verdicts, model) if lasting and model is not None else ""
         values = [value for name in self.shown if (value := self.number(design, name)) is not None]
         kind: Standing = lasting or ("known" if values else "fails")
         if self.goal is not None and not lasting:

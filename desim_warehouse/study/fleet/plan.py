@@ -423,7 +423,6 @@ class Planner:
             mean = replace(mean, interval=(verdict.low, verdict.high))
         cost = self._cost(rows, counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
-        done = study.results.estimate(rows, "throughput_per_hour")
         name, days, to_tell = self.target.indicator, None, None
         if mean is not None:
             by_run = {row.replication: row.value(name) for row in rows}
@@ -432,7 +431,7 @@ class Planner:
             to_tell = self._to_tell(rows, verdict)
         why = _first_flat(rows).partition(": ")[2]
         overrides = self.designs.overrides(counts)
-        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
+        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, days, to_tell, why)
 
     def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
         """Return the yearly cost of a design: the mean over its runs if prices depend on them."""
