@@ -212,7 +212,7 @@ def _breakdowns(run: RunData) -> list[str]:
     if "breakdowns" not in run.kpis:
         return rare
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
-    left = f" and were in operation {numbers.PERCENT.value(share)} of their time" if share < 1 else ""
+    left = f"; their availability was {numbers.PERCENT.value(share)}" if share < 1 else ""
     return [f"Robots broke down {number_of(count, 'time')}{left}.", *rare]
 
 
