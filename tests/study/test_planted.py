@@ -11,6 +11,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
 from tests.docs import pages
 from tests.study.planted import CASES, named
+from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
 BY_TITLE = {case.title: case for case in CASES}
@@ -68,6 +69,12 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
             "one old more",
             {"fleet.size": 2, "fleet.kinds.old.count": 2},
         ),
+        (
+            {"fleet.size": 2, "fleet.kinds": {"old": {"count": 1}}, "layout.bays.home.places": 3},
+            "robots of no kind",
+            "one robot of no kind more",
+            {"fleet.size": 3},
+        ),
     ],
 )
 def test_limits_and_decisions_of_the_model_have_a_relief(over, name, relief, overrides):
@@ -76,6 +83,14 @@ def test_limits_and_decisions_of_the_model_have_a_relief(over, name, relief, ove
         over = {"layout.edges": edges}
     assert reliefs(over, name) == {relief: overrides}
     assert reliefs({}, name) == {}
+
+
+def test_slots_where_tasks_end_are_relieved_though_those_where_they_begin_are_enough():
+    """Two robots at a time have a slot at pack, and the others wait for one, not for the four slots at the dock."""
+    flows = {"out": {"from": "dock", "to": "pack", "arrivals": {"saturated": 9}}}
+    over = {"fleet.size": 4, "layout.stations.dock.places": 4, "tasks.flows": flows, "run.length": 1000, "log": "all"}
+    [slots] = (one for one in suspects(dw.simulate(dw.load(RING, over))) if one.name == "places at the stations")
+    assert (slots.overrides, slots.dose) == ({"layout.stations.pack.places": 3}, 0.5)
 
 
 BATTERY = {"capacity": 100, "consumption": 0.2, "charge_rate": 0.4}
