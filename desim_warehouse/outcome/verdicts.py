@@ -352,6 +352,17 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
     return mean if abs(mean) > half else None
 
 
+def lost_in_a_day(drift: float, model: Model) -> float:
+    """Return the share of its capacity that the mean battery loses in a day that no night follows; 0 if little.
+
+    Such a day has no verdict, as levels may be the same a day later. `drift`: the change of the mean level per hour.
+    """
+    if model.battery is None or model.fleet.start_energy == "settled" or not _is_one_day(model):
+        return 0.0
+    hours = (model.run.end - model.run.warm_up) / model.units.hour
+    return -drift * hours if -drift >= LEAST_DRIFT and not _refills(-drift, model) else 0.0
+
+
 def _is_one_day(model: Model) -> bool:
     """Whether a run counts a whole day after which hours and rates repeat, and less than two."""
     day = repeats_after(model)

@@ -350,8 +350,8 @@ class _Planned:
     def _beside(self, options: Sequence[Option]) -> list[str]:
         """Return notes on fleets that miss although their interval holds the target, and on what no run shows.
 
-        These are closures and, beside a fleet that is enough, fleets that cannot be simulated and robots that are never
-        charged.
+        These are closures and, beside a fleet that is enough, fleets that cannot be simulated, robots that are never
+        charged, and batteries that end the day lower.
         """
         zone = words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
         left_out = [line for sized in self.demands if sized.best for line in not_tried(sized.not_tried)]
@@ -361,6 +361,7 @@ class _Planned:
             *map(sentence, rare.closed(self.model)),
             *dict.fromkeys(left_out),
             *dict.fromkeys(flat),
+            *(words.batteries_end_lower(sized.best.lost) for sized in self.demands if sized.best and sized.best.lost),
         ]
 
     def _without_charger(self, sized: Sized, best: Shown) -> Iterator[str]:

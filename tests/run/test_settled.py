@@ -7,7 +7,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.facts.charging import cycle_levels, refills_overnight
 from desim_warehouse.outcome import verdicts
-from desim_warehouse.outcome.verdicts import judge_design, judge_run
+from desim_warehouse.outcome.verdicts import judge_design, judge_run, lost_in_a_day
 from desim_warehouse.questions.check import check
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
@@ -147,6 +147,18 @@ def test_a_day_that_begins_full_after_a_night_on_chargers_is_sustainable(warehou
     assert [verdict.code for verdict in judge_design([calm] * 3, model)] == ([] if is_day else ["NOT_SETTLED"])
     notes = [found.code for found in check(model).findings if found.code == "START_ENERGY"]
     assert notes == ([] if is_day or model.run.warm_up > 20_000 else ["START_ENERGY"])
+
+
+def test_a_day_of_24_hours_that_begins_full_costs_batteries_what_no_night_fills(warehouse):
+    """The rates repeat a day later, and levels might, so it has no verdict: 2 % an hour are 48 % in the day."""
+    rates = {"tasks.goods": dw.UNSET, "tasks.unload_at": dw.UNSET, "tasks.station_choice": dw.UNSET}
+    flow = {"from": "storage", "to": "packing", "arrivals": {"profile": {"per_hour": [10] * 24}}}
+    run = {"length": "24 h", "start": "06:00"}
+    day = warehouse.replace({**rates, "tasks.flows": {"orders": flow}, "run": run, "fleet.start_energy": 1})
+    assert lost_in_a_day(-0.02, day) == pytest.approx(0.48)
+    assert lost_in_a_day(-0.009, day) == 0
+    assert lost_in_a_day(-0.02, day.replace({"fleet.start_energy": "settled"})) == 0
+    assert lost_in_a_day(-0.02, day.replace({"run": {**run, "length": "16 h"}})) == 0
 
 
 @pytest.mark.parametrize(
