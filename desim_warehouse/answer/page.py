@@ -127,4 +127,4 @@ def _options(answer: AnswerData) -> Iterator[tuple[str, list[str], list[list[str
     """Yield the name of each group of options, the head and rows of its table, and its number of text columns."""
     for group, options in answer.groups().items():
         head, rows = table(answer.measures, options)
-        yield capital(group), head, rows, 2 + sum(column in answer.measures.values() for column in head)
+        yield capital(group), head, rows, 1 + sum(not column or column in answer.measures.values() for column in head)

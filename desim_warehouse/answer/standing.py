@@ -12,7 +12,6 @@ from typing import Literal, Protocol
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.verdicts import PILES_UP, Verdict
 
 Standing = Literal[
@@ -91,12 +90,11 @@ def lasts_not(wrong: Iterable[Verdict]) -> Standing | None:
     return "overloaded" if PILES_UP in codes else "drained" if codes else None
 
 
-def instead(wrong: Iterable[Verdict], done: float | None, model: Model) -> str:
-    """Describe an option that cannot last by its deliveries (`done` an hour), never by its share on time."""
+def instead(wrong: Iterable[Verdict], model: Model) -> str:
+    """Describe an option that cannot last by what it delivered of what came, never by its share on time."""
     lasting = [verdict for verdict in wrong if verdict.is_lasting]
-    rate = arrival_rate(model)
-    asked = math.inf if rate is None else rate * model.units.hour
-    if done is not None and done < asked and any(verdict.code == PILES_UP for verdict in lasting):
-        arriving = "" if asked == math.inf else f" of {numbers.measured(asked)}"
-        return f"only {numbers.measured(done)}{arriving} {words.loads(model)} an hour delivered"
+    for verdict in lasting:
+        if math.isfinite(verdict.delivered):
+            done, came = numbers.measured(verdict.delivered), numbers.measured(verdict.came)
+            return f"only {done} of {came} {words.loads(model)} an hour delivered"
     return ", and ".join(_SHORT.sub("", verdict.text) for verdict in lasting)

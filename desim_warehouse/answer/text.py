@@ -96,13 +96,16 @@ def how_sure(answer: AnswerData) -> str:
 def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:
     """Return the head and rows of a table of options: name, measures, verdict, worst day, p-value, runs and cost.
 
-    Text that replaces a number is in the first column of measures. Columns without values are left out.
+    Text instead of a number is in the first column of measures, or in one of its own if it would hide a number there.
+    Columns without values are left out.
     """
     with_numbers = {reading.of for option in options for reading in option.numbers}
     shown = [measure for measure in measures if measure in with_numbers] or list(measures)[:1]
-    rows = [[option.full_name, *_cells(option, shown)] for option in options]
+    apart = any(option.instead and reading.of in shown[:1] for option in options for reading in option.numbers)
+    rows = [[option.full_name, *_cells(option, shown, apart=apart)] for option in options]
     heads = ["option", *(measures[measure] for measure in shown)]
     more: list[tuple[str, list[str]]] = [
+        ("", [option.instead * apart for option in options]),
         ("", [WORDS[option.standing] for option in options]),
         ("worst day, days missed", [option.days for option in options]),
         ("p", [p_value(option.p) if option.p is not None else "" for option in options]),
@@ -116,9 +119,10 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
     return heads, rows
 
 
-def _cells(option: Option, shown: Sequence[str]) -> list[str]:
+def _cells(option: Option, shown: Sequence[str], *, apart: bool) -> list[str]:
+    """Return the cells of measures; `apart`: text instead of a number has a column of its own."""
     texts = {reading.of: reading.text for reading in option.numbers}
-    first = option.instead or (texts.get(shown[0], "") if shown else option.text)
+    first = option.text if not shown else option.instead * (not apart) or texts.get(shown[0], "")
     return [first, *(texts.get(measure, "") for measure in shown[1:])]
 
 
@@ -128,7 +132,7 @@ def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], 
     first = dict(list(measures.items())[:fit])
     yield printed_table(title, *table(first, options), width)
     rest = {measure: name for measure, name in measures.items() if measure not in first}
-    bare = [option.model_copy(update={"said": "", "same": (), "number": None}) for option in options if option.also]
+    bare = [option.model_copy(update={"instead": "", "same": (), "number": None}) for option in options if option.also]
     while rest and bare:
         fit = _that_fit(rest, bare, width)
         heads, rows = table(dict(list(rest.items())[:fit]), bare)

@@ -283,6 +283,12 @@ def loads(model: Model) -> str:
     return f"{load(model)}s"
 
 
+def batteries_end_lower(lost: float) -> str:
+    """Return the sentence on batteries that end a day lower than they begin it; `lost`: share of the capacity."""
+    share = PERCENT.value(lost)
+    return f"The day costs batteries {share} of their capacity, and no night fills them: later days begin lower."
+
+
 def money(model: Model | None) -> str:
     """Return the currency of a model; empty if it names none."""
     return (model.prices.currency or "") if model is not None and model.prices is not None else ""

@@ -247,7 +247,7 @@ def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
 
 def _start(words: Draft) -> str:
     """Write the energy of batteries at the start, with the reason."""
-    if words.day.shifts:
+    if words.day.shifts and words.day.length < DAY:
         off = "day" if words.day.shifts[-1][1] > DAY else "night"
         return f"1               # full: chargers have had the {off}"
     return "settled       # batteries at the start as in the long run: the day before is not simulated"

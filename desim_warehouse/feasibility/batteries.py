@@ -6,7 +6,7 @@ For `desim check`, and for the error that ends a run.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from desim_warehouse.errors import number_of, spoken
@@ -14,7 +14,7 @@ from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.needs import TIME, least_needs
 from desim_warehouse.feasibility.power import Power, at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.layout import Layout
+from desim_warehouse.layout import BayPlaces, Layout
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts import charging
@@ -39,13 +39,16 @@ EPS = 1e-9
 MINUTE = 60.0
 
 
-def errors(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Find the errors of batteries, for which `simulate` refuses a model."""
+def errors(model: Model, layout: Layout, bays: Iterable[BayPlaces] | None = None) -> Iterator[Finding]:
+    """Find the errors of batteries, for which `simulate` refuses a model.
+
+    `bays`: those that may be given chargers, if there are none; default: all.
+    """
     small = list(_battery_too_small(model, layout))
     small = small or [finding for finding in _charged_too_low(model, layout) if finding.level == "error"]
     yield from small
     if not chargers_at(model, layout):
-        yield from _no_charger(model, layout, _drawn_at_least(model, layout), "at least")
+        yield from _no_charger(model, layout, _drawn_at_least(model, layout), "at least", bays)
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
@@ -87,7 +90,7 @@ def cause(
     """
     chargers = chargers_at(model, layout)
     if not chargers:
-        return f"no bay has a charger: give {_some_bay(layout)}"
+        return f"no bay has a charger: give {_some_bay(layout.bays.values())}"
     if resting and sum(chargers.values()) < needed_at_rest(model):
         return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
     findings = [*errors(model, layout), *of_levels(model, layout, None)]
@@ -244,12 +247,14 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
     )
 
 
-def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Iterator[Finding]:
+def _no_charger(
+    model: Model, layout: Layout, drawn: float, about: str, bays: Iterable[BayPlaces] | None = None
+) -> Iterator[Finding]:
     """Find batteries that are never charged, and from which the run draws more than they have.
 
-    `drawn`: energy from each battery; `about`: the words `at least` or `about` before it.
+    `drawn`: energy from each battery; `about`: the words `at least` or `about` before it. `bays`: as in `errors`.
     """
-    battery = _battery(model)
+    battery, some_bay = _battery(model), _some_bay(layout.bays.values() if bays is None else bays)
     floor = floor_of(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
     has = starts - floor
@@ -261,7 +266,7 @@ def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Itera
                 f"no bay has a charger, and the batteries start with {amount(starts)} of {battery.capacity:g}, not "
                 f"above {floor:g}, where robots stop working"
             ),
-            f"give {_some_bay(layout)} chargers, or the robots a higher fleet.start_energy",
+            f"give {some_bay} chargers, or the robots a higher fleet.start_energy",
         )
     elif drawn > has * (1 + EPS):
         yield Finding(
@@ -271,13 +276,13 @@ def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Itera
                 f"no bay has a charger, and the batteries do not last: the run draws {about} {amount(drawn)} from "
                 f"each, which has {amount(has)} above {floor:g}, where robots stop working"
             ),
-            f"give {_some_bay(layout)} chargers, the model no battery, or the run a length below {_ends(drawn, has)}",
+            f"give {some_bay} chargers, the model no battery, or the run a length below {_ends(drawn, has)}",
         )
 
 
-def _some_bay(layout: Layout) -> str:
-    zone = next(iter(layout.bays.values())).zone
-    return f"layout.bays.{zone}.chargers (or total_chargers) some"
+def _some_bay(bays: Iterable[BayPlaces]) -> str:
+    zone = next((bay.zone for bay in bays), None)
+    return "a bay without kinds some" if zone is None else f"layout.bays.{zone}.chargers (or total_chargers) some"
 
 
 def _ends(drawn: float, has: float) -> str:

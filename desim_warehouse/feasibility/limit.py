@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.feasibility.estimate import PICKERS, THE_ROBOTS, QuickEstimate
+from desim_warehouse.feasibility.estimate import PICKERS, THE_ROBOTS, QuickEstimate, limiting
 from desim_warehouse.feasibility.parts import PickerLoad, StationLoad
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import flow_rates
@@ -27,6 +27,14 @@ def fleet(estimate: QuickEstimate) -> str:
         who.append(f"at work {100 * item.open:.3g} % of the time")
     details = f" ({', '.join(who)})" if who else ""
     return f"with {limit}{details} as the limit, {robots}"
+
+
+def reason(estimate: QuickEstimate, place: str) -> str:
+    """Return why more robots do not do more: `, as the chargers are the limit`; empty if `fleet` names this place."""
+    if place == estimate.bottleneck:
+        return ""
+    item = _place(estimate, place)
+    return f", as {limiting(place, item.staff if isinstance(item, StationLoad) else '')}"
 
 
 def of_flows(model: Model, estimate: QuickEstimate, limit: str, words: Callable[[float], str]) -> str:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, limit, of_kinds, rest, starts
-from desim_warehouse.feasibility.estimate import QuickEstimate, limiting
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
 from desim_warehouse.feasibility.parts import LiftLoad
@@ -229,16 +229,14 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
     """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
-    staff = {station.doing: station.staff for station in estimate.stations}
     if estimate.pickers_walk_less and need > estimate.knee[0]:
         return "add robots or pickers, and see by a run how many: pickers walk less, the more robots wait for them"
     if math.isinf(need):
-        place = estimate.limit_at(estimate.rate or 0.0)
-        return f"no number of robots keeps up, as {limiting(place, staff.get(place, ''))}"
+        return f"no number of robots keeps up{limit.reason(estimate, estimate.limit_at(estimate.rate or 0.0))}"
     robots, place = estimate.knee
     if need <= robots:
         return f"at least {math.ceil(need)} robots are needed{how}"
-    return f"more than about {number_of(robots, 'robot')} hardly do more, as {limiting(place, staff.get(place, ''))}"
+    return f"more than about {number_of(robots, 'robot')} hardly do more{limit.reason(estimate, place)}"
 
 
 def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:

@@ -69,6 +69,7 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     layout = Layout(graph, storage, bays, stations, size, _names(spec, storage), lifts, widths, spec.floors)
     _one_label_each(layout)
     _one_name_each(layout)
+    _places_apart(layout)
     return layout
 
 
@@ -110,6 +111,14 @@ def _widths(graph: nx.DiGraph, spec: LayoutSpec) -> dict[Edge, float]:
         return widths
     width = width_of(spec.aisles)
     return dict.fromkeys(graph.edges, width) if width else {}
+
+
+def _places_apart(layout: Layout) -> None:
+    """Refuse storage places with the name of a node or station, by which rows of orders mean that one."""
+    others = {*layout.graph, *(station.zone for station in layout.stations.values())}
+    if both := [name for name in layout.place_names if name in others]:
+        text = f"{both[0]!r} is also a node or station, which orders then mean; expected names of their own"
+        raise LayoutError([f"layout.storage_names: {text}"])
 
 
 def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int]:

@@ -252,8 +252,7 @@ class RunsSoFar:
                 verdict, f"{design}: the runs have no {title}.", (numbers.sentence(why_no_value(self.main)),)
             )
         if self.lasting is not None:
-            done = self.estimate("throughput_per_hour")
-            text = instead([self.lasting], None if done is None else done.mean, self.model)
+            text = instead([self.lasting], self.model)
             return RunsInWords(verdict, f"{numbers.capital(text)} with {design}.")
         if verdict == "first run":
             result = self.reached(self.scale(self.main).value(estimate.mean))

@@ -74,6 +74,8 @@ _COUNTS: dict[Unit, tuple[str, str]] = {
     "share of orders": ("orders_due", "orders"),
 }
 """The indicator that counts the whole of a share, and the indicator that did so before 0.4.0."""
+_OF_TASKS = ("cycle_time", "order_cycle_time", "tardiness", "departure_lead")
+"""The indicators of the times of tasks and orders begin with these."""
 _COUNTED: frozenset[Unit] = frozenset(["count", "tasks"])
 _MEASURED: frozenset[Unit] = frozenset(
     [
@@ -913,6 +915,11 @@ def is_of_due(name: str) -> bool:
     """Whether an indicator is a share of the tasks, load units or orders that come due."""
     indicator = look_up(name)
     return indicator is not None and indicator.unit in _COUNTS
+
+
+def depends_on_length(name: str) -> bool:
+    """Whether an indicator depends on the run length where work piles up: times of tasks, shares in time."""
+    return is_of_due(name) or name.startswith(_OF_TASKS)
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:

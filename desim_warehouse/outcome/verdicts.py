@@ -70,11 +70,16 @@ FEWER = 8
 
 @dataclass(frozen=True)
 class Verdict:
-    """A problem of a run or a design: its code (see `RULES`), its description, and its size."""
+    """A problem of a run or a design: its code (see `RULES`), its description, and its size.
+
+    `came`, `delivered`: where tasks pile up, the tasks an hour that were released and that were delivered.
+    """
 
     code: str
     text: str
     size: float
+    came: float = math.nan
+    delivered: float = math.nan
 
     def content(self) -> dict[str, str]:
         """Return the verdict as JSON has it."""
@@ -253,8 +258,16 @@ def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
     for code, rule in RULES.items():
         size = None if rule.size is None else rule.size(kpis, model)
         if size is not None:
-            verdicts.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size))
+            rates = _rates(kpis, model) if code == PILES_UP else ()
+            verdicts.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size, *rates))
     return verdicts
+
+
+def _rates(kpis: Mapping[str, float], model: Model) -> tuple[float, ...]:
+    """Return the tasks an hour released and delivered; none where tasks do not wait for delivery."""
+    growth, delivered = _tasks_pile_up(kpis, model), kpis.get("throughput_per_hour", math.nan)
+    until_worked = "worked" in kpis and model.tasks.done_when == "worked"
+    return () if growth is None or until_worked else (delivered + growth, delivered)
 
 
 def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
@@ -337,6 +350,17 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
 
     half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
     return mean if abs(mean) > half else None
+
+
+def lost_in_a_day(drift: float, model: Model) -> float:
+    """Return the share of its capacity that the mean battery loses in a day that no night follows; 0 if little.
+
+    Such a day has no verdict, as levels may be the same a day later. `drift`: the change of the mean level per hour.
+    """
+    if model.battery is None or model.fleet.start_energy == "settled" or not _is_one_day(model):
+        return 0.0
+    hours = (model.run.end - model.run.warm_up) / model.units.hour
+    return -drift * hours if -drift >= LEAST_DRIFT and not _refills(-drift, model) else 0.0
 
 
 def _is_one_day(model: Model) -> bool:

@@ -13,8 +13,7 @@ from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, ShownN
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.costs import is_fixed
-from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.outcome.verdicts import is_no_answer
+from desim_warehouse.outcome.indicators import depends_on_length, look_up
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import UNSETTLED, apart_from, knee_of_throughput, name_of, option_of, wrong
 from desim_warehouse.study.plan import StudyPlan
@@ -109,10 +108,7 @@ class _Studied:
         study, model = self.study, self.study.models.get(design)
         verdicts = study.verdicts.get(design, ())
         lasting = lasts_not(verdicts)
-        done = study.estimate(study.runs(design), "throughput_per_hour")
-        note = ""
-        if lasting and model is not None:
-            note = instead(verdicts, None if done is None else done.mean, model)
+        note = instead(verdicts, model) if lasting and model is not None else ""
         values = [value for name in self.shown if (value := self.number(design, name)) is not None]
         kind: Standing = lasting or ("known" if values else "fails")
         if self.goal is not None and not lasting:
@@ -145,9 +141,8 @@ class _Studied:
     def number(self, design: str, indicator: str) -> ShownNumber | None:
         """Return an indicator with its interval; None if it has no value, or no meaningful one."""
         verdicts = self.study.verdicts.get(design, ())
-        of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, verdicts)
         estimate = self.study.shown(design, indicator)
-        if estimate is None or (of_time and lasts_not(verdicts)):
+        if estimate is None or (lasts_not(verdicts) and depends_on_length(indicator)):
             return None
         aim = self.goal.value if self.goal is not None and indicator == self._aim() else None
         return judged.estimated(indicator, self.scales[indicator], estimate, aim)
@@ -404,8 +399,19 @@ class _Studied:
             ]
             lines.append(f"Counting began at {'; '.join(starts[:_LISTED])}.")
         lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
+        lines += self._left_blank()
         made = simulated_with(study.version)
         return [*lines, *map(sentence, study.rare[:_RARE]), *([f"{capital(made)}."] if made else [])]
+
+    def _left_blank(self) -> list[str]:
+        """Return the sentence on indicators that are left blank for options that cannot last, if any are."""
+        lasting = [option for option in self.options.values() if option.standing in {"overloaded", "drained"}]
+        blank = [words.in_sentence(name) for name in self.shown if depends_on_length(name)]
+        if not lasting or not blank:
+            return []
+        cannot = " or ".join(dict.fromkeys(WORDS[option.standing] for option in lasting))
+        why = "it depends" if len(blank) == 1 else "they depend"
+        return [f"Left blank where an option {cannot}, as {why} on the length of the run: {'; '.join(blank)}."]
 
 
 def _replications(plan: StudyPlan) -> str:

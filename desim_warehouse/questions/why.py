@@ -210,8 +210,9 @@ class _Held:
         """Return the sentences on the gain of the best change, and on the most that any other change gains."""
         costs = self.costs
         falls = "falls" if find(costs.indicator).better == "less" else "rises"
-        per = "" if suspect.dose is None else " per 10 %"
-        line = f"{capital(suspect.relief)}: {self.of} {falls} by {self._number(most.each).text}{per}"
+        more = "" if suspect.dose is None else f" ({dose(suspect)})"
+        line = f"{capital(suspect.relief)}{more}: {self.of} {falls} by {self._number(most).text}"
+        line += "" if suspect.scale == 1 else f", or {self._number(most.each).text} per 10 %"
         if costs.is_held_up:
             line = f"{capital(suspect.name)} {_is(suspect.name)} the main bottleneck{self._of_tried()}. {line}"
         rest = max((gain.each.high for other, gain in self.competing if other.name != suspect.name), default=None)
@@ -222,8 +223,7 @@ class _Held:
             line += f"; no other ranked change gains more than {self._at_most(rest)}{per_dose}"
         elif len(costs.ranked) > 1 and all(gain.same for _, gain in costs.ranked[1:]):
             line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
-        whole = f" The whole change gains {self._number(most).text}." if suspect.dose is not None else ""
-        return f"{line}.{whole}{self._largest(suspect)}"
+        return f"{line}.{self._largest(suspect)}"
 
     def _of_tried(self) -> str:
         """Return that reliefs which cannot be simulated might gain more; empty if there are none."""

@@ -14,6 +14,7 @@ time window, and for batches that wait for a robot.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.disturbances import breakdowns
-from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.facts.places import destinations, ends_in_stations
 from desim_warehouse.model.facts.workers import Kind, groups
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
@@ -236,10 +237,11 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
         relief = f"{another} {staff(zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
         yield Suspect(_of_station(model, zone, "servers"), relief, more, share, 1 / station.servers)
     layout = model.floor
-    used = [node for node in destinations(model, layout) if node in layout.stations]
+    used = ends_in_stations(model, layout) or [node for node in destinations(model, layout) if node in layout.stations]
     slots = sum(layout.stations[node].places for node in used)
-    if queued and slots < model.fleet.size:
-        more = {f"layout.stations.{zone}.places": model.layout.stations[zone].places + 1 for zone in queued}
+    zones = {layout.stations[node].zone for node in used} & queued.keys()
+    if zones and slots < model.fleet.size:
+        more = {f"layout.stations.{zone}.places": model.layout.stations[zone].places + 1 for zone in sorted(zones)}
         relief = "one place more at each node of the stations"
         yield Suspect("places at the stations", relief, more, dose=len(used) / slots)
 
@@ -420,13 +422,17 @@ def _of_kinds(model: Model, key: str) -> list[str]:
 
 def _plain(model: Model) -> Iterator[Suspect]:
     """Yield suspects that robots do not wait for, though they may be the limit: fleet size, peaks, the work itself."""
-    yield Suspect(
-        "the number of robots", "one robot more", {"fleet.size": model.fleet.size + 1}, None, 1 / model.fleet.size
-    )
-    for name, kind in model.fleet.kinds.items():
-        if "." not in name:
-            more = {"fleet.size": model.fleet.size + 1, f"fleet.kinds.{name}.count": kind.count + 1}
-            yield Suspect(f"robots of kind {name}", f"one {name} more", more, dose=1 / kind.count)
+    for kind, count in Counter(model.fleet.kinds_of_robots()).items():
+        if "." in kind:
+            continue
+        more = {"fleet.size": model.fleet.size + 1}
+        name, relief = "the number of robots", "one robot more"
+        if kind:
+            more[f"fleet.kinds.{kind}.count"] = count + 1
+            name, relief = f"robots of kind {kind}", f"one {kind} more"
+        elif model.fleet.kinds:
+            name, relief = "robots of no kind", "one robot of no kind more"
+        yield Suspect(name, relief, more, dose=1 / count)
     if model.fleet.exit_time:
         yield Suspect("the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}, dose=-1)
     if classes := nearer(model):

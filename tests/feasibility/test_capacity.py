@@ -142,9 +142,8 @@ def test_slots_that_let_too_few_robots_work_are_the_limit_of_any_fleet(by_flows)
     found = check(dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 3}))
     assert found.calculation.range[1] * 3600 == pytest.approx(135)
     assert found.calculation.robots_needed == math.inf
-    assert "Robots: no number is enough for 150 loads an hour, as the number of slots at the stations is the limit" in (
-        str(found)
-    )
+    assert "\nWith the number of slots at the stations as the limit, 10 robots can do about " in str(found)
+    assert "Robots: no number is enough for 150 loads an hour.\n" in str(found)  # the limit is named once
     enough = dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 4})
     assert measured(enough).robots_needed == pytest.approx(3.35, abs=0.1)
 

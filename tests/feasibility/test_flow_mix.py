@@ -144,17 +144,19 @@ def test_slots_that_more_robots_do_not_relieve_are_named_instead_of_their_number
     """
     flow = {"from": "dock", "to": "pack", "unload_time": 60}
     rates = {"PEAK_ABOVE_FLEET": {"profile": {"per_hour": [20, 58, 20]}}, "DEMAND_ABOVE_FLEET": {"poisson": 58}}
-    cures = {
+    warnings = {
         (size, slots, code): found(
             checked({**flow, "arrivals": arrivals}, fleet__size=size, layout__stations__pack__places=slots)
-        )[code].cure
+        )[code]
         for code, arrivals in rates.items()
         for size, slots in ((4, 2), (2, 8))
     }
-    full = "no number of robots keeps up, as the number of slots at the stations is the limit"
-    assert cures[4, 2, "PEAK_ABOVE_FLEET"] == cures[4, 2, "DEMAND_ABOVE_FLEET"] == full
-    assert cures[2, 8, "PEAK_ABOVE_FLEET"] == "at least 3 robots are needed to keep up with it"
-    assert cures[2, 8, "DEMAND_ABOVE_FLEET"] == "at least 3 robots are needed, each with a place at a station"
+    for code in rates:
+        full = warnings[4, 2, code]
+        assert "with the number of slots at the stations as the limit, 4 robots can do " in full.text
+        assert full.cure == "no number of robots keeps up"  # the limit is named once
+    assert warnings[2, 8, "PEAK_ABOVE_FLEET"].cure == "at least 3 robots are needed to keep up with it"
+    assert warnings[2, 8, "DEMAND_ABOVE_FLEET"].cure == "at least 3 robots are needed, each with a place at a station"
 
 
 def test_more_than_the_fleet_can_do():

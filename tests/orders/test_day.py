@@ -583,6 +583,8 @@ def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
         ({"pattern": "{bay"}, "not a pattern"),
         ({"pattern": "shelf"}, "no field"),
         ({"places": {"a": 8}}, "'a' is place 8, expected 0 to 7"),
+        ({"places": {"B": 0}}, "storage_names: 'B' is also a node or station, which orders then mean"),
+        ({"places": {"pack": 0}}, "storage_names: 'pack' is also a node or station"),
         ({}, "expected a pattern, or names one by one"),
     ],
     ids=str,

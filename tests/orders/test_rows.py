@@ -56,6 +56,16 @@ def test_rows_with_nothing_but_a_remark_are_no_orders(hall, tmp_path):
     assert len(read(tmp_path, hall, ["release;order;Remark", "60;a;x", ";;printed by Ann"]).lines) == 1
 
 
+def test_errors_of_a_spreadsheet_are_no_values(hall, tmp_path):
+    """Two rows whose formula lost its cell are not two lines of one order #REF!, and an unknown article is no place."""
+    (tmp_path / "day.csv").write_text("release,from,order\n60,0,A1\n70,#N/A,A2\n80,1,#REF!\n90,2,#REF!\n")
+    day = order_day(tmp_path / "day.csv", hall)
+    assert [line.order for line in day.lines] == ["A1"]
+    order, place = sorted(problem.partition("day.csv")[2] for problem in day.problems)
+    assert order.startswith(", order: an error of Excel (2 rows from row 3 on, 1 value: '#REF!'), expected a value: ")
+    assert place == ", row 2, from: an error of Excel (got '#N/A'), expected a value: correct its formula there"
+
+
 def test_nothing_is_said_where_all_columns_are_read(hall, tmp_path):
     assert read(tmp_path, hall, ["release;order", "60;a"]).unread == ()
 

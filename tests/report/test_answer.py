@@ -76,7 +76,7 @@ def made_up_why(number):
 
 
 GOAL = read_target("on_time >= 95 %")
-GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: open tasks grow by 20 an hour", 20.0)
+GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: open tasks grow by 20 an hour", 20.0, 61.5, 41.5)
 
 
 def judged(chance, kind, number):
@@ -92,13 +92,10 @@ def judged(chance, kind, number):
 def shown(chance, counts, kind, overloaded=False):
     """A fleet that was judged; an overloaded one has a share on time that nobody may see."""
     one = judged(chance, kind, 0)
-    delivered = Estimate(10, 41.5, (40.0, 43.0), 1.0, 41.5, {}, False, 0.95)
     seen = Estimate(one.n, one.mean, (one.low, one.high), 0.01, one.mean, {}, False, 0.95)
     wrong = (GROWS,) if overloaded else ()
     cost = 1000.0 * counts[0] if chance.random() < 0.5 else None
-    return Shown(
-        counts, {"fleet.size": counts[0]}, one, seen, GROWS.text if overloaded else None, cost, wrong, delivered
-    )
+    return Shown(counts, {"fleet.size": counts[0]}, one, seen, GROWS.text if overloaded else None, cost, wrong)
 
 
 def made_up_plan(number):

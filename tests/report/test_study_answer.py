@@ -121,6 +121,12 @@ def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_
     path = report(tmp_path / "study", tmp_path / "boss.html", replay=True)
     source = path.read_text(encoding="utf-8")
     assert 'href="boss-replay.html"' in source
+    day = answer.about.day
+    assert day.startswith("the median of 8 days, ")
+    assert f"One run, {day}, simulated again with everything logged." in source
+    tables = re.findall(r"<summary>([^<]*)</summary>(?:(?!</details>).)*</details>", source, re.DOTALL)
+    of_one_run = source.count(f"Of one run, {day}; means over all runs differ.")
+    assert of_one_run == len({"Where the time goes", "Stations and chargers", "What robots waited for"} & set(tables))
     assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
     assert "Which factor matters" not in source  # there is one
 

@@ -6,6 +6,8 @@ In the square of `ring.py` a good is delivered 68 after the robot sets out, and 
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.answer.numbers import measured
+from desim_warehouse.answer.text import table
 from desim_warehouse.outcome.records import Deadline
 from desim_warehouse.questions.run import words as run_words
 from tests.run.ring import ring
@@ -177,8 +179,27 @@ def test_an_answer_says_what_a_design_delivers_that_cannot_keep_up_and_not_its_s
     study = dw.Study(model, {"fleet.size": [1, 3]}, replications=2, target="on_time >= 90 %").run(workers=1)
     option = study.results.answer.options[0]
     assert (option.standing, option.number) == ("overloaded", None)
-    assert option.instead.endswith(" of 60 loads an hour delivered")
+    done, grown = study.results.table[["throughput_per_hour", "backlog_growth_per_hour"]][:2].mean()
+    assert option.instead == f"only {measured(done)} of {measured(done + grown)} loads an hour delivered"
     assert not any(one.of.startswith(("on_time", "cycle_time")) for one in option.numbers)
+    head, rows = table(study.results.answer.measures, study.results.answer.options)
+    assert rows[0][head.index("done on time")] == option.instead
     alone = dw.Study(model, {"fleet.size": [1]}, replications=2, target="on_time >= 90 %").run(workers=1)
     assert "% (" not in alone.results.answer.answer[0]
-    assert alone.results.answer.answer[0].endswith(" of 60 loads an hour delivered.")
+    assert alone.results.answer.answer[0].endswith(f"{option.instead}.")
+
+
+def test_only_indicators_that_depend_on_the_run_length_are_left_blank_for_a_design_that_cannot_keep_up():
+    model = dw.load(RING, {"tasks.flows": {"out": flow(60)}, "run.length": 7200})
+    names = ["share_idle", "throughput_per_hour", "cycle_time_mean", "on_time"]
+    results = dw.Study(model, {"fleet.size": [1, 3]}, indicators=names).run(workers=1).results
+    head, rows = table(results.answer.measures, results.answer.options)
+    one, three = (dict(zip(head, row, strict=True)) for row in rows)
+    assert "" not in (three[name] for name in results.answer.measures.values())
+    assert [one[name] for name in ("fleet idle", "throughput")] == ["1.1 %", "39.5 tasks/h"]
+    assert one["mean cycle time"] == one["done on time"] == ""
+    assert results.answer.options[0].instead in rows[0]
+    why = "Left blank where an option cannot keep up, as they depend on the length of the run: "
+    assert f"{why}mean cycle time; done on time." in results.answer.notes
+    text = str(results)
+    assert text.count(results.answer.options[0].instead) == 1

@@ -7,7 +7,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.facts.charging import cycle_levels, needed_overnight, refills_overnight
 from desim_warehouse.outcome import verdicts
-from desim_warehouse.outcome.verdicts import judge_design, judge_run
+from desim_warehouse.outcome.verdicts import judge_design, judge_run, lost_in_a_day
 from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
 
@@ -184,6 +184,18 @@ def test_a_day_that_one_charge_lasts_is_limited_by_no_charger(warehouse):
     assert "chargers" not in found.limits
     assert "chargers" not in str(check(day)).partition("busiest")[2]
     assert dw.simulate(day, seed=1).kpis["charger_utilisation"] < 0.05  # when they have nothing else to do
+
+
+def test_a_day_of_24_hours_that_begins_full_costs_batteries_what_no_night_fills(warehouse):
+    """The rates repeat a day later, and levels might, so it has no verdict: 2 % an hour are 48 % in the day."""
+    rates = {"tasks.goods": dw.UNSET, "tasks.unload_at": dw.UNSET, "tasks.station_choice": dw.UNSET}
+    flow = {"from": "storage", "to": "packing", "arrivals": {"profile": {"per_hour": [10] * 24}}}
+    run = {"length": "24 h", "start": "06:00"}
+    day = warehouse.replace({**rates, "tasks.flows": {"orders": flow}, "run": run, "fleet.start_energy": 1})
+    assert lost_in_a_day(-0.02, day) == pytest.approx(0.48)
+    assert lost_in_a_day(-0.009, day) == 0
+    assert lost_in_a_day(-0.02, day.replace({"fleet.start_energy": "settled"})) == 0
+    assert lost_in_a_day(-0.02, day.replace({"run": {**run, "length": "16 h"}})) == 0
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
 from tests.docs import pages
 from tests.study.planted import CASES, named
+from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
 BY_TITLE = {case.title: case for case in CASES}
@@ -68,6 +69,12 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
             "one old more",
             {"fleet.size": 2, "fleet.kinds.old.count": 2},
         ),
+        (
+            {"fleet.size": 2, "fleet.kinds": {"old": {"count": 1}}, "layout.bays.home.places": 3},
+            "robots of no kind",
+            "one robot of no kind more",
+            {"fleet.size": 3},
+        ),
     ],
 )
 def test_limits_and_decisions_of_the_model_have_a_relief(over, name, relief, overrides):
@@ -76,6 +83,14 @@ def test_limits_and_decisions_of_the_model_have_a_relief(over, name, relief, ove
         over = {"layout.edges": edges}
     assert reliefs(over, name) == {relief: overrides}
     assert reliefs({}, name) == {}
+
+
+def test_slots_where_tasks_end_are_relieved_though_those_where_they_begin_are_enough():
+    """Two robots at a time have a slot at pack, and the others wait for one, not for the four slots at the dock."""
+    flows = {"out": {"from": "dock", "to": "pack", "arrivals": {"saturated": 9}}}
+    over = {"fleet.size": 4, "layout.stations.dock.places": 4, "tasks.flows": flows, "run.length": 1000, "log": "all"}
+    [slots] = (one for one in suspects(dw.simulate(dw.load(RING, over))) if one.name == "places at the stations")
+    assert (slots.overrides, slots.dose) == ({"layout.stations.pack.places": 3}, 0.5)
 
 
 BATTERY = {"capacity": 100, "consumption": 0.2, "charge_rate": 0.4}
@@ -101,12 +116,23 @@ def test_other_charging_policies_are_tried_where_tasks_wait_for_robots_that_char
 def found(*reliefs):
     """An answer by reliefs: name, relief, dose, and the bounds of its gain; those below the first one's are beaten."""
     least = reliefs[0][3] if reliefs else 0
-    pairs = [
-        (Suspect(name, relief, {}, dose=dose), Gain(rank, (low + high) / 2, low, high, 20, beaten=high < least))
-        for rank, (name, relief, dose, low, high) in enumerate(reliefs, start=1)
-    ]
+    pairs = []
+    for rank, (name, relief, dose, low, high) in enumerate(reliefs, start=1):
+        suspect = Suspect(name, relief, {}, dose=dose)
+        pairs.append((suspect, Gain(rank, (low + high) / 2, low, high, 20, suspect.scale, beaten=high < least)))
     gains = Gains(tuple(gain for _, gain in pairs), 600, 6, 0.95, 80)
     return worded(HeldUp(dw.load(SQUARE), "cycle_time_mean", tuple(pairs), gains))
+
+
+def test_the_whole_gain_of_a_change_stands_beside_its_size_and_the_gain_per_10_percent():
+    """The third robot saves 60 s; it is half of two robots, so 10 % more robots save a fifth of that."""
+    robot = ("the number of robots", "one robot more", 0.5, 50, 70)
+    assert found(robot, ("chargers", "one charger more", 0.1, 5, 8)).answer.answer[0] == (
+        "The number of robots is the main bottleneck. "
+        "One robot more (+50 %): mean cycle time falls by 60 s (50 to 70), or 12.0 s (10.0 to 14.0) per 10 %; "
+        "no other ranked change gains more than 8.0 s per 10 %."
+    )
+    assert "One robot more (+10 %): mean cycle time falls by 60 s (50 to 70)." in str(found((*robot[:2], 0.1, 50, 70)))
 
 
 def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():

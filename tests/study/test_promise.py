@@ -1,5 +1,6 @@
 """What a plan promises: of which days, beside which fleets, and no more than its runs tell."""
 
+import dataclasses
 import math
 
 import pytest
@@ -45,6 +46,13 @@ GOOD = fleet(3, "meets", 33, 0.98, 0.96, 0.99, worst=Days(33, 0.35, 4, 0.98, 7, 
 def test_the_worst_day_and_the_days_missed_stand_beside_the_mean():
     first, *_ = answer(GOOD, fleet(2, "fails", 8, 0.8, 0.7, 0.85)).answer
     assert first.endswith(": 98 % (96 to 99) on time. The worst of 33 days had 35 %; 4 were below 95 %.")
+
+
+def test_batteries_that_no_night_fills_are_named_beside_a_fleet_that_is_enough():
+    notes = answer(dataclasses.replace(GOOD, lost=0.48), fleet(2, "fails", 8, 0.8, 0.7, 0.85)).notes
+    lost = "The day costs batteries 48.0 % of their capacity, and no night fills them: later days begin lower."
+    assert lost in notes
+    assert not any("batteries" in note for note in answer(GOOD).notes)
 
 
 @pytest.mark.parametrize(("load", "warned"), [(0.8, False), (1.15, True)])

@@ -158,7 +158,7 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     status, out, _ = pages.run_desim(f"desim why w.yaml {few} --out study")
     assert status == 0
     said = next(line for line in out.splitlines() if " the main bottleneck. " in line)
-    assert said.startswith("Packers are the main bottleneck. A second packer at each station: throughput ")
+    assert said.startswith("Packers are the main bottleneck. A second packer at each station (+100 %): throughput ")
     answer = json.loads(pages.run_desim(f"desim why run {few} --json")[1])
     assert answer["answer"] == out.split("\n\n")[0].splitlines()
     assert answer["answer"][0] == said

@@ -239,7 +239,7 @@ def test_check_says_what_estimates_leave_out():
 
 def test_the_report_says_how_often_robots_broke_down():
     said = sentences(dw.simulate(ring({"every": 20, "repair": 7})))
-    assert "Robots broke down 6 times and were in operation 75.3 % of their time." in said
+    assert "Robots broke down 6 times; their availability was 75.3 %." in said
     assert "broke down" not in " ".join(sentences(dw.simulate(ring())))
 
 

@@ -3,6 +3,7 @@
 A > B > C > D > A, 20 apart, speed 1. A task from A: out at 1, good at 31, loaded at 36, C at 46, free at 56, A at 96.
 """
 
+import re
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -246,6 +247,20 @@ def test_a_kind_without_chargers_is_refused_where_it_runs_flat():
     model = load(RING, {**TWO, "layout.bays": bays, "tasks.goods": {"random": 20}})
     with pytest.raises(CheckError, match="robots of no kind: no bay has a charger"):
         World(model)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "cure"),
+    [((), "give layout.bays.home.chargers (or total_chargers) some"), (("large",), "give a bay without kinds some")],
+)
+def test_the_bay_that_is_to_get_chargers_is_one_that_the_robot_may_use(kinds, cure):
+    """The first bay is for large robots alone; at home there is none, or one for large robots alone as well."""
+    bays = {
+        "large": {"at": ["C"], "places": 2, "chargers": 1, "kinds": ["large"]},
+        "home": {"at": ["A"], "places": 3, "chargers": len(kinds), "kinds": list(kinds)},
+    }
+    with pytest.raises(CheckError, match=re.escape(f"{cure} chargers, ")):
+        World(load(RING, {**TWO, "layout.bays": bays, "fleet.start": ["A"], "tasks.goods": {"random": 20}}))
 
 
 def test_the_energy_balance_by_kind():

@@ -635,6 +635,7 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
         ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
         ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
         ([10] * 8, "24 h", "the first holds from the start of the run on, and the run starts at 06:00"),
+        ([0] * 6 + [10] * 18, "16 h", None),  # the first orders of the day come as the run starts
         ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
     ],
 )

@@ -26,6 +26,7 @@ from desim_warehouse.model.sections.flows import (
     FlowSpec,
     OrdersArrivals,
     Profile,
+    Rates,
     ScheduleArrivals,
     StorageEnd,
     mean_rate,
@@ -274,7 +275,8 @@ def _profiles(model: Model) -> Iterator[Finding]:
         if whole < end < math.inf and whole % (24 * hour):
             text = f"its rates last {amount(whole / hour)} h, the run {amount(end / hour)} h: they start again"
             yield Finding("PROFILE_REPEATS", f"tasks.{place}", text, "a rate for each part of the run")
-        if clock_of(model.run.start) and (rates.by_clock or not math.isclose(whole, end)):  # else they are the run's
+        plain = _are_of_the_day(rates, model) if rates.by_clock else math.isclose(whole, end)  # or they are the run's
+        if clock_of(model.run.start) and not plain:
             text = f"its rates cover {amount(whole / hour)} h, not a day: the first holds from the start of the run on"
             if rates.by_clock:
                 text = "its rates cover 24 h and begin at midnight"
@@ -282,6 +284,12 @@ def _profiles(model: Model) -> Iterator[Finding]:
             if rates.by_clock:
                 text += ": the rate of that hour comes first"
             yield Finding("PROFILE_CLOCK", f"tasks.{place}", text)
+
+
+def _are_of_the_day(rates: Rates, model: Model) -> bool:
+    """Whether rates plainly begin at midnight: by the clock orders begin as the run does, or as counting begins."""
+    step, day = int(rates.phase / rates.every), 24 * model.units.hour
+    return rates.rates[step] > 0 == rates.rates[step - 1] or math.isclose(rates.phase + model.run.warm_up, day)
 
 
 def _riders(model: Model, layout: Layout) -> Iterator[Finding]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from desim_warehouse.errors import did_you_mean, got
 from desim_warehouse.layout import Layout
-from desim_warehouse.model.sections.flows import STORAGE
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE
 from desim_warehouse.model.sections.pods import PodsSpec
 from desim_warehouse.values.fields import LIMITS
 
@@ -28,6 +28,8 @@ BEYOND = ""
 CLOCK = r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$"
 ISO = r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?$"
 """A date with a time as `desim orders` writes it."""
+_NO_VALUE = r"#(?:N/A|NV|REF!|BEZUG!|VALUE!|WERT!|DIV/0!|NAME\?|NULL!|NUM!|ZAHL!|SPILL!|CALC!)"
+"""Values of formulas of Excel that have none, in English and in German."""
 _TIME = "a number of at least 0, or a time such as 06:15 or 2026-03-02T06:15"
 _LATEST = 10 * 365 * 86_400.0
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
@@ -189,6 +191,9 @@ class OrderRows:
 
     def check(self) -> None:
         """Read all cells, and note what is wrong with them."""
+        for column in [name for name in ORDER_COLUMNS if name in self.cells]:
+            errors = self.cells[column].str.fullmatch(_NO_VALUE).to_numpy(dtype=bool)
+            self.flag(errors, column, "an error of Excel", "a value: correct its formula there")
         if BEYOND in self.cells:
             self.flag(self.cells[BEYOND] != "", BEYOND, "cells beyond the header", "no more cells than it has")
         release, due = self._times("release"), self._times("due")

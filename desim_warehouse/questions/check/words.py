@@ -126,7 +126,7 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
         asked = f"{asked} an hour" if math.isinf(mean) else f"the {asked} of the busiest hour"
         if short.pickers_walk_less:
             return f"Robots: a run tells how many are enough for {asked}, as pickers walk less, the more robots wait."
-        return f"Robots: no number is enough for {asked}, as {limiting(short.limit_at(short.rate or 0.0))}."
+        return f"Robots: no number is enough for {asked}{limit.reason(estimate, short.limit_at(short.rate or 0.0))}."
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
     return f"Robots: {_are(counts, most, most <= estimate.robots)}; you have {estimate.robots:,}."

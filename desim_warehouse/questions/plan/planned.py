@@ -61,12 +61,10 @@ class Planned:
         """Return the strategy of the model in words."""
         return words.named_policy(self.plan.own)
 
-    def text(self, sized: Sized, shown: Shown) -> str:
+    def text(self, shown: Shown) -> str:
         """Return the indicator of a fleet in words, or the reason why it has none."""
         if lasts_not(shown.wrong):
-            done = shown.delivered
-            made = self.model.replace({**sized.overrides, **shown.overrides})
-            return instead(shown.wrong, None if done is None else done.mean, made)
+            return instead(shown.wrong, self.model)
         if shown.vetoed or shown.estimate is None:
             return shown.vetoed or "no value"
         return judged.number(shown.verdict, self.goal, self.model).text

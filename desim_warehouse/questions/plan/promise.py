@@ -53,8 +53,8 @@ def _covers(planned: Planned) -> str:
 def notes(planned: Planned, options: Sequence[Option]) -> list[str]:
     """Return notes on fleets that miss although their interval holds the target, and on what no run shows.
 
-    These are closures and, beside a fleet that is enough, fleets that cannot be simulated and robots that are never
-    charged.
+    These are closures and, beside a fleet that is enough, fleets that cannot be simulated, robots that are never
+    charged, and batteries that end the day lower.
     """
     zone = words.amount(planned.goal.indicator, planned.plan.zone, planned.goal.unit)
     left_out = [line for sized in planned.demands if sized.best for line in not_tried(sized.not_tried)]
@@ -64,6 +64,7 @@ def notes(planned: Planned, options: Sequence[Option]) -> list[str]:
         *map(sentence, rare.closed(planned.model)),
         *dict.fromkeys(left_out),
         *dict.fromkeys(flat),
+        *(words.batteries_end_lower(sized.best.lost) for sized in planned.demands if sized.best and sized.best.lost),
     ]
 
 

@@ -28,7 +28,7 @@ def tiles(planned: Planned) -> list[BigNumber]:
     if planned.key is not None:
         value = planned.key.value(best.counts)
         what = f"robot{'s' * (value != 1)}" if planned.key.is_fleet else words.in_words(planned.key.of)
-        return [BigNumber(value=words.level(value), what=what), *_reached(planned, sized, best), *year]
+        return [BigNumber(value=words.level(value), what=what), *_reached(planned, best), *year]
     if len(planned.demands) > 1:
         return [_tile(planned, size, size.best) for size in planned.demands if size.best is not None and not size.open]
     totals = planned.plan.designs.totals(best.counts)
@@ -37,18 +37,18 @@ def tiles(planned: Planned) -> list[BigNumber]:
         for name, number in totals.items()
         if number
     ]
-    return [*counts, *_reached(planned, sized, best), *year]
+    return [*counts, *_reached(planned, best), *year]
 
 
 def _tile(planned: Planned, sized: Sized, best: Shown) -> BigNumber:
     """Return the tile of the fleet for one of several demands, with its indicator and cost."""
-    reached = words.reached(planned.goal.indicator, planned.text(sized, best))
+    reached = words.reached(planned.goal.indicator, planned.text(best))
     cost = "" if best.cost is None else f"; {planned.money(best.cost)} a year"
     return BigNumber(value=planned.fleet(best.counts), what=planned.when(sized), note=f"{reached}{cost}")
 
 
-def _reached(planned: Planned, sized: Sized, best: Shown) -> list[BigNumber]:
-    first = judged.tile(planned.text(sized, best), words.in_sentence(planned.goal.indicator))
+def _reached(planned: Planned, best: Shown) -> list[BigNumber]:
+    first = judged.tile(planned.text(best), words.in_sentence(planned.goal.indicator))
     return [first, *(judged.tile(number.text, words.in_sentence(number.of)) for number in _also(planned, best))]
 
 
@@ -91,7 +91,7 @@ def _option(planned: Planned, sized: Sized, shown: Shown, strategy: str) -> Opti
         number=judged.number(shown.verdict, planned.goal, planned.model) if has_number else None,
         also=tuple(_also(planned, shown)) if has_number else (),
         days=judged.in_row(shown.days, planned.goal, planned.model) if has_number else "",
-        instead="" if has_number else planned.text(sized, shown),
+        instead="" if has_number else planned.text(shown),
         runs=shown.verdict.n,
         cost=shown.cost,
         group=planned.when(sized) if len(planned.demands) > 1 else "",

@@ -33,7 +33,7 @@ def of_demand(planned: Planned, sized: Sized) -> str:
     if sized.best is None:
         return _none(planned, sized)
     cost = "" if sized.best.cost is None else f", {planned.money(sized.best.cost)} a year"
-    reached = words.reached(planned.goal.indicator, planned.text(sized, sized.best))
+    reached = words.reached(planned.goal.indicator, planned.text(sized.best))
     first = "cheapest" if cost and planned.key is None else "smallest"
     line = f"{planned.are(sized.best.counts)} the {first} {planned.noun} shown to be enough"
     number = "" if planned.plan.beside else f": {reached}"
@@ -97,7 +97,7 @@ def _none(planned: Planned, sized: Sized) -> str:
         return _undecided(planned, sized)
     largest = _nearest(planned, sized)
     line = f"{planned.then(sized, planned.none_is(sized, 'enough'))}. {capital(planned.fleet(largest.counts))}: "
-    text = planned.text(sized, largest)
+    text = planned.text(largest)
     if largest.flat:
         return f"{line}{text}. {capital(largest.flat)}."
     if planned.plan.beside and not lasts_not(largest.wrong) and not largest.vetoed:
@@ -128,7 +128,7 @@ def _undecided(planned: Planned, sized: Sized) -> str:
         line += f" {capital(edge)} may be enough; {_too_close(planned)}."
     if planned.plan.beside:
         return f"{line} This is what {planned.fleet(largest.counts)} would do:"
-    return f"{line} {name}: {_reached_by(planned, largest, planned.text(sized, largest))}"
+    return f"{line} {name}: {_reached_by(planned, largest, planned.text(largest))}"
 
 
 def _reached_by(planned: Planned, shown: Shown, text: str) -> str:

@@ -88,7 +88,17 @@ def page_with(answer: Answer, run: RunData, worst: RunData | None = None, replay
     shown = drawings(run, day, None if worst is None else worst_course(worst, answer))
     figures: dict[str, list[Rows | Markup]] = {"": shown, where.title: [*_some(account(run))]}
     figures[lost.title] = [*_some(rows_of_floor(run))]
-    return page_of(answer, figures, (where, resources(run), lost, warehouse), replay)
+    parts = (where, resources(run), lost)
+    of_run = [_of_one_run(part, answer) if part.rows or figures.get(part.title) else part for part in parts]
+    return page_of(answer, figures, (*of_run, warehouse), replay)
+
+
+def _of_one_run(part: Folded, answer: Answer) -> Folded:
+    """Return a table with a note on which run it is of, if the numbers of the answer are means over several."""
+    day = "" if answer.about is None else answer.about.day
+    means = "; means over all runs differ" if answer.runs > 1 else ""
+    note = f"Of one run{f', {day}' if day else ''}{means}."
+    return part.model_copy(update={"note": f"{part.note} {note}".strip()})
 
 
 def worst_course(run: RunData, answer: Answer) -> Markup | None:

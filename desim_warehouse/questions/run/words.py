@@ -16,7 +16,7 @@ from desim_warehouse.feasibility.asked import orders_a_day
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import Halt, halts
 from desim_warehouse.outcome.indicators import chosen, judged_by
-from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
+from desim_warehouse.outcome.verdicts import is_no_answer, lost_in_a_day, piles_up
 from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
 from desim_warehouse.states import FOR_PICKER
@@ -43,6 +43,7 @@ def sentences(run: RunData) -> list[str]:
         *_halts(run),
         *_gone_home(run),
         *lasts,
+        *_batteries(run),
         _busiest(run),
         *_pods(run),
         *_breakdowns(run),
@@ -192,6 +193,12 @@ def _gone_home(run: RunData) -> list[str]:
     return [f"Pickers went home{again} {when}: at the end {number_of(waiting, 'robot')} still waited for one."]
 
 
+def _batteries(run: RunData) -> list[str]:
+    """Return the sentence on batteries that end a day lower than they begin it, although no verdict says so."""
+    lost = 0.0 if run.verdicts else lost_in_a_day(run.kpis.get("energy_drift_per_hour", 0.0), run.model)
+    return [words.batteries_end_lower(lost)] if lost else []
+
+
 def _busiest(run: RunData) -> str:
     """Return the sentences on the busiest group, and on the time that robots waited in traffic."""
     return busiest.of_run(run.history, run.kpis) if run.history.counted else "No time was counted."
@@ -212,7 +219,7 @@ def _breakdowns(run: RunData) -> list[str]:
     if "breakdowns" not in run.kpis:
         return rare
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
-    left = f" and were in operation {numbers.PERCENT.value(share)} of their time" if share < 1 else ""
+    left = f"; their availability was {numbers.PERCENT.value(share)}" if share < 1 else ""
     return [f"Robots broke down {number_of(count, 'time')}{left}.", *rare]
 
 

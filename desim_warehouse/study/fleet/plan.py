@@ -22,6 +22,7 @@ from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.model.facts.people import COUNTED, PACKERS, PICKERS
 from desim_warehouse.model.facts.workers import Load, scarce
 from desim_warehouse.outcome.targets import Target
+from desim_warehouse.outcome.verdicts import lost_in_a_day
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
@@ -423,7 +424,6 @@ class Planner:
             mean = replace(mean, interval=(verdict.low, verdict.high))
         cost = self._cost(rows, counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
-        done = study.results.estimate(rows, "throughput_per_hour")
         name, days, to_tell = self.target.indicator, None, None
         if mean is not None:
             by_run = {row.replication: row.value(name) for row in rows}
@@ -432,7 +432,10 @@ class Planner:
             to_tell = self._to_tell(rows, verdict)
         why = _first_flat(rows).partition(": ")[2]
         overrides = self.designs.overrides(counts)
-        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
+        drift = study.results.estimate(rows, "energy_drift_per_hour")
+        made = study.results.models.get(str(study.points[number]))
+        lost = 0.0 if drift is None or made is None else lost_in_a_day(drift.mean, made)
+        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, days, to_tell, why, lost)
 
     def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
         """Return the yearly cost of a design: the mean over its runs if prices depend on them."""

@@ -29,9 +29,9 @@ class Shown:
     `estimate`: the target's indicator, with the bounds of the verdict, which allow for repeated looks (interim
     analyses); None if all runs failed. `vetoed`: why the design fails regardless of the target. `cost`: yearly cost,
     from its runs if they affect it; None if nothing that is sized has a price. `wrong`: problems that its runs show.
-    `delivered`: tasks per hour, for a design that cannot keep up. `days`: its worst day, and how many days missed the
-    target. `to_tell`: the total number of runs that would probably decide an undecided design. `flat`: the error of
-    the first run in which a robot ran flat.
+    `days`: its worst day, and how many days missed the target. `to_tell`: the total number of runs that would probably
+    decide an undecided design. `flat`: the error of the first run in which a robot ran flat. `lost`: the share of
+    its capacity that the mean battery loses in each day, if no night fills it.
     """
 
     counts: Counts
@@ -41,10 +41,10 @@ class Shown:
     vetoed: str | None
     cost: float | None
     wrong: tuple[Verdict, ...] = ()
-    delivered: Estimate | None = None
     days: Days | None = None
     to_tell: int | None = None
     flat: str = ""
+    lost: float = 0.0
 
     @property
     def is_open(self) -> bool:
