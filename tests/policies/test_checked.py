@@ -10,6 +10,7 @@ from desim_warehouse import ModelError, PolicyError, load, simulate
 from desim_warehouse.policies.catalogue import METHODS, OURS, problems
 from desim_warehouse.study.plan import models
 from desim_warehouse.study.reading import read_study
+from tests.policies.ours import NUMBER, required
 from tests.policies.test_contracts import KINDS
 
 MULTIBOTS = "models/multibots.yaml"
@@ -176,10 +177,17 @@ def test_the_message_has_the_line_of_the_file(tmp_path):
 
 
 def test_every_policy_of_ours_can_be_had_by_its_name():
-    needed = {"swap": {"time": 1.0}, "time-window": {"window": 60.0}}
     for kind, policies in OURS.items():
         for name in policies:
-            assert problems(kind, name, needed.get(name, {})) == []
+            assert problems(kind, name, required(kind, name)) == []
+
+
+def test_what_a_policy_must_be_given_is_read_from_its_fields():
+    """A swap takes a time, and a window a length of time; all else has a default."""
+    assert {name: required(kind, name) for kind in OURS for name in OURS[kind] if required(kind, name)} == {
+        "swap": {"time": NUMBER},
+        "time-window": {"window": NUMBER},
+    }
 
 
 PATIENT = """

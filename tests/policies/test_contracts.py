@@ -6,6 +6,7 @@ import pytest
 
 from desim_warehouse import contracts
 from desim_warehouse.policies.catalogue import OURS
+from tests.policies.ours import required
 
 EXAMPLES = Path(__file__).parents[2] / "studies" / "my_policies.py"
 KINDS = {
@@ -19,7 +20,6 @@ KINDS = {
         for kind in ("pod", "storage", "order_station", "put")
     },
 }
-NEEDED = {"swap": {"time": 30}, "time-window": {"window": 25}}
 CASES = [
     (contract, test, name)
     for kind, contract in KINDS.items()
@@ -31,7 +31,8 @@ CASES = [
 
 @pytest.mark.parametrize(("contract", "test", "name"), CASES, ids=lambda item: str(item).rpartition("/")[2][:40])
 def test_every_policy_keeps_its_contract(contract, test, name):
-    case = type("Case", (contract,), {"name": name, "parameters": NEEDED.get(name, {})})()
+    case = type("Case", (contract,), {"name": name})()
+    case.parameters = required(case.kind, name)
     getattr(case, test)()
 
 
