@@ -62,7 +62,7 @@ def test_an_entry_in_a_list_of_a_parameter():
     ("overrides", "said"),
     [
         ({"fleet.size": 0}, "override fleet.size: should be greater than or equal to 1 (got 0)"),
-        ({"fleet": {"size": 1}}, "override fleet: fleet.robot: missing, expected a section with radius and speed"),
+        ({"fleet": {"size": 1}}, "override fleet.robot: missing, expected a section with radius and speed"),
         ({"flet.size": 3}, "override flet.size: unknown key, did you mean 'fleet.size'?"),
         ({"fleet.sise": 3}, "override fleet.sise: unknown key, did you mean 'fleet.size'?"),
         ({"size": 3}, "override size: unknown key, did you mean 'fleet.size'?"),
@@ -104,7 +104,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ({"tasks.load_time": True}, "override tasks.load_time: should be a number (got true)"),
         (
             {"tasks.goods": [1, 80]},
-            "override tasks.goods: tasks.goods.1: no such good (got 80), expected a number from 0 to 79",
+            "override tasks.goods.1: no such good (got 80), expected a number from 0 to 79",
         ),
         (
             {"policies.routing.zones": {1, 2}},
@@ -115,7 +115,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ),
         (
             {"policies.routing.zones": [1, float("nan")]},
-            ("override policies.routing.zones: policies.routing.zones.1: should be a finite number (got .nan)"),
+            "override policies.routing.zones.1: should be a finite number (got .nan)",
         ),
     ],
     ids=lambda value: next(iter(map(str, value))) if isinstance(value, dict) else "",
@@ -127,6 +127,14 @@ def test_a_bad_override_is_refused_under_its_own_name(overrides, said):
 def test_the_command_line_gives_overrides_its_own_name():
     assert problems({"fleet.size": 0}, named="--set") == [
         "--set fleet.size: should be greater than or equal to 1 (got 0)"
+    ]
+
+
+def test_a_mistake_in_a_section_is_told_at_its_place_alone():
+    """The place is a key that can be overridden itself; it names the section that was written, too."""
+    truck = {"count": 1, "battery": {"capacity": 3000, "charge_rate": 1, "consumption": -2}}
+    assert problems({"fleet.kinds": {"truck": truck}}, named="--set") == [
+        "--set fleet.kinds.truck.battery.consumption: should be greater than or equal to 0 (got -2)"
     ]
 
 

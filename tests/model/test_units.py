@@ -86,7 +86,7 @@ def test_parameters_of_policies_have_units_too():
     assert load(TUTORIAL, minutes).policies.batching.params == {"window": 1.5}
     assert refused({"policies.batching": {"name": "time-window", "window": "60 mm"}}) == [
         (
-            "override policies.batching: policies.batching.window: not a time (got '60 mm'), expected a time such as "
+            "override policies.batching.window: not a time (got '60 mm'), expected a time such as "
             "15 min, in ms, s, min, h or d"
         )
     ]
