@@ -99,6 +99,7 @@ def tables(run: RunData) -> dict[str, pd.DataFrame]:
     return {
         "kpis": kpis,
         "log": run.log,
+        "tasks": run.tasks.reset_index(),
         "states": state_table(run),
         **({"waits": run.waits} if run.record.level == "all" else {}),
         "robots": run.robots.reset_index(),

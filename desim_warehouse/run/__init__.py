@@ -6,6 +6,7 @@ For `desim run`, `replay` and `report`, and for the runs of a study; users hold 
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Iterable
 from contextlib import contextmanager
 from functools import cached_property
@@ -16,6 +17,7 @@ from desim_warehouse.errors import ModelError, ReportError, shown
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.log import NONE
 from desim_warehouse.values.arguments import each, is_finite
 from desim_warehouse.values.frames import typed
 
@@ -143,6 +145,31 @@ class RunData:
         import pandas as pd
 
         return pd.DataFrame(self.record.robots).rename_axis("robot")
+
+    @cached_property
+    def tasks(self) -> pd.DataFrame:
+        """One row per task: released, due, assigned, loaded, delivered, done, robot, flow, order, station.
+
+        Times are in the model's time unit; NaN: not by the end of the run. `assigned` and `robot` are of the last
+        assignment, as a robot with a low battery gives a task back; a robot of -1: not assigned yet. `done` is the
+        delivery, or with `tasks.done_when: worked` the end of the work at its station. `station`: the node of the
+        delivery. Where storage places have names, `place` is the first name of the one at which the task's good lies.
+        """
+        import pandas as pd
+
+        times = ("released", "due", "assigned", "loaded", "delivered", "done")
+        columns = {**dict.fromkeys(times, float), "robot": int, "flow": str, "order": str, "station": str}
+        last = {assignment.task: (assignment.start, assignment.robot) for assignment in self.history.assignments}
+        rows = []
+        for number, task in self.history.tasks.items():
+            assigned, robot = last.get(number, (None, NONE))
+            row: list[Any] = [task.released, task.due, assigned, task.loaded, task.delivered, task.done]
+            row += [robot, task.flow, task.order, task.station]
+            rows.append([None if value in {math.inf, ""} else value for value in row])
+        table = pd.DataFrame(rows, pd.Index(self.history.tasks, dtype="int64", name="task"), list(columns))
+        if called := self.layout.called:
+            columns["place"], table["place"] = str, [called.get(task.good) for task in self.history.tasks.values()]
+        return typed(table, columns)
 
     @cached_property
     def edges(self) -> pd.DataFrame:
