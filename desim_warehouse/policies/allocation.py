@@ -24,6 +24,7 @@ class InOrder:
     Source: Liu et al., ROBIO 2017, section V.
     """
 
+    title: ClassVar = "the first free robot"
     gives_only: ClassVar = True
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
@@ -46,6 +47,7 @@ class Nearest:
     `candidates`: how many open tasks are considered, from the front of the list.
     """
 
+    title: ClassVar = "the nearest robot"
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
 
@@ -67,6 +69,7 @@ class NearestAging:
     `aging`: driving time that a time unit of waiting makes up for. `candidates`: open tasks considered.
     """
 
+    title: ClassVar = "the nearest robot, old tasks first"
     aging: float = 0.2
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
@@ -94,6 +97,7 @@ class EarliestDue:
     come last, in the order of the list. `candidates`: open tasks considered.
     """
 
+    title: ClassVar = "the most urgent task first"
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
     reads: ClassVar = ("priority", "due")
@@ -170,6 +174,7 @@ class Hungarian:
     2016). Assigns as many tasks as possible. `candidates`: open tasks considered, from the front of the list.
     """
 
+    title: ClassVar = "the least driving in all"
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
 
@@ -195,6 +200,7 @@ class CostAware:
     tasks considered, from the front of the list (fewer than elsewhere, as every route is traversed).
     """
 
+    title: ClassVar = "the least cost in all"
     distance: float | None = None
     time: float | None = None
     collisions: float | None = None

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from desim_warehouse import ModelError, PolicyError, load, simulate
-from desim_warehouse.policies.catalogue import METHODS, OURS, problems
+from desim_warehouse.policies.catalogue import METHODS, OURS, problems, title_of
 from desim_warehouse.study.plan import models
 from desim_warehouse.study.reading import read_study
 from tests.policies.ours import NUMBER, required
@@ -180,6 +180,12 @@ def test_every_policy_of_ours_can_be_had_by_its_name():
     for kind, policies in OURS.items():
         for name in policies:
             assert problems(kind, name, required(kind, name)) == []
+
+
+@pytest.mark.parametrize("kind", OURS)
+def test_all_policies_of_a_kind_have_an_everyday_name_or_none_has(kind):
+    """Answers would otherwise call one `the nearest robot (nearest)` and another `lottery`."""
+    assert len({title_of(kind, name) is None for name in OURS[kind]}) == 1
 
 
 def test_what_a_policy_must_be_given_is_read_from_its_fields():
