@@ -41,7 +41,7 @@ class InOrder:
 
 @dataclass(frozen=True)
 class Nearest:
-    """Assigns the pair of free robot and open task with the shortest directed driving time, then the next shortest, ...
+    """Assigns free robots to open tasks pair by pair, always the pair with the shortest driving time to the good.
 
     Source: nearest-vehicle-first rule; Egbelu and Tanchoco, Int. J. Production Research 22 (1984) 359-374.
     `candidates`: how many open tasks are considered, from the front of the list.
@@ -129,12 +129,12 @@ class EarliestDue:
 
 
 def greedy(
-    situation: Situation, tasks: Sequence[Task], costs: Any, *, asked: bool = False
+    situation: Situation, tasks: Sequence[Task], costs: Any, *, all_checked: bool = False
 ) -> Iterable[tuple[int, int]]:
     """Yield the cheapest allowed pair, then the next cheapest; ties go to the earlier task, the lower robot number.
 
     A pair is checked only when its turn comes, so few are; after `MISSES` pairs that are not allowed, all are checked
-    at once. `asked`: all are checked already, and pairs that are not allowed cost inf.
+    at once. `all_checked`: they are already, and pairs that are not allowed cost inf.
     """
     import numpy as np
 
@@ -147,7 +147,7 @@ def greedy(
         task, robot = divmod(pair, len(robots))
         if robot not in free or task not in left:
             continue
-        if asked or situation.may(robots[robot], tasks[task]):
+        if all_checked or situation.may(robots[robot], tasks[task]):
             yield robots[robot].number, tasks[task].number
             free.remove(robot)
             left.remove(task)
@@ -157,7 +157,7 @@ def greedy(
             rest = np.ix_(sorted(free), sorted(left))
             permitted = np.full(costs.shape, np.inf)
             permitted[rest] = np.where(situation.allowed(robots, tasks), costs, np.inf)[rest]
-            yield from greedy(situation, tasks, permitted, asked=True)
+            yield from greedy(situation, tasks, permitted, all_checked=True)
             return
 
 
