@@ -59,7 +59,7 @@ def test_an_entry_in_a_list_of_a_parameter():
 
 
 @pytest.mark.parametrize(
-    ("overrides", "said"),
+    ("overrides", "message"),
     [
         ({"fleet.size": 0}, "override fleet.size: should be greater than or equal to 1 (got 0)"),
         ({"fleet": {"size": 1}}, "override fleet.robot: missing, expected a section with radius and speed"),
@@ -120,8 +120,8 @@ def test_an_entry_in_a_list_of_a_parameter():
     ],
     ids=lambda value: next(iter(map(str, value))) if isinstance(value, dict) else "",
 )
-def test_a_bad_override_is_refused_under_its_own_name(overrides, said):
-    assert problems(overrides) == [said]
+def test_a_bad_override_is_refused_under_its_own_name(overrides, message):
+    assert problems(overrides) == [message]
 
 
 def test_the_command_line_gives_overrides_its_own_name():
@@ -192,7 +192,7 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("fleet.size", "--set fleet.size: no assignment, expected KEY=VALUE such as fleet.size=3"),
         ("=3", "--set =3: no assignment, expected KEY=VALUE such as fleet.size=3"),
@@ -209,13 +209,13 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
         ("fleet.size=!robots 3", "--set fleet.size: unknown tag (got !robots), expected a value without a tag"),
     ],
 )
-def test_an_assignment_that_cannot_be_read(text, said):
-    if said is None:
+def test_an_assignment_that_cannot_be_read(text, message):
+    if message is None:
         assert parse_assignment(text) == ("fleet.size", 3)
         return
     with pytest.raises(ModelError) as refused:
         parse_assignment(text)
-    assert str(refused.value) == said
+    assert str(refused.value) == message
 
 
 @pytest.mark.parametrize(

@@ -573,7 +573,7 @@ def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
+    ("names", "message"),
     [
         ({"pattern": "{aisle}"}, "1 names are those of several places, such as '1'"),
         ({"pattern": "{bay:9999}"}, "unknown field 'bay'"),
@@ -585,11 +585,11 @@ def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
     ],
     ids=str,
 )
-def test_names_that_cannot_be_are_refused(names, said, hall):
+def test_names_that_cannot_be_are_refused(names, message, hall):
     model = json.loads(hall.read_text())
     model["layout"]["storage_names"] = names
     model["tasks"]["flows"]["day"]["arrivals"] = {"schedule": [{"at": 0}]}
-    with pytest.raises(dw.WarehouseError, match=said):
+    with pytest.raises(dw.WarehouseError, match=message):
         dw.simulate(dw.load(model))
 
 

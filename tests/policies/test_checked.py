@@ -135,7 +135,7 @@ def test_a_batching_policy_may_answer_in_numbers_of_numpy(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("spec", "said"),
+    ("spec", "message"),
     [
         (
             "nearst",
@@ -156,10 +156,10 @@ def test_a_batching_policy_may_answer_in_numbers_of_numpy(tmp_path):
         ("desim_warehouse.policies:Situation", "the class has no method assign(), which policies.allocation needs"),
     ],
 )
-def test_a_wrong_name_or_parameter_is_reported_when_the_model_is_read(spec, said):
+def test_a_wrong_name_or_parameter_is_reported_when_the_model_is_read(spec, message):
     with pytest.raises(ModelError) as caught:
         load(MULTIBOTS, {"policies.allocation": spec}, run_code=True)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_the_message_has_the_line_of_the_file(tmp_path):

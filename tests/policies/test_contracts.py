@@ -67,7 +67,7 @@ def test_the_contract_finds_faults(tmp_path, monkeypatch, body, test):
 
 
 @pytest.mark.parametrize(
-    ("body", "test", "said"),
+    ("body", "test", "message"),
     [
         ("return [TaskBatch(tuple(t.number for t in waiting.tasks))]", "batches_can_be_carried", "nobody carries"),
         ("return [TaskBatch((0,)), TaskBatch((0,))]", "batches_can_be_carried", "in two batches"),
@@ -80,9 +80,9 @@ def test_the_contract_finds_faults(tmp_path, monkeypatch, body, test):
         ("waiting.tasks.pop(); return []", "the_same_tasks_give_the_same_batches", "changed"),
     ],
 )
-def test_the_contract_of_batching_finds_faults(tmp_path, body, test, said):
+def test_the_contract_of_batching_finds_faults(tmp_path, body, test, message):
     body = f"from desim_warehouse.policies import TaskBatch\n        {body}"
-    with pytest.raises(AssertionError, match=said):
+    with pytest.raises(AssertionError, match=message):
         getattr(broken(tmp_path, body, "batching", "batches(self, waiting)"), f"test_{test}")()
 
 
