@@ -6,6 +6,7 @@ A fifth of the tasks of a probe leads to the same words.
 from functools import lru_cache
 
 from desim_warehouse.run import examined, probe, quick, together
+from desim_warehouse.study.fleet import loads
 
 FEWER = (
     (probe, "LOOKS", (50, 100)),
@@ -15,7 +16,13 @@ FEWER = (
     (quick, "TASKS", 100),
 )
 """How many tasks a probe takes, and a fleet that works together."""
-KEPT = ((probe, "_probe"), (probe, "_calm"), (together, "_pace"), (examined, "_examined"))
+KEPT = (
+    (probe, "_probe"),
+    (probe, "_calm"),
+    (together, "_pace"),
+    (examined, "_examined"),
+    (loads, "_quick_estimate"),
+)
 """What keeps measurements."""
 OWN = [(module, name, lru_cache(getattr(module, name).__wrapped__)) for module, name in KEPT]
 """Each with a memory of its own, so that no other test is given short ones."""

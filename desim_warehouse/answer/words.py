@@ -17,6 +17,7 @@ from desim_warehouse.model.facts.people import COUNTED
 from desim_warehouse.model.schema import Units
 from desim_warehouse.outcome.indicators import look_up, split
 from desim_warehouse.outcome.targets import Target
+from desim_warehouse.policies.catalogue import title_of
 from desim_warehouse.states import TIMES
 from desim_warehouse.values.labels import plain, readable
 from desim_warehouse.values.units import SECONDS
@@ -59,31 +60,6 @@ _AIMS = {
 """Phrases of targets that differ from the indicator's name and value, by indicator."""
 _RATE = "tasks per hour"
 """The unit of throughput, written `60 tasks an hour` in targets, and `tasks/h` beside intervals and in tables."""
-_POLICIES = {
-    "allocation": {
-        "in-order": "the first free robot",
-        "nearest": "the nearest robot",
-        "nearest-aging": "the nearest robot, old tasks first",
-        "earliest-due": "the most urgent task first",
-        "hungarian": "the least driving in all",
-        "regret": "the task that would lose most first",
-        "auction": "the lowest bid",
-        "cost-aware": "the least cost in all",
-    },
-    "routing": {
-        "highways": "the fewest nodes",
-        "shortest": "the shortest route",
-        "fastest": "the fastest route",
-        "congestion-aware": "around queues",
-    },
-    "batching": {
-        "single": "every task a trip of its own",
-        "fixed-size": "so many tasks together",
-        "time-window": "tasks of a time window together",
-        "by-order": "tasks of an order together",
-    },
-}
-"""Descriptions of policies by kind and name."""
 _SAID_ALONE = "relief"
 """The factor of `desim why`, whose cases are shown without its name, such as `one robot more`."""
 _LONGEST = 44
@@ -296,8 +272,8 @@ def money(model: Model | None) -> str:
 
 def policy(key: str, name: str) -> str:
     """Describe a policy with its name and parameters: `the nearest robot (nearest)`."""
-    description = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
-    return named_policy(name) if description is None else f"{description} ({named_policy(name)})"
+    title = title_of(key.removeprefix("policies."), name.partition("(")[0])
+    return named_policy(name) if title is None else f"{title} ({named_policy(name)})"
 
 
 def named_policy(name: str) -> str:

@@ -81,6 +81,11 @@ class Blocks(Part):
         return any("two-way" in line for line in lines)
 
     @property
+    def nodes(self) -> int:
+        """The number of nodes on all floors."""
+        return self.floors * (self.columns + 1) * (self.rows + 1)
+
+    @property
     def places(self) -> int:
         """The number of storage places on all floors."""
         return self.floors * self.columns * self.rows * self.block_width * self.block_depth

@@ -64,6 +64,7 @@ class Position:
     column: int
     text: str  # how a message names it
     names: int = field(default=0, compare=False)  # how many keys `text` stands for; 0: the message has them, too
+    override: str = field(default="", compare=False)  # the key that an override sets, with which `text` ends
 
     @classmethod
     def in_file(cls, rank: int, file: str, line: int, column: int) -> Position:
@@ -96,11 +97,16 @@ class FilePositions:
         position, key = self.of(keys, at_key=at_key), dotted(keys)
         if position.names:  # ranks of values say nothing to a person who wrote 1..6
             key = dotted(tuple(key for key in keys[position.names :] if isinstance(key, str)))
-        return position, position.text if not key or position.text.endswith(f" {key}") else f"{position.text}: {key}"
+        if position.override and f"{key}.".startswith(f"{position.override}."):
+            return position, f"{position.text}{key.removeprefix(position.override)}"
+        return position, f"{position.text}: {key}" if key else position.text
 
-    def overridden(self, keys: Keys, text: str, names: int = 0) -> None:
-        """Note that the value at `keys` and all in it were set by an override."""
-        position = Position(next(self.ranks), 0, 0, text, names)
+    def of_override(self, named: str, key: str) -> Position:
+        """Return the position of an override of a key, as messages name it: `--set fleet.size`."""
+        return Position(next(self.ranks), 0, 0, f"{named} {key}", override=key)
+
+    def overridden(self, keys: Keys, position: Position) -> None:
+        """Note that the value at `keys` and all in it were set at a position outside the file."""
         for written in (self.keys, self.values):
             for stale in [other for other in written if other[: len(keys)] == keys]:
                 del written[stale]
@@ -108,7 +114,7 @@ class FilePositions:
 
     def given(self, keys: Keys, option: str) -> None:
         """Note that the value at `keys` was given by an option of the command line, which messages name instead."""
-        self.overridden(keys, option, len(keys))
+        self.overridden(keys, Position(next(self.ranks), 0, 0, option, len(keys)))
 
 
 # What is wrong
@@ -142,6 +148,15 @@ def report(problems: Iterable[Problem], positions: FilePositions) -> list[str]:
     lines = [(*positions.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
     lines.sort(key=lambda line: line[0])
     return [printable(f"{begin}: {text}") for _, begin, text in lines] + ([more.text] if more else [])
+
+
+def moved(text: str, override: str, place: str) -> str | None:
+    """Return a message about a value that an override set, or about one in it, at another place; None about others.
+
+    A wrong `lvl` in `override policies.charging` is told at `study.yaml:4:9: factors.policies.charging.0.lvl`.
+    """
+    rest = text.removeprefix(override)
+    return f"{place}{rest}" if rest != text and rest.startswith((".", ": ")) else None
 
 
 def printable(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from desim_warehouse.errors import ModelError, first_of, got
 from desim_warehouse.layout.blocks import Blocks
-from desim_warehouse.model.messages import FilePositions, Keys, Outline, Problem, dotted
+from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
 
@@ -67,20 +67,21 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
     positions, problems = document.positions, document.problems
     for text in sorted(overrides, key=_rank):
         keys: Keys = tuple(str(text).split("."))
+        position = positions.of_override(named, str(text))
         if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
-            positions.overridden((str(text),), f"{named} {text}")
+            positions.overridden((str(text),), position)
         elif STAR in keys and not _is_there(document.data, keys[: keys.index(STAR) + 1]):
             problems.append(_starred(document.data, keys))
-            positions.overridden(keys, f"{named} {text}")
+            positions.overridden(keys, position)
         elif not _is_there(document.data, keys) and not outline.has(keys):
             problems.append(outline.unknown_key(keys))
-            positions.overridden(keys, f"{named} {text}")
+            positions.overridden(keys, position)
         elif overrides[text] is UNSET:
-            positions.overridden(keys, f"{named} {text}")
+            positions.overridden(keys, position)
             problems += _remove(document.data, keys)
         else:
-            problems += _put(document.data, keys, overrides[text], positions, f"{named} {text}")
+            problems += _put(document.data, keys, overrides[text], positions, position)
 
 
 def _starred(section: Any, keys: Keys) -> Problem:
@@ -99,7 +100,7 @@ def _rank(text: Any) -> list[tuple[int, str]]:
     return [(int(key) if key.isdecimal() else -1, key) for key in str(text).split(".")]
 
 
-def _put(section: Any, path: Keys, value: Any, positions: FilePositions, label: str) -> list[Problem]:
+def _put(section: Any, path: Keys, value: Any, positions: FilePositions, position: Position) -> list[Problem]:
     """Set one value, and return what is wrong with it or why it cannot be set."""
     keys: Keys = ()
     problems: list[Problem] = []
@@ -109,14 +110,14 @@ def _put(section: Any, path: Keys, value: Any, positions: FilePositions, label: 
         elif isinstance(section, dict):
             step = key
         else:
-            positions.overridden(path, label)
+            positions.overridden(path, position)
             return [Problem(path, _closed(section, dotted(keys), key))]
         keys = (*keys, step)
         if len(keys) == len(path):
             section[step] = plain(value, keys, problems)
         else:
-            section[step] = section = _opened(section, keys, positions, label)
-    positions.overridden(keys, label)
+            section[step] = section = _opened(section, keys, positions, position)
+    positions.overridden(keys, position)
     return problems
 
 
@@ -146,7 +147,7 @@ def _is_entry(section: Any, key: str | int) -> bool:
     return isinstance(section, list) and str(key).isdecimal() and int(key) < len(section)
 
 
-def _opened(section: Any, keys: Keys, positions: FilePositions, label: str) -> Any:
+def _opened(section: Any, keys: Keys, positions: FilePositions, position: Position) -> Any:
     """Return the content below a key: a policy given by name becomes a section, a missing section is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)
@@ -156,7 +157,7 @@ def _opened(section: Any, keys: Keys, positions: FilePositions, label: str) -> A
     if keys == ("layout", "blocks", "directions") and (below is None or isinstance(below, str)):
         return dict.fromkeys(("rows", "columns"), below or Blocks.model_fields["directions"].default)
     if below is None:
-        positions.overridden(keys, label)
+        positions.overridden(keys, position)
         return {}
     return below
 

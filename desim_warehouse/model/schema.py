@@ -635,6 +635,15 @@ class Model(Part):
         """Return the departures of a flow as times of a run; without any if it has none."""
         return Timetable.of(flow.due_at, self.run.start, 1 / self.units.seconds)
 
+    def __repr__(self) -> str:
+        """Return the name, the size and the digest; sections print in full, such as `model.fleet`."""
+        blocks, length = self.layout.blocks, self.run.length
+        size = f"robots={self.fleet.size}, nodes={blocks.nodes if blocks else len(self.layout.nodes)}"
+        run = "until all work is done" if length is None else f"length={length:g} {self.units.time}"
+        return f"Model({self.name}: {size}, {run}, digest={self.digest()[:8]})"
+
+    __str__ = __repr__
+
     def content(self) -> dict[str, Any]:
         """Return the content of the model, defaults too, as plain JSON values: equal models, equal content.
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from desim_warehouse import states
 from desim_warehouse._version import __version__
+from desim_warehouse.values.frames import typed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -335,6 +336,5 @@ class Log:
 
         table = pd.DataFrame.from_records(self.rows, columns=list(LogRow._fields))
         table["edge"] = [None if edge is None else f"{edge[0]}>{edge[1]}" for edge in table["edge"]]
-        for column in ("time", "value", "until"):
-            table[column] = table[column].astype(float)
-        return table
+        columns = {"kind": str, "node": str, "edge": str, "robot": int, "task": int, "other": int}
+        return typed(table, {**columns, "time": float, "value": float, "until": float})

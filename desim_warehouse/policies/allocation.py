@@ -24,6 +24,7 @@ class InOrder:
     Source: Liu et al., ROBIO 2017, section V.
     """
 
+    title: ClassVar = "the first free robot"
     gives_only: ClassVar = True
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
@@ -40,12 +41,13 @@ class InOrder:
 
 @dataclass(frozen=True)
 class Nearest:
-    """Assigns the pair of free robot and open task with the shortest directed driving time, then the next shortest, ...
+    """Assigns free robots to open tasks pair by pair, always the pair with the shortest driving time to the good.
 
     Source: nearest-vehicle-first rule; Egbelu and Tanchoco, Int. J. Production Research 22 (1984) 359-374.
     `candidates`: how many open tasks are considered, from the front of the list.
     """
 
+    title: ClassVar = "the nearest robot"
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
 
@@ -67,6 +69,7 @@ class NearestAging:
     `aging`: driving time that a time unit of waiting makes up for. `candidates`: open tasks considered.
     """
 
+    title: ClassVar = "the nearest robot, old tasks first"
     aging: float = 0.2
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
@@ -94,6 +97,7 @@ class EarliestDue:
     come last, in the order of the list. `candidates`: open tasks considered.
     """
 
+    title: ClassVar = "the most urgent task first"
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
     reads: ClassVar = ("priority", "due")
@@ -125,12 +129,12 @@ class EarliestDue:
 
 
 def greedy(
-    situation: Situation, tasks: Sequence[Task], costs: Any, *, asked: bool = False
+    situation: Situation, tasks: Sequence[Task], costs: Any, *, all_checked: bool = False
 ) -> Iterable[tuple[int, int]]:
     """Yield the cheapest allowed pair, then the next cheapest; ties go to the earlier task, the lower robot number.
 
     A pair is checked only when its turn comes, so few are; after `MISSES` pairs that are not allowed, all are checked
-    at once. `asked`: all are checked already, and pairs that are not allowed cost inf.
+    at once. `all_checked`: they are already, and pairs that are not allowed cost inf.
     """
     import numpy as np
 
@@ -143,7 +147,7 @@ def greedy(
         task, robot = divmod(pair, len(robots))
         if robot not in free or task not in left:
             continue
-        if asked or situation.may(robots[robot], tasks[task]):
+        if all_checked or situation.may(robots[robot], tasks[task]):
             yield robots[robot].number, tasks[task].number
             free.remove(robot)
             left.remove(task)
@@ -153,7 +157,7 @@ def greedy(
             rest = np.ix_(sorted(free), sorted(left))
             permitted = np.full(costs.shape, np.inf)
             permitted[rest] = np.where(situation.allowed(robots, tasks), costs, np.inf)[rest]
-            yield from greedy(situation, tasks, permitted, asked=True)
+            yield from greedy(situation, tasks, permitted, all_checked=True)
             return
 
 
@@ -170,6 +174,7 @@ class Hungarian:
     2016). Assigns as many tasks as possible. `candidates`: open tasks considered, from the front of the list.
     """
 
+    title: ClassVar = "the least driving in all"
     candidates: int = CANDIDATES
     gives_only: ClassVar = True
 
@@ -195,6 +200,7 @@ class CostAware:
     tasks considered, from the front of the list (fewer than elsewhere, as every route is traversed).
     """
 
+    title: ClassVar = "the least cost in all"
     distance: float | None = None
     time: float | None = None
     collisions: float | None = None

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from desim_warehouse.policies.protocols import Task, TaskBatch, Travel, WaitingTasks
 from desim_warehouse.values.fields import Unit, Usual
@@ -21,6 +21,8 @@ class Single:
 
     Source: Liu et al., ROBIO 2017, section V.
     """
+
+    title: ClassVar = "every task a trip of its own"
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
         """Yield a batch for each task."""
@@ -35,6 +37,7 @@ class FixedSize:
     654-664. `size`: loads of a tour; by default as many as a robot carries. `by`: flow, only tasks of one flow.
     """
 
+    title: ClassVar = "so many tasks together"
     size: int | None = None
     by: str | None = None
 
@@ -60,6 +63,7 @@ class TimeWindow:
     carries. `by`: flow, only tasks of one flow.
     """
 
+    title: ClassVar = "tasks of a time window together"
     window: Annotated[float, Unit("time"), Usual("5 s", "2 h")]
     size: int | None = None
     by: str | None = None
@@ -91,6 +95,7 @@ class ByOrder:
     orders wait for others; by default until there are enough.
     """
 
+    title: ClassVar = "tasks of an order together"
     size: int | None = None
     orders: int = 1
     window: Annotated[float | None, Unit("time"), Usual("5 s", "2 h")] = None

@@ -162,6 +162,11 @@ def quantities_of(kind: str, name: str) -> dict[str, str]:
     return {key: note.kind for key, note in notes_of(kind, name) if hasattr(note, "kind")}
 
 
+def title_of(kind: str, name: str) -> str | None:
+    """Return the everyday name of a policy of ours, its class attribute `title`; None without one."""
+    return vars(_imported(OURS[kind][name])).get("title") if name in OURS.get(kind, {}) else None
+
+
 @lru_cache(maxsize=64)
 def notes_of(kind: str, name: str) -> tuple[tuple[str, Any], ...]:
     """Return the notes beside the types of parameters of a policy of ours: kinds of units, and usual values."""

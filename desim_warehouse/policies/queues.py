@@ -11,7 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from desim_warehouse.policies.protocols import RobotView, Task
 from desim_warehouse.policies.situation import Situation
@@ -80,6 +80,8 @@ class Regret(_Queues):
     `candidates`: open tasks, `robots`: robots planned together. `commit`: assign whole queues.
     """
 
+    title: ClassVar = "the task that would lose most first"
+
     def choose(self, bids: Any) -> tuple[int, int] | None:
         """Return the task with the largest regret, for its best robot; a task for only one robot comes first."""
         import numpy as np
@@ -103,6 +105,7 @@ class Auction(_Queues):
     most tasks in a queue. `candidates`: open tasks, `robots`: robots that bid together. `commit`: assign whole queues.
     """
 
+    title: ClassVar = "the lowest bid"
     objective: Literal["makespan", "total"] = "total"
 
     def choose(self, bids: Any) -> tuple[int, int] | None:

@@ -39,6 +39,7 @@ class Highways:
     Source: Liu et al., ROBIO 2017, Algorithm 1.
     """
 
+    title: ClassVar = "the fewest nodes"
     cost: ClassVar[str] = "hops"
     fixed: ClassVar[bool] = True
     knows_closures: ClassVar[bool] = True
@@ -59,6 +60,7 @@ class Shortest:
     `spread`: how many of the equally short routes between two nodes are used; one where turns take time.
     """
 
+    title: ClassVar = "the shortest route"
     spread: int = 1
     cost: ClassVar[str] = "length"
     knows_closures: ClassVar[bool] = True
@@ -89,6 +91,7 @@ class Fastest(Shortest):
     `spread`: how many of the equally fast routes between two nodes are used; one where turns take time.
     """
 
+    title: ClassVar = "the fastest route"
     cost: ClassVar[str] = "time"
 
 
@@ -110,6 +113,7 @@ class CongestionAware:
     `history`: weight of the mean waiting so far. `queues`: weight of the queues now. `detours`: see above.
     """
 
+    title: ClassVar = "around queues"
     history: float = 1.0
     queues: float = 1.0
     detours: int = DETOURS

@@ -15,6 +15,7 @@ from desim_warehouse.folders import filled_folder, refuse_other, refuse_theirs, 
 from desim_warehouse.outcome.log import NONE
 from desim_warehouse.run import RunData
 from desim_warehouse.run.spreadsheet import as_csv
+from desim_warehouse.values.frames import typed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,6 +99,7 @@ def tables(run: RunData) -> dict[str, pd.DataFrame]:
     return {
         "kpis": kpis,
         "log": run.log,
+        "tasks": run.tasks.reset_index(),
         "states": state_table(run),
         **({"waits": run.waits} if run.record.level == "all" else {}),
         "robots": run.robots.reset_index(),
@@ -110,9 +112,9 @@ def state_table(run: RunData) -> pd.DataFrame:
     """Return the states of all robots as a table: robot, state, start, end, task, energy (at the start)."""
     import pandas as pd
 
-    columns = ["robot", "state", "start", "end", "task", "energy"]
+    columns = {"robot": int, "state": str, "start": float, "end": float, "task": int, "energy": float}
     rows = [[getattr(span, name) for name in columns] for robot in run.history.states for span in robot]
-    return pd.DataFrame.from_records(rows, columns=columns)
+    return typed(pd.DataFrame.from_records(rows, columns=list(columns)), columns)
 
 
 def trace(run: RunData) -> dict[str, Any]:

@@ -6,6 +6,7 @@ For `desim run`, `replay` and `report`, and for the runs of a study; users hold 
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Iterable
 from contextlib import contextmanager
 from functools import cached_property
@@ -16,7 +17,9 @@ from desim_warehouse.errors import ModelError, ReportError, shown
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.log import NONE
 from desim_warehouse.values.arguments import each, is_finite
+from desim_warehouse.values.frames import typed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -133,6 +136,7 @@ class RunData:
         if called:
             places = {number: called.get(task.good) for number, task in self.history.tasks.items()}
             table["place"] = table["task"].map(places)
+            return typed(table, {"place": str})
         return table
 
     @cached_property
@@ -141,6 +145,31 @@ class RunData:
         import pandas as pd
 
         return pd.DataFrame(self.record.robots).rename_axis("robot")
+
+    @cached_property
+    def tasks(self) -> pd.DataFrame:
+        """One row per task: released, due, assigned, loaded, delivered, done, robot, flow, order, station.
+
+        Times are in the model's time unit; NaN: not by the end of the run. `assigned` and `robot` are of the last
+        assignment, as a robot with a low battery gives a task back; a robot of -1: not assigned yet. `done` is the
+        delivery, or with `tasks.done_when: worked` the end of the work at its station. `station`: the node of the
+        delivery. Where storage places have names, `place` is the first name of the one at which the task's good lies.
+        """
+        import pandas as pd
+
+        times = ("released", "due", "assigned", "loaded", "delivered", "done")
+        columns = {**dict.fromkeys(times, float), "robot": int, "flow": str, "order": str, "station": str}
+        last = {assignment.task: (assignment.start, assignment.robot) for assignment in self.history.assignments}
+        rows = []
+        for number, task in self.history.tasks.items():
+            assigned, robot = last.get(number, (None, NONE))
+            row: list[Any] = [task.released, task.due, assigned, task.loaded, task.delivered, task.done]
+            row += [robot, task.flow, task.order, task.station]
+            rows.append([None if value in {math.inf, ""} else value for value in row])
+        table = pd.DataFrame(rows, pd.Index(self.history.tasks, dtype="int64", name="task"), list(columns))
+        if called := self.layout.called:
+            columns["place"], table["place"] = str, [called.get(task.good) for task in self.history.tasks.values()]
+        return typed(table, columns)
 
     @cached_property
     def edges(self) -> pd.DataFrame:
@@ -171,21 +200,18 @@ class RunData:
         import pandas as pd
 
         self.history.need_all("a table of waits")
-        waits, text = self.history.waits, self.log["node"].dtype
-        columns: dict[str, pd.Series[Any]] = {
-            "start": pd.Series([wait.start for wait in waits], dtype=float),
-            "end": pd.Series([wait.end for wait in waits], dtype=float),
-            "robot": pd.Series([wait.robot for wait in waits], dtype="int64"),
-            "other": pd.Series([wait.other for wait in waits], dtype="int64"),
-            "node": pd.Series([wait.node for wait in waits], dtype=text),
-            "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
-        }
+        waits = self.history.waits
         roots = chains.roots(self.history) if waits else []
-        columns["root"] = pd.Series([root.cause for root in roots], dtype=text)
-        columns["root_at"] = pd.Series([root.at for root in roots], dtype=text)
+        columns = {"start": float, "end": float, "robot": int, "other": int, "node": str, "edge": str}
+        columns |= {"root": str, "root_at": str}
+        rows = [
+            (wait.start, wait.end, wait.robot, wait.other, wait.node, wait.edge and ">".join(wait.edge), *root)
+            for wait, root in zip(waits, roots, strict=True)
+        ]
+        table = pd.DataFrame(rows, columns=list(columns))
         if self.model.waits_apart:
-            columns["cause"] = pd.Series([wait.cause for wait in waits], dtype=text)
-        return pd.DataFrame(columns)
+            columns["cause"], table["cause"] = str, [wait.cause for wait in waits]
+        return typed(table, columns)
 
     @cached_property
     def lost_time(self) -> pd.DataFrame:
@@ -204,7 +230,8 @@ class RunData:
         lost = chains.lost_to(self.history)
         whole = self.history.counted * len(self.record.robots)
         rows = [(*root, time, time / whole, robots) for root, (time, robots) in lost.items()]
-        return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
+        columns = {"root": str, "root_at": str, "time": float, "share": float, "robots": int}
+        return typed(pd.DataFrame(rows, columns=list(columns)), columns)
 
     def account(self, by: By = "robot") -> pd.DataFrame:
         """Return the time by cause, complete to the second: for each task, flow, station, robot, edge, node or hour.
@@ -238,7 +265,7 @@ class RunData:
         """Gridlock rotations: time, the robots of the ring, and the edges they were on (None: in a bay)."""
         import pandas as pd
 
-        return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
+        return typed(pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"]), {"time": float})
 
     def positions(self, times: Iterable[float]) -> pd.DataFrame:
         """Return robots' positions at given times, one row each: time, robot, x, y, heading, node; needs `log: all`.

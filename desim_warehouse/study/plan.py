@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import Model
-from desim_warehouse.model.messages import FilePositions
+from desim_warehouse.model.messages import FilePositions, moved
 from desim_warehouse.run import RunData
 from desim_warehouse.study.design import Point, Rule, points
 from desim_warehouse.study.execution.own_indicators import OwnIndicator, own_indicators
@@ -130,13 +130,9 @@ def models(
 def _at_position(text: str, point: Point, positions: FilePositions | None) -> str:
     """Report a problem of a changed model at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
-        begin = f"override {key}: "
-        if text.startswith(begin):
-            rest = text.removeprefix(begin)
-            if rest.startswith(("should be a ", "should be the ")):  # of the wrong kind, not out of range
-                rest += hint(key, point.overrides[key])
-            if positions is None:
-                return f"factor {key}: {rest}"
-            return f"{positions.line(point.positions[key])[1]}: {rest}"
+        place = f"factor {key}" if positions is None else positions.line(point.positions[key])[1]
+        if message := moved(text, f"override {key}", place):
+            wrong_kind = message.startswith((f"{place}: should be a ", f"{place}: should be the "))  # not out of range
+            return message + hint(key, point.overrides[key]) if wrong_kind else message
     source = "" if positions is None else f"{positions.source}: "
     return f"{source}design {point}: {text}"

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import UNSET, Model, load
-from desim_warehouse.model.messages import FilePositions, Keys, Problem, from_pydantic, report
+from desim_warehouse.model.messages import FilePositions, Keys, Problem, from_pydantic, moved, report
 from desim_warehouse.model.parse import Document, from_file, plain
 from desim_warehouse.outcome.indicators import refuse_unknown
 from desim_warehouse.outcome.targets import parse_target
@@ -154,7 +154,6 @@ def _base(source: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, 
 def _in_set(text: str, changes: Mapping[str, Any], positions: FilePositions) -> str:
     """Report a problem of the model at the key of `set` that causes it, if one does."""
     for key in sorted(changes, key=len, reverse=True):
-        begin = f"set {key}: "
-        if text.startswith(begin):
-            return f"{positions.line(('set', key))[1]}: {text.removeprefix(begin)}"
+        if message := moved(text, f"set {key}", positions.line(("set", key))[1]):
+            return message
     return text

@@ -329,15 +329,15 @@ def options(folder):
         "a/" * 3000,
         "/sys/x",
     ]
-    found = [["run", MULTIBOTS, "--out", place] for place in out]
-    found += [[*vary, "--out", place] for place in out]
-    found += [["run", MULTIBOTS, "--seed", seed] for seed in ("-1", "x", "1e3", "1.5", HALF, "", "0x10")]
-    found += [[*vary, "--workers", some] for some in ("100000", "-1", "0", "1.5", "all", "nan", HALF, "9" * 400)]
-    found += [[*vary, "--replications", some] for some in ("30000000", "-1", "0", "1e9", "nan", "{", HALF, "9" * 400)]
-    found += [[*vary, "--design", some] for some in ("spiral", "{sobol: 1e9}", "{sobol: -2}", "[")]
-    found += [[*vary, "--timeout", some] for some in ("-1", "nan", "x")]
-    found += [[*vary, "--confidence", some] for some in ("0", "1", "95", "nan", "-1")]
-    found += [
+    calls = [["run", MULTIBOTS, "--out", place] for place in out]
+    calls += [[*vary, "--out", place] for place in out]
+    calls += [["run", MULTIBOTS, "--seed", seed] for seed in ("-1", "x", "1e3", "1.5", HALF, "", "0x10")]
+    calls += [[*vary, "--workers", some] for some in ("100000", "-1", "0", "1.5", "all", "nan", HALF, "9" * 400)]
+    calls += [[*vary, "--replications", some] for some in ("30000000", "-1", "0", "1e9", "nan", "{", HALF, "9" * 400)]
+    calls += [[*vary, "--design", some] for some in ("spiral", "{sobol: 1e9}", "{sobol: -2}", "[")]
+    calls += [[*vary, "--timeout", some] for some in ("-1", "nan", "x")]
+    calls += [[*vary, "--confidence", some] for some in ("0", "1", "95", "nan", "-1")]
+    calls += [
         [*vary, "--vary", some]
         for some in (
             "fleet.size=0..1000000000",
@@ -356,12 +356,12 @@ def options(folder):
             "tasks.goods={random: 1e8},{random: 3}",
         )
     ]
-    found += [[*vary, "--indicator", some] for some in ("no", HALF, LONG, "")]
-    found += [[*vary, "--until", "T", "--half-width", some] for some in ("0", "-1", "nan", "x", "200 %")]
-    found += [[*best, "--delta", some] for some in ("1e-300", "0", "-1", "nan", "x", "1e-10")]
-    found += [[*best, "--delta", "5", "--first", some] for some in ("1", "30000000", "x")]
-    found += [[*best, "--delta", "5", "--cap", some] for some in ("1", "30000000", "-5")]
-    found += [
+    calls += [[*vary, "--indicator", some] for some in ("no", HALF, LONG, "")]
+    calls += [[*vary, "--until", "T", "--half-width", some] for some in ("0", "-1", "nan", "x", "200 %")]
+    calls += [[*best, "--delta", some] for some in ("1e-300", "0", "-1", "nan", "x", "1e-10")]
+    calls += [[*best, "--delta", "5", "--first", some] for some in ("1", "30000000", "x")]
+    calls += [[*best, "--delta", "5", "--cap", some] for some in ("1", "30000000", "-5")]
+    calls += [
         [*size, some, "--range", "1..3"]
         for some in (
             "T",
@@ -377,10 +377,10 @@ def options(folder):
             "",
         )
     ]
-    found += [
+    calls += [
         [*size, "T <= 9", "--range", some] for some in ("", "3..1", "0..2", "1..1000000000", "x", "{", "1,1", HALF)
     ]
-    found += [
+    calls += [
         ["warm-up", MULTIBOTS],
         ["warm-up", TUTORIAL, "--observations", "0"],
         ["schema", "x"],
@@ -388,10 +388,10 @@ def options(folder):
     ]
     for command in ("export", "replay", "report", "compare"):
         extra = {"export": ["--format", "csv"], "compare": ["--indicator", "T"]}
-        found += [[command, place, *extra.get(command, [])] for place in (LONG, HALF, "/dev/null", "shut", "loop", "")]
-    found += [[HALF], [LONG], ["run"], ["run", MULTIBOTS, "--set"], ["run", MULTIBOTS, "--no"], ["check", "--accept"]]
-    found += [["check", TUTORIAL, "--accept", code] for code in ("NOTHING", "", HALF)]
-    return {f"{place}: {' '.join(call)[-80:]!a}": call for place, call in enumerate(found)}
+        calls += [[command, place, *extra.get(command, [])] for place in (LONG, HALF, "/dev/null", "shut", "loop", "")]
+    calls += [[HALF], [LONG], ["run"], ["run", MULTIBOTS, "--set"], ["run", MULTIBOTS, "--no"], ["check", "--accept"]]
+    calls += [["check", TUTORIAL, "--accept", code] for code in ("NOTHING", "", HALF)]
+    return {f"{place}: {' '.join(call)[-80:]!a}": call for place, call in enumerate(calls)}
 
 
 METHODS = {

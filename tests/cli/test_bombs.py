@@ -156,13 +156,13 @@ SET = {
 }
 
 
-def refused(said, *words, most=MEGABYTES):
+def refused(message, *words, most=MEGABYTES):
     """The one line that a command says, with what it refuses; its memory is measured."""
     done = subprocess.run(
         [sys.executable, "-c", MEASURED, *words], cwd=ROOT, capture_output=True, text=True, check=False, timeout=120
     )
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr[-2000:]
-    assert said in done.stderr
+    assert message in done.stderr
     assert float(done.stdout.split()[-1]) <= most
 
 

@@ -100,7 +100,7 @@ def test_an_option_that_a_command_lacks_is_answered_with_what_to_type(hall, word
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("on_time:Express", "no such flow, did you mean 'on_time:express'?"),
         ("on_time:picks", "no such flow, expected express or rest"),
@@ -109,16 +109,16 @@ def test_an_option_that_a_command_lacks_is_answered_with_what_to_type(hall, word
         ("robots_busy@noon", "no such part of the day, expected 11:00-12:00"),
     ],
 )
-def test_a_flow_or_part_of_the_day_is_looked_up_before_any_run(hall, name, said, monkeypatch):
+def test_a_flow_or_part_of_the_day_is_looked_up_before_any_run(hall, name, message, monkeypatch):
     monkeypatch.setattr("desim_warehouse.world.world.World.run", lambda *_: pytest.fail("a run"))
     target = f"{name} >= 5 %"
-    assert said in said_by("run", hall, "--indicator", name)
-    assert said in said_by("plan", hall, "--target", target)
-    assert said in said_by("plan", hall, "--target", "tasks >= 5", "--target", target)
-    assert said in said_by("size", hall, "--key", "fleet.size", "--range", "1..2", "--target", target)
-    assert said in said_by("what-if", hall, "--vary", "fleet.size=1,2", "--indicator", name)
-    assert said in said_by("what-if", hall, "--vary", "fleet.size=1,2", "--until", name)
-    assert said in said_by("best", hall, "--vary", "fleet.size=1,2", "--indicator", name)
+    assert message in said_by("run", hall, "--indicator", name)
+    assert message in said_by("plan", hall, "--target", target)
+    assert message in said_by("plan", hall, "--target", "tasks >= 5", "--target", target)
+    assert message in said_by("size", hall, "--key", "fleet.size", "--range", "1..2", "--target", target)
+    assert message in said_by("what-if", hall, "--vary", "fleet.size=1,2", "--indicator", name)
+    assert message in said_by("what-if", hall, "--vary", "fleet.size=1,2", "--until", name)
+    assert message in said_by("best", hall, "--vary", "fleet.size=1,2", "--indicator", name)
 
 
 def test_a_flow_that_only_one_of_the_designs_has_is_known(hall):

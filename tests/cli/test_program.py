@@ -37,7 +37,7 @@ def test_the_installed_script_runs():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["run", "no_such_file.yaml"], "no_such_file.yaml: no such file, expected a model file"),
         (["check", "no_such_file.yaml"], "no_such_file.yaml: no such file, expected a model file"),
@@ -65,9 +65,9 @@ def test_the_installed_script_runs():
         (["run", MODEL, "--out", "README.md/run"], "README.md/run: the run cannot be written there"),
     ],
 )
-def test_what_is_refused_is_one_clear_message_and_exit_status_2(desim, arguments, said):
+def test_what_is_refused_is_one_clear_message_and_exit_status_2(desim, arguments, message):
     done = desim(*arguments)
-    assert said in done.stderr
+    assert message in done.stderr
     assert "Traceback" not in done.stderr
     assert "Errno" not in done.stderr
     assert (done.returncode, done.stdout) == (2, "")

@@ -79,8 +79,8 @@ def test_check_says_what_pickers_can_do_and_that_they_are_busiest():
     assert max(loads(model, quick), key=lambda load: load.mean).group.name == "pickers"
 
 
-@pytest.mark.parametrize(("speed", "said"), [(0.1, False), (100, True)])
-def test_a_number_of_robots_beyond_which_pickers_are_the_limit_is_named_only_where_they_hardly_walk(speed, said):
+@pytest.mark.parametrize(("speed", "is_named"), [(0.1, False), (100, True)])
+def test_a_number_of_robots_beyond_which_pickers_are_the_limit_is_named_only_where_they_hardly_walk(speed, is_named):
     """A walk between random places takes 30 of 37 at 0.1, and less with more robots that wait; at 100 it takes none.
 
     The stations have few slots. These are not the limit, although they let through less than pickers who never walk.
@@ -90,9 +90,9 @@ def test_a_number_of_robots_beyond_which_pickers_are_the_limit_is_named_only_whe
     quick = estimate(model)
     text = " ".join(sentences(model, quick))
     assert quick.narrowest == "the pickers"
-    assert quick.pickers_walk_less != said
-    assert ("the pickers are the limit" in text) == said
-    assert ("Robots: a run tells how many are enough for 480" in text) != said
+    assert quick.pickers_walk_less != is_named
+    assert ("the pickers are the limit" in text) == is_named
+    assert ("Robots: a run tells how many are enough for 480" in text) != is_named
     assert "slots" not in text
 
 

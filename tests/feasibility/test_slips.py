@@ -234,7 +234,7 @@ def test_every_range_can_be_read():
 
 
 @pytest.mark.parametrize(
-    ("units", "said"),
+    ("units", "is_unusual"),
     [
         ({"time": "min", "seconds": 60}, False),  # 40 min
         ({"time": "step", "seconds": 0.05}, True),  # 2 s
@@ -243,14 +243,14 @@ def test_every_range_can_be_read():
         ({}, True),
     ],
 )
-def test_a_time_is_held_against_seconds_only_where_the_model_says_how_long_its_unit_is(units, said):
+def test_a_time_is_held_against_seconds_only_where_the_model_says_how_long_its_unit_is(units, is_unusual):
     changes = {
         "units": units,
         slips.BREAKS: {"every": 1e6, "repair": 40},
         "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"],
     }
     found = check(base("goods").replace(changes)).findings
-    assert any("repair" in item.place and "is unusual" in item.text for item in found) is said
+    assert any("repair" in item.place and "is unusual" in item.text for item in found) is is_unusual
 
 
 def test_prices_in_other_currencies_are_not_judged():

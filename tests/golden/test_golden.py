@@ -6,7 +6,7 @@ import json
 import pytest
 
 from desim_warehouse.outcome.log import LogRow
-from tests.golden.make import CASES, HERE, INDICATORS, RECIPE, digest, run, shipped, table
+from tests.golden.make import CASES, HERE, INDICATORS, RECIPE, indicators, run, shipped, table
 
 NUMBERS = (0, 6, 7)  # time, value, until
 
@@ -34,7 +34,7 @@ def quick_or_slow(name):
 
 @pytest.mark.parametrize("name", [*map(quick_or_slow, shipped())])
 def test_the_indicators_of_a_shipped_model_are_the_golden_ones(name):
-    assert digest(name) == json.loads(INDICATORS.read_text(encoding="utf-8"))[name]
+    assert indicators(name) == json.loads(INDICATORS.read_text(encoding="utf-8"))[name]
 
 
 HAPPENS = {

@@ -21,37 +21,44 @@ from tests.laws.pods import with_pods
 from tests.laws.tours import with_tours
 from tests.laws.wider import wider
 from tests.laws.zones import with_zones
+from tests.policies.ours import completed, every
 
 ONE_WAY = "one-way"
 EVERYTHING = "kinds tours closures hours moving breakdowns"
 MOST_TURNS = 6
 """Robots that take turns at a charger, each as long as the drive there, while a fifth of a small battery lasts."""
 POLICIES = {
-    "allocation": [
-        "in-order",
-        "nearest",
-        {"name": "nearest", "candidates": 2},
-        "nearest-aging",
-        "earliest-due",
-        "hungarian",
-        "regret",
-        {"name": "regret", "objective": "total", "depth": 2, "commit": True},
-        "auction",
-        {"name": "auction", "objective": "makespan", "robots": 1, "candidates": 3},
-        {"name": "auction", "commit": True},
-        "cost-aware",
-    ],
-    "routing": ["highways", "shortest", "fastest", "congestion-aware"],
-    "charging": [
-        {"name": "reach-aware", "margin": 0.25},
-        {"name": "opportunity", "margin": 0.25},
-        {"name": "four-thresholds", "margin": 0.25},
-        {"name": "swap", "time": 20, "margin": 0.25},
-        {"name": "reach-aware", "margin": 0.25, "charger": "least-loaded"},
-        {"name": "opportunity", "margin": 0.25, "charger": "own"},
-        "threshold",
-    ],
-    "parking": ["home", "stay", "nearest", "spread", "where-it-is"],
+    "allocation": completed(
+        "allocation",
+        [
+            "in-order",
+            "nearest",
+            {"name": "nearest", "candidates": 2},
+            "nearest-aging",
+            "earliest-due",
+            "hungarian",
+            "regret",
+            {"name": "regret", "objective": "total", "depth": 2, "commit": True},
+            "auction",
+            {"name": "auction", "objective": "makespan", "robots": 1, "candidates": 3},
+            {"name": "auction", "commit": True},
+            "cost-aware",
+        ],
+    ),
+    "routing": every("routing"),
+    "charging": completed(
+        "charging",
+        [
+            {"name": "reach-aware", "margin": 0.25},
+            {"name": "opportunity", "margin": 0.25},
+            {"name": "four-thresholds", "margin": 0.25},
+            {"name": "swap", "time": 20, "margin": 0.25},
+            {"name": "reach-aware", "margin": 0.25, "charger": "least-loaded"},
+            {"name": "opportunity", "margin": 0.25, "charger": "own"},
+            "threshold",
+        ],
+    ),
+    "parking": every("parking"),
 }
 
 

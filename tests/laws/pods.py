@@ -6,13 +6,9 @@ import networkx as nx
 
 from tests.laws.random_models import lasting
 from tests.laws.tours import names_of
+from tests.policies.ours import every
 
-OF_PODS = {
-    "pod": ("nearest", "most-lines", "random"),
-    "storage": ("nearest", "own", "random", "by-turnover"),
-    "order_station": ("fewest-orders", "most-lines-in-common"),
-    "put": ("emptiest", "random"),
-}
+OF_PODS = {kind: every(kind) for kind in ("pod", "storage", "order_station", "put")}
 
 
 def with_pods(mapping, number):

@@ -5,7 +5,9 @@ while a robot is at work. The keys are those of the law of the quick estimate, w
 empty otherwise.
 """
 
+import re
 from itertools import pairwise
+from pathlib import Path
 from statistics import fmean
 
 import pytest
@@ -17,9 +19,15 @@ from desim_warehouse.world import World
 from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.robots.forecast import busy_view
 from tests.daily import some
-from tests.laws.test_quick_estimate import MOVED, PLACES, _places, flows, goods
+from tests.laws import test_quick_estimate as quick_estimate
+from tests.laws.test_quick_estimate import MOVED, PLACES, TO_FOLLOW, TO_LIST, _places, flows, goods
 
-AHEAD = ["views", "reach", "forecast"]
+AHEAD = {
+    "views": "what policies see, policies/situation.py with model/facts/ahead.py",
+    "reach": "world/robots/reach.py",
+    "forecast": "world/robots/forecast.py",
+}
+"""The predictions of the time of a task, and where each is made."""
 CLOSE = 0.01
 EVEN = {
     "fleet.start_energy": 1,
@@ -58,6 +66,9 @@ APART = {
     "traffic.nodes.*.time": ["views", "forecast"],
 }
 """Predictions that leave out a key, by key."""
+TO_FORESEE = """predictions that do not change with {key} as the time of a task does: {apart}; in APART: {listed}.
+Let them do so ({where});
+or list what they leave out in tests/laws/test_foresight.py: in APART, or in UNFORESEEN if it is the same for all."""
 
 
 def looked_ahead(model, monkeypatch):
@@ -94,7 +105,14 @@ def test_a_key_that_changes_a_task_changes_its_predictions(name, monkeypatch):
     plain, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
     base = flows() if "tasks" in changes else plain()
     after = looked_ahead(plain().replace(changes), monkeypatch)
-    assert left_out(looked_ahead(base, monkeypatch), after) == APART.get(name, [])
+    apart, listed = left_out(looked_ahead(base, monkeypatch), after), APART.get(name, [])
+    assert apart == listed, to_foresee(name, apart, listed)
+
+
+def to_foresee(key, apart, listed):
+    """Return what to do about a key that predictions leave out."""
+    where = "; ".join(AHEAD[who] for who in apart)
+    return TO_FORESEE.format(key=key, apart=apart, listed=listed, where=where)
 
 
 def left_out(before, after):
@@ -106,7 +124,7 @@ def left_out(before, after):
 def test_a_time_that_only_runs_include_is_detected(monkeypatch):
     before, time = looked_ahead(goods(), monkeypatch), HandlingTimes.time
     monkeypatch.setattr(HandlingTimes, "time", lambda self, stop: time(self, stop) + 20 * (stop.act == "unload"))
-    assert left_out(before, looked_ahead(goods(), monkeypatch)) == AHEAD
+    assert left_out(before, looked_ahead(goods(), monkeypatch)) == list(AHEAD)
 
 
 def test_a_time_added_to_stops_is_in_all_predictions(monkeypatch):
@@ -117,3 +135,14 @@ def test_a_time_added_to_stops_is_in_all_predictions(monkeypatch):
     after = looked_ahead(goods(), monkeypatch)
     assert after["run"] - before["run"] == pytest.approx(20, abs=0.5)
     assert left_out(before, after) == []
+
+
+def test_a_law_that_fails_says_in_which_file_to_follow_or_list_a_key():
+    """The files that it names are there."""
+    text = to_foresee("tasks.pause", ["views", "reach", "forecast"], []) + TO_FOLLOW + TO_LIST
+    files = set(re.findall(r"\w+(?:/\w+)+\.py", text))
+    assert {"model/facts/ahead.py", "world/robots/reach.py", "run/quick.py"} < files
+    assert [file for file in files if not (Path("desim_warehouse", file).exists() or Path(file).exists())] == []
+    assert [
+        name for name in re.findall(r"\b[A-Z_]{2,}\b", text) if name not in {*globals(), *vars(quick_estimate)}
+    ] == []

@@ -10,6 +10,7 @@ from functools import cache
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.policies.catalogue import OURS
 from tests.laws import two_way
 from tests.laws.faults import faults_of
 from tests.laws.features import EVERYTHING, FEATURES, ONE_WAY, POLICIES, warehouse
@@ -206,9 +207,8 @@ def test_the_effects_of_features_occur_in_runs(features, count):
 
 def test_policies_work_and_zones_of_every_kind_are_drawn():
     models = drawn("policies", 60)
-    for kind, some in POLICIES.items():
-        names = {policy if isinstance(policy, str) else policy["name"] for policy in some}
-        assert {getattr(model.policies, kind).name for model in models} == names
+    for kind in POLICIES:
+        assert {getattr(model.policies, kind).name for model in models} == set(OURS[kind])
     assert {type(model.tasks.goods).__name__ for model in models} == {
         "tuple",
         "RandomGoods",
@@ -217,7 +217,7 @@ def test_policies_work_and_zones_of_every_kind_are_drawn():
     }
     assert {model.tasks.station_choice for model in models} == {"each", "nearest", "least-loaded", "random"}
     toured = drawn("tours")
-    assert {model.policies.batching.name for model in toured} == {"fixed-size", "time-window", "by-order", "single"}
+    assert {model.policies.batching.name for model in toured} == set(OURS["batching"])
     assert {model.fleet.robot.capacity for model in toured} == {2, 3, 4}
     zoned = [dw.load(warehouse(number, "zones", ground)) for ground in KINDS for number in range(6)]
     rules = [zone.rule for model in zoned for zone in model.traffic.zones.values()]

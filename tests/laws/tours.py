@@ -6,14 +6,18 @@ A model keeps its floor, fleet, batteries and policies, and gets other work.
 import random
 
 from tests.laws.random_models import lasting
+from tests.policies.ours import completed
 
-BATCHING = (
-    {"name": "fixed-size"},
-    {"name": "fixed-size", "size": 2},
-    {"name": "time-window", "window": 30},
-    {"name": "time-window", "window": 200, "size": 3},
-    {"name": "by-order"},
-    {"name": "single"},
+BATCHING = completed(
+    "batching",
+    [
+        {"name": "fixed-size"},
+        {"name": "fixed-size", "size": 2},
+        {"name": "time-window", "window": 30},
+        {"name": "time-window", "window": 200, "size": 3},
+        {"name": "by-order"},
+        {"name": "single"},
+    ],
 )
 
 

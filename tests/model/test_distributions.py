@@ -101,7 +101,7 @@ def test_a_distribution_is_put_into_words(written, words):
 
 
 @pytest.mark.parametrize(
-    ("written", "said"),
+    ("written", "message"),
     [
         ([8], "should be a time, or a distribution such as {lognormal: {mean: 8, cv: 0.4}}"),
         ({"normal": {"mean": 8}}, "no such distribution (got {normal: {mean: 8}}), expected constant, uniform"),
@@ -119,10 +119,10 @@ def test_a_distribution_is_put_into_words(written, words):
         (True, "should be a number (got true)"),
     ],
 )
-def test_what_cannot_be_is_refused(written, said):
+def test_what_cannot_be_is_refused(written, message):
     with pytest.raises(ModelError) as refused:
         time(written)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_measured_times_come_from_a_file(tmp_path):

@@ -37,7 +37,7 @@ def one_message(source, overrides=None):
 
 
 @pytest.mark.parametrize(
-    ("overrides", "said"),
+    ("overrides", "message"),
     [
         ({"fleet.size": 1e20}, "fleet.size: should be a whole number (got 1e+20)"),
         ({"fleet.size": 10**20}, "fleet.size: too large (got 100000000000000000000), expected at most "),
@@ -76,20 +76,22 @@ def one_message(source, overrides=None):
     ],
     ids=lambda value: str(value)[:40].encode("ascii", "replace").decode() if isinstance(value, dict) else "",
 )
-def test_values_beyond_the_limits_are_refused(overrides, said):
-    assert said in one_message(MULTIBOTS, overrides)
+def test_values_beyond_the_limits_are_refused(overrides, message):
+    assert message in one_message(MULTIBOTS, overrides)
 
 
 @pytest.mark.parametrize(
-    ("lines", "said"),
+    ("lines", "message"),
     [
         ([1, 10**9], "lines.1: too large (got 1000000000), expected at most 10,000 (lines of an order)"),
         (10**6, "lines: too large (got 1000000), expected at most 10,000 (lines of an order)"),
         ({"discrete": {"values": [1, 20_000]}}, "values.1: too large (got 20000), expected at most 10,000 (lines"),
     ],
 )
-def test_orders_of_a_billion_lines(lines, said):
-    assert said in one_message(ROOT / "models" / "gallery" / "goods-to-person.yaml", {"tasks.flows.picks.lines": lines})
+def test_orders_of_a_billion_lines(lines, message):
+    assert message in one_message(
+        ROOT / "models" / "gallery" / "goods-to-person.yaml", {"tasks.flows.picks.lines": lines}
+    )
 
 
 def test_pods_on_which_there_are_billions_of_items():

@@ -59,10 +59,10 @@ def test_an_entry_in_a_list_of_a_parameter():
 
 
 @pytest.mark.parametrize(
-    ("overrides", "said"),
+    ("overrides", "message"),
     [
         ({"fleet.size": 0}, "override fleet.size: should be greater than or equal to 1 (got 0)"),
-        ({"fleet": {"size": 1}}, "override fleet: fleet.robot: missing, expected a section with radius and speed"),
+        ({"fleet": {"size": 1}}, "override fleet.robot: missing, expected a section with radius and speed"),
         ({"flet.size": 3}, "override flet.size: unknown key, did you mean 'fleet.size'?"),
         ({"fleet.sise": 3}, "override fleet.sise: unknown key, did you mean 'fleet.size'?"),
         ({"size": 3}, "override size: unknown key, did you mean 'fleet.size'?"),
@@ -104,7 +104,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ({"tasks.load_time": True}, "override tasks.load_time: should be a number (got true)"),
         (
             {"tasks.goods": [1, 80]},
-            "override tasks.goods: tasks.goods.1: no such good (got 80), expected a number from 0 to 79",
+            "override tasks.goods.1: no such good (got 80), expected a number from 0 to 79",
         ),
         (
             {"policies.routing.zones": {1, 2}},
@@ -115,18 +115,26 @@ def test_an_entry_in_a_list_of_a_parameter():
         ),
         (
             {"policies.routing.zones": [1, float("nan")]},
-            ("override policies.routing.zones: policies.routing.zones.1: should be a finite number (got .nan)"),
+            "override policies.routing.zones.1: should be a finite number (got .nan)",
         ),
     ],
     ids=lambda value: next(iter(map(str, value))) if isinstance(value, dict) else "",
 )
-def test_a_bad_override_is_refused_under_its_own_name(overrides, said):
-    assert problems(overrides) == [said]
+def test_a_bad_override_is_refused_under_its_own_name(overrides, message):
+    assert problems(overrides) == [message]
 
 
 def test_the_command_line_gives_overrides_its_own_name():
     assert problems({"fleet.size": 0}, named="--set") == [
         "--set fleet.size: should be greater than or equal to 1 (got 0)"
+    ]
+
+
+def test_a_mistake_in_a_section_is_told_at_its_place_alone():
+    """The place is a key that can be overridden itself; it names the section that was written, too."""
+    truck = {"count": 1, "battery": {"capacity": 3000, "charge_rate": 1, "consumption": -2}}
+    assert problems({"fleet.kinds": {"truck": truck}}, named="--set") == [
+        "--set fleet.kinds.truck.battery.consumption: should be greater than or equal to 0 (got -2)"
     ]
 
 
@@ -184,7 +192,7 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("fleet.size", "--set fleet.size: no assignment, expected KEY=VALUE such as fleet.size=3"),
         ("=3", "--set =3: no assignment, expected KEY=VALUE such as fleet.size=3"),
@@ -201,13 +209,13 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
         ("fleet.size=!robots 3", "--set fleet.size: unknown tag (got !robots), expected a value without a tag"),
     ],
 )
-def test_an_assignment_that_cannot_be_read(text, said):
-    if said is None:
+def test_an_assignment_that_cannot_be_read(text, message):
+    if message is None:
         assert parse_assignment(text) == ("fleet.size", 3)
         return
     with pytest.raises(ModelError) as refused:
         parse_assignment(text)
-    assert str(refused.value) == said
+    assert str(refused.value) == message
 
 
 @pytest.mark.parametrize(

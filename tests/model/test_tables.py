@@ -127,7 +127,7 @@ MODEL_INLINE = {
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ('{"nodes": {"dock": [0, 0]', ":1:26: not JSON (expecting ',' delimiter)"),
         ("[1]", "floor.json: not a section (got [1]), expected a JSON file with keys of the layout section"),
@@ -144,12 +144,12 @@ MODEL_INLINE = {
     ],
     ids=lambda text: text[:20],
 )
-def test_a_wrong_layout_file_gives_one_message(beside, text, said):
+def test_a_wrong_layout_file_gives_one_message(beside, text, message):
     (beside / "floor.json").write_text(text, encoding="utf-8")
     with pytest.raises(ModelError) as refused:
         load(beside / "model.yaml")
     (line,) = refused.value.problems
-    assert said in line
+    assert message in line
     assert "floor.json" in line
 
 

@@ -86,7 +86,7 @@ def test_parameters_of_policies_have_units_too():
     assert load(TUTORIAL, minutes).policies.batching.params == {"window": 1.5}
     assert refused({"policies.batching": {"name": "time-window", "window": "60 mm"}}) == [
         (
-            "override policies.batching: policies.batching.window: not a time (got '60 mm'), expected a time such as "
+            "override policies.batching.window: not a time (got '60 mm'), expected a time such as "
             "15 min, in ms, s, min, h or d"
         )
     ]
@@ -98,7 +98,7 @@ def test_demand_may_be_per_cent():
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "said"),
+    ("key", "value", "message"),
     [
         ("run.length", "600 mm", "not a time (got '600 mm'), expected a time such as 15 min, in ms, s, min, h or d"),
         ("run.length", "8 hrs", "not a time (got '8 hrs'), expected a time such as 15 min, in ms, s, min, h or d"),
@@ -124,8 +124,8 @@ def test_demand_may_be_per_cent():
         ("run.length", "8", "should be a number (got '8'); write it without quotes"),
     ],
 )
-def test_a_unit_of_another_kind_is_refused(key, value, said):
-    assert refused({key: value}, MULTIBOTS) == [f"override {key}: {said}"]
+def test_a_unit_of_another_kind_is_refused(key, value, message):
+    assert refused({key: value}, MULTIBOTS) == [f"override {key}: {message}"]
 
 
 def test_lengths_in_pixels_have_no_size():

@@ -37,20 +37,20 @@ def test_a_key_that_is_not_there_may_be_removed_and_makes_no_section():
 
 
 @pytest.mark.parametrize(
-    ("key", "said"),
+    ("key", "message"),
     [
         ("layout", "missing"),
         ("fleet.sizes", "did you mean 'fleet.size'"),
         ("fleet.start.0", "an entry of a list, which cannot be left out"),
     ],
 )
-def test_required_unknown_and_list_keys_cannot_be_removed(key, said):
-    with pytest.raises(dw.ModelError, match=said):
+def test_required_unknown_and_list_keys_cannot_be_removed(key, message):
+    with pytest.raises(dw.ModelError, match=message):
         dw.load(MODEL, {key: dw.UNSET})
 
 
 @pytest.mark.parametrize(
-    ("key", "said"),
+    ("key", "message"),
     [
         ("layout.storage", "--set layout.storage: should be a list (got nothing); write one, or leave the key out"),
         ("fleet.size", "--set fleet.size: should be a whole number (got nothing); write one"),
@@ -58,10 +58,10 @@ def test_required_unknown_and_list_keys_cannot_be_removed(key, said):
         ("policies.allocation", "section with name and parameters (got nothing); write one, or leave the key out"),
     ],
 )
-def test_nothing_is_a_value_that_few_keys_have_and_the_message_says_what_to_do(key, said):
+def test_nothing_is_a_value_that_few_keys_have_and_the_message_says_what_to_do(key, message):
     with pytest.raises(dw.ModelError) as refused:
         load_model(MODEL, (f"{key}=null", "prices=null"))
-    assert str(refused.value).endswith(said)
+    assert str(refused.value).endswith(message)
 
 
 def test_a_factor_has_values():

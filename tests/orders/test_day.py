@@ -163,9 +163,7 @@ HEADINGS = {"order": "Auftragsnr", "release": "Anlagedatum", "from": "Lagerplatz
 def test_a_model_that_names_an_export_is_refused_with_the_command_that_makes_a_plain_table(keys, tasks, hall, tmp_path):
     (tmp_path / "day.csv").write_bytes(MESSY["semicolons, German dates"][1])
     (problem,) = refused(hall, file=str(tmp_path / "day.csv"), **keys)
-    assert problem.startswith(
-        "override tasks.flows.day.arrivals.orders: tasks.flows.day.arrivals.orders.file: no plain"
-    )
+    assert problem.startswith("override tasks.flows.day.arrivals.orders.file: no plain")
     assert f"column '{HEAD}'; no column 'release')" in problem
     assert all(key in problem for key in keys)
     program, *arguments = shlex.split(problem.partition("the one that this makes: ")[2])
@@ -575,7 +573,7 @@ def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
+    ("names", "message"),
     [
         ({"pattern": "{aisle}"}, "1 names are those of several places, such as '1'"),
         ({"pattern": "{bay:9999}"}, "unknown field 'bay'"),
@@ -589,11 +587,11 @@ def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
     ],
     ids=str,
 )
-def test_names_that_cannot_be_are_refused(names, said, hall):
+def test_names_that_cannot_be_are_refused(names, message, hall):
     model = json.loads(hall.read_text())
     model["layout"]["storage_names"] = names
     model["tasks"]["flows"]["day"]["arrivals"] = {"schedule": [{"at": 0}]}
-    with pytest.raises(dw.WarehouseError, match=said):
+    with pytest.raises(dw.WarehouseError, match=message):
         dw.simulate(dw.load(model))
 
 

@@ -110,7 +110,7 @@ def test_lines_from_street_to_street_are_a_drawing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("features", "said"),
+    ("features", "message"),
     [
         ([*map(point, SQUARE, SQUARE.values()), line((0, 9))], "endid: no such node (got '9'), expected the name of a"),
         ([point(None, [0, 0]), line((0, 1))], "features[0]: id: empty, expected a name"),
@@ -120,10 +120,10 @@ def test_lines_from_street_to_street_are_a_drawing(tmp_path):
         ([point(0, [0, 0]), point(1, [9, 0]), line((0, None))], "endid: empty, expected a name"),
     ],
 )
-def test_what_is_wrong_with_a_route_graph_is_said_with_its_place(tmp_path, features, said):
+def test_what_is_wrong_with_a_route_graph_is_said_with_its_place(tmp_path, features, message):
     with pytest.raises(dw.ModelError) as refused:
         import_layout(written(tmp_path, features))
-    assert said in str(refused.value)
+    assert message in str(refused.value)
     assert len(refused.value.problems) == 1
 
 
@@ -192,7 +192,7 @@ def test_a_graph_without_direction_has_two_way_lanes_and_edges_may_be_called_so(
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"nodes": 3}, "nodes: not a list (got 3), expected a graph (JSON)"),
         ({"links": None}, "links: not a list (got nothing)"),
@@ -204,12 +204,12 @@ def test_a_graph_without_direction_has_two_way_lanes_and_edges_may_be_called_so(
         ({"nodes": [{"x": 1, "y": 1}]}, "nodes[0]: node: empty, expected a name"),
     ],
 )
-def test_a_damaged_graph_in_json_is_one_message(tmp_path, change, said):
+def test_a_damaged_graph_in_json_is_one_message(tmp_path, change, message):
     path = graph(tmp_path, [(a, b, {}) for a, b in LOOP])
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(dw.ModelError) as refused:
         import_layout(path)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
     assert len(refused.value.problems) == 1
 
 

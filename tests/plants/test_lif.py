@@ -120,15 +120,15 @@ NOT_CURVES = [
 ]
 
 
-@pytest.mark.parametrize(("change", "said"), NOT_CURVES, ids=[said for _, said in NOT_CURVES])
-def test_a_trajectory_that_is_none_is_taken_to_be_straight(drawn, change, said):
+@pytest.mark.parametrize(("change", "message"), NOT_CURVES, ids=[message for _, message in NOT_CURVES])
+def test_a_trajectory_that_is_none_is_taken_to_be_straight(drawn, change, message):
     def bend(_, layout):
         layout["edges"][3] = edge("D", "A", trajectory={**LINE, **change})
 
     plant = read_plant(drawn(bend))
     assert next(link for link in plant.links if link.name == "D-A").length is None
     [remark] = [remark for remark in plant.remarks if remark.what == "doubtful"]
-    assert said in remark.why
+    assert message in remark.why
     assert (remark.names, remark.positions) == (("D-A",), ("layouts[0].edges[3]",))
 
 
@@ -157,14 +157,14 @@ REPAIRED = {
 }
 
 
-@pytest.mark.parametrize("said", REPAIRED)
-def test_what_is_clear_is_put_right_and_said(drawn, said):
-    made = import_layout(drawn(REPAIRED[said]))
+@pytest.mark.parametrize("message", REPAIRED)
+def test_what_is_clear_is_put_right_and_said(drawn, message):
+    made = import_layout(drawn(REPAIRED[message]))
     whole = import_layout(drawn())
-    assert said in {remark.why for remark in made.remarks if remark.what == "changed"}
+    assert message in {remark.why for remark in made.remarks if remark.what == "changed"}
     assert {**made.model.content(), "description": ""}["tasks"] == whole.model.content()["tasks"]
     with pytest.raises(dw.ModelError, match=r"to the letter of LIF 1\.0"):
-        read_plant(drawn(REPAIRED[said]), strict=True)
+        read_plant(drawn(REPAIRED[message]), strict=True)
 
 
 def test_to_the_letter_the_dock_is_as_it_should_be(drawn):

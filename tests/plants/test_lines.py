@@ -153,7 +153,7 @@ GEOMETRY = ("features", 0, "geometry")
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
+    ("path", "value", "message"),
     [
         (("type",), "Feature", "the top level: not a FeatureCollection"),
         (("features",), {}, "features: not a list"),
@@ -168,9 +168,9 @@ GEOMETRY = ("features", 0, "geometry")
         (("features", 0, "properties", "oneway"), "perhaps", "features[0]: oneway: neither yes nor no"),
     ],
 )
-def test_what_is_wrong_with_geojson_is_said_with_its_place(tmp_path, path, value, said):
+def test_what_is_wrong_with_geojson_is_said_with_its_place(tmp_path, path, value, message):
     (tmp_path / "yard.geojson").write_text(json.dumps(changed(features(), path, value)))
-    assert said in one_message(tmp_path / "yard.geojson")
+    assert message in one_message(tmp_path / "yard.geojson")
 
 
 def test_a_drawing_in_millimetres_is_read(tmp_path):
@@ -226,7 +226,7 @@ def test_lines_on_layers_whose_names_say_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         (b"AC1027 a drawing", "a binary drawing (DWG or binary DXF), expected it saved as DXF in text"),
         (b"AutoCAD Binary DXF\r\n\x1a\0", "a binary drawing"),
@@ -235,10 +235,10 @@ def test_lines_on_layers_whose_names_say_nothing(tmp_path):
         (b"0\nSECTION\n2\nENTITIES\n0\nENDSEC\n0\nEOF\n", "no lines in the model space"),
     ],
 )
-def test_what_is_no_drawing_is_one_message(tmp_path, content, said):
+def test_what_is_no_drawing_is_one_message(tmp_path, content, message):
     pytest.importorskip("ezdxf")
     (tmp_path / "plan.dxf").write_bytes(content)
-    assert said in one_message(tmp_path / "plan.dxf")
+    assert message in one_message(tmp_path / "plan.dxf")
 
 
 def test_without_ezdxf_the_message_says_how_to_get_it(tmp_path, monkeypatch):
@@ -272,7 +272,7 @@ def test_entities_that_are_no_lanes_do_not_stop_a_drawing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "said"),
+    ("name", "text", "message"),
     [
         ("a.xlayo", "<LayoutConfiguration/>", "a file of RAWSim-O, which cannot be read"),
         ("a.xml", "<LayoutConfiguration/>", "of no other program that is known"),
@@ -280,10 +280,10 @@ def test_entities_that_are_no_lanes_do_not_stop_a_drawing(tmp_path):
         ("a.yaml", "robots: []", "of no other program that is known"),
     ],
 )
-def test_other_programs_are_called_by_their_names_or_not_known(tmp_path, name, text, said):
+def test_other_programs_are_called_by_their_names_or_not_known(tmp_path, name, text, message):
     path = tmp_path / name
     path.write_text(text)
-    with pytest.raises(dw.ModelError, match=said):
+    with pytest.raises(dw.ModelError, match=message):
         import_layout(path)
 
 

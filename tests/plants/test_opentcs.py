@@ -166,16 +166,16 @@ def test_operations_mean_what_they_are_mapped_to():
 
 
 @pytest.mark.parametrize(
-    ("operations", "said"),
+    ("operations", "message"),
     [
         ({"Weig": "unload"}, "did you mean 'Weigh'?"),
         ({"Weigh": "heavy"}, "expected load, unload, charge, park or none"),
     ],
 )
-def test_a_mapping_that_does_not_fit_is_refused(operations, said):
+def test_a_mapping_that_does_not_fit_is_refused(operations, message):
     with pytest.raises(dw.ModelError, match="operation 'Weig") as refused:
         import_layout(YARD, operations=operations)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_where_only_parking_is_drawn_robots_work_there(tmp_path):
@@ -248,9 +248,9 @@ NOT_READ = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "said"), NOT_READ, ids=[said for _, said in NOT_READ])
-def test_a_damaged_file_is_one_message(tmp_path, changes, said):
-    assert said in one_message(yard(tmp_path, *changes))
+@pytest.mark.parametrize(("changes", "message"), NOT_READ, ids=[message for _, message in NOT_READ])
+def test_a_damaged_file_is_one_message(tmp_path, changes, message):
+    assert message in one_message(yard(tmp_path, *changes))
 
 
 BOMB = '<!DOCTYPE model [<!ENTITY a "aaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]>\n<model version="7.0.0" name="&b;"/>'
@@ -258,7 +258,7 @@ OUTSIDE = '<!DOCTYPE model [<!ENTITY f SYSTEM "file:///etc/passwd">]>\n<model ve
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "not XML (no element found)"),
         ("name: a model", "not XML"),
@@ -271,10 +271,10 @@ OUTSIDE = '<!DOCTYPE model [<!ENTITY f SYSTEM "file:///etc/passwd">]>\n<model ve
     ],
     ids=["empty", "yaml", "bomb", "outside", "deep", "nul", "nothing", "large"],
 )
-def test_a_hostile_file_is_one_message(tmp_path, text, said):
+def test_a_hostile_file_is_one_message(tmp_path, text, message):
     path = tmp_path / "plant.xml"
     path.write_text(text)
-    assert said in one_message(path)
+    assert message in one_message(path)
 
 
 def test_no_file_is_one_message(tmp_path):

@@ -145,7 +145,7 @@ def test_where_no_charger_is_drawn_every_slot_has_one(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("robot: {radius: 0.4}", "robot.yaml:1:1: robot.speed: missing"),
         ("robot:\n  radius: wide\n  speed: 1", "robot.yaml:2:11: robot.radius: should be a number"),
@@ -157,10 +157,10 @@ def test_where_no_charger_is_drawn_every_slot_has_one(tmp_path):
         ("5", "not a mapping"),
     ],
 )
-def test_a_robot_that_is_none_is_said_with_its_line(tmp_path, text, said):
+def test_a_robot_that_is_none_is_said_with_its_line(tmp_path, text, message):
     path = tmp_path / "robot.yaml"
     path.write_text(text)
-    assert said in one_message(YARD, robot=path)
+    assert message in one_message(YARD, robot=path)
 
 
 def test_options_that_a_format_does_not_have_are_refused():

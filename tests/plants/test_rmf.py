@@ -191,9 +191,9 @@ DAMAGED = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "said"), DAMAGED, ids=[str(said) for _, said in DAMAGED])
-def test_a_damaged_map_is_one_message(tmp_path, changes, said):
-    assert said in one_message(clinic(tmp_path, *changes))
+@pytest.mark.parametrize(("changes", "message"), DAMAGED, ids=[str(message) for _, message in DAMAGED])
+def test_a_damaged_map_is_one_message(tmp_path, changes, message):
+    assert message in one_message(clinic(tmp_path, *changes))
 
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
@@ -202,7 +202,7 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "no levels"),
         ("[]", "no levels"),
@@ -221,10 +221,10 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
     ],
     ids="empty list none levels empty-level number open bomb ring deep nul bytes large model".split(),  # noqa: SIM905
 )
-def test_a_hostile_map_is_one_message(tmp_path, text, said):
+def test_a_hostile_map_is_one_message(tmp_path, text, message):
     path = tmp_path / "map.yaml"
     path.write_bytes(text.encode("latin-1"))
-    assert said in one_message(path)
+    assert message in one_message(path)
 
 
 # Of others: lanes and vertices as listed, points on lanes, robots, places of work, chargers, as counted by hand
@@ -341,7 +341,7 @@ def test_a_site_says_what_its_navigation_graph_would(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
+    ("path", "value", "message"),
     [
         (("levels", "1", "anchors", "4"), {"Translate2D": "here"}, "anchor 4: not a place"),
         (("levels", "1", "anchors", "4"), {"Translate2D": ["x", 0]}, "anchor 4: levels.L2.vertices.0: not a number"),
@@ -352,14 +352,14 @@ def test_a_site_says_what_its_navigation_graph_would(tmp_path):
     ],
     ids=str,
 )
-def test_a_damaged_site_is_one_message(tmp_path, path, value, said):
+def test_a_damaged_site_is_one_message(tmp_path, path, value, message):
     data = json.loads(json.dumps(site()))
     *keys, last = path
     at = data
     for key in keys:
         at = at[key]
     at[last] = value
-    assert said in one_message(written(tmp_path, data))
+    assert message in one_message(written(tmp_path, data))
 
 
 def test_keys_that_nobody_knows_are_told_by_kind(tmp_path):

@@ -100,13 +100,13 @@ SAID = [
 ]
 
 
-@pytest.mark.parametrize(("table", "before", "after", "said"), SAID, ids=[said for *_, said in SAID])
-def test_what_is_wrong_is_said_with_row_and_column(tmp_path, table, before, after, said):
+@pytest.mark.parametrize(("table", "before", "after", "message"), SAID, ids=[message for *_, message in SAID])
+def test_what_is_wrong_is_said_with_row_and_column(tmp_path, table, before, after, message):
     tables(tmp_path)
     text = NODES if table == "nodes" else EDGES
     assert before in text
     (tmp_path / f"{table}.csv").write_bytes(text.replace(before, after).encode("latin-1"))
-    assert one_message(tmp_path).removeprefix(f"{tmp_path}/").startswith(said)
+    assert one_message(tmp_path).removeprefix(f"{tmp_path}/").startswith(message)
 
 
 def test_both_tables_must_be_there(tmp_path):
@@ -200,7 +200,7 @@ def test_what_networkx_writes_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda graph: graph.nodes["B"].clear(), "node 'B': x: empty, expected a number of metres"),
         (lambda graph: [data.clear() for _, data in graph.nodes(data=True)], "no column x"),
@@ -212,10 +212,10 @@ def test_what_networkx_writes_is_read(tmp_path):
         (nx.Graph.clear, "no column x"),
     ],
 )
-def test_what_is_wrong_with_a_graph_is_one_message(change, said):
+def test_what_is_wrong_with_a_graph_is_one_message(change, message):
     graph = yard()
     change(graph)
-    assert said in one_message(graph)
+    assert message in one_message(graph)
 
 
 def test_a_graph_with_two_edges_of_one_label_is_refused_before_a_model_is_written(tmp_path):
@@ -232,7 +232,7 @@ def test_a_graph_with_two_edges_of_one_label_is_refused_before_a_model_is_writte
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "said"),
+    ("before", "after", "message"),
     [
         ('key="d4">9.5', 'key="d9">9.5', "yard.graphml:20: data: of a key that the file does not have (got 'd9')"),
         ('key="d4">9.5', 'key="d4">long', "yard.graphml:20: edge 'B' to 'C': length: not a length (got 'long')"),
@@ -242,10 +242,10 @@ def test_a_graph_with_two_edges_of_one_label_is_refused_before_a_model_is_writte
         ("<graphml xm", '<!DOCTYPE graphml [<!ENTITY a "b">]><graphml xm', "a document type"),
     ],
 )
-def test_what_is_wrong_with_graphml_is_said_with_its_line(tmp_path, before, after, said):
+def test_what_is_wrong_with_graphml_is_said_with_its_line(tmp_path, before, after, message):
     path = graphml(tmp_path)
     path.write_text(GRAPHML.replace(before, after, 1))
-    assert said in one_message(path)
+    assert message in one_message(path)
 
 
 YED = """\

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from desim_warehouse import ModelError, PolicyError, load, simulate
-from desim_warehouse.policies.catalogue import METHODS, OURS, problems
+from desim_warehouse.policies.catalogue import METHODS, OURS, problems, title_of
 from desim_warehouse.study.plan import models
 from desim_warehouse.study.reading import read_study
+from tests.policies.ours import NUMBER, required
 from tests.policies.test_contracts import KINDS
 
 MULTIBOTS = "models/multibots.yaml"
@@ -134,7 +135,7 @@ def test_a_batching_policy_may_answer_in_numbers_of_numpy(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("spec", "said"),
+    ("spec", "message"),
     [
         (
             "nearst",
@@ -155,10 +156,10 @@ def test_a_batching_policy_may_answer_in_numbers_of_numpy(tmp_path):
         ("desim_warehouse.policies:Situation", "the class has no method assign(), which policies.allocation needs"),
     ],
 )
-def test_a_wrong_name_or_parameter_is_reported_when_the_model_is_read(spec, said):
+def test_a_wrong_name_or_parameter_is_reported_when_the_model_is_read(spec, message):
     with pytest.raises(ModelError) as caught:
         load(MULTIBOTS, {"policies.allocation": spec}, run_code=True)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_the_message_has_the_line_of_the_file(tmp_path):
@@ -176,10 +177,22 @@ def test_the_message_has_the_line_of_the_file(tmp_path):
 
 
 def test_every_policy_of_ours_can_be_had_by_its_name():
-    needed = {"swap": {"time": 1.0}, "time-window": {"window": 60.0}}
     for kind, policies in OURS.items():
         for name in policies:
-            assert problems(kind, name, needed.get(name, {})) == []
+            assert problems(kind, name, required(kind, name)) == []
+
+
+@pytest.mark.parametrize("kind", OURS)
+def test_all_policies_of_a_kind_have_an_everyday_name_or_none_has(kind):
+    """Answers would otherwise call one `the nearest robot (nearest)` and another `lottery`."""
+    assert len({title_of(kind, name) is None for name in OURS[kind]}) == 1
+
+
+def test_what_a_policy_must_be_given_is_read_from_its_fields():
+    """A swap takes a time, and a window a length of time; how many tasks `nearest` considers has a default."""
+    assert required("charging", "swap") == {"time": NUMBER}
+    assert required("batching", "time-window") == {"window": NUMBER}
+    assert required("allocation", "nearest") == {}
 
 
 PATIENT = """

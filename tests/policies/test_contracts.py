@@ -6,6 +6,7 @@ import pytest
 
 from desim_warehouse import contracts
 from desim_warehouse.policies.catalogue import OURS
+from tests.policies.ours import required
 
 EXAMPLES = Path(__file__).parents[2] / "studies" / "my_policies.py"
 KINDS = {
@@ -19,7 +20,6 @@ KINDS = {
         for kind in ("pod", "storage", "order_station", "put")
     },
 }
-NEEDED = {"swap": {"time": 30}, "time-window": {"window": 25}}
 CASES = [
     (contract, test, name)
     for kind, contract in KINDS.items()
@@ -31,7 +31,8 @@ CASES = [
 
 @pytest.mark.parametrize(("contract", "test", "name"), CASES, ids=lambda item: str(item).rpartition("/")[2][:40])
 def test_every_policy_keeps_its_contract(contract, test, name):
-    case = type("Case", (contract,), {"name": name, "parameters": NEEDED.get(name, {})})()
+    case = type("Case", (contract,), {"name": name})()
+    case.parameters = required(case.kind, name)
     getattr(case, test)()
 
 
@@ -66,7 +67,7 @@ def test_the_contract_finds_faults(tmp_path, monkeypatch, body, test):
 
 
 @pytest.mark.parametrize(
-    ("body", "test", "said"),
+    ("body", "test", "message"),
     [
         ("return [TaskBatch(tuple(t.number for t in waiting.tasks))]", "batches_can_be_carried", "nobody carries"),
         ("return [TaskBatch((0,)), TaskBatch((0,))]", "batches_can_be_carried", "in two batches"),
@@ -79,9 +80,9 @@ def test_the_contract_finds_faults(tmp_path, monkeypatch, body, test):
         ("waiting.tasks.pop(); return []", "the_same_tasks_give_the_same_batches", "changed"),
     ],
 )
-def test_the_contract_of_batching_finds_faults(tmp_path, body, test, said):
+def test_the_contract_of_batching_finds_faults(tmp_path, body, test, message):
     body = f"from desim_warehouse.policies import TaskBatch\n        {body}"
-    with pytest.raises(AssertionError, match=said):
+    with pytest.raises(AssertionError, match=message):
         getattr(broken(tmp_path, body, "batching", "batches(self, waiting)"), f"test_{test}")()
 
 

@@ -89,12 +89,12 @@ def test_what_simulates_or_checks_runs_it(command, mine, tmp_path):
 
 def test_a_wrong_parameter_is_told_before_anything_is_simulated(mine):
     overrides = {"policies.allocation": {"name": mine, "patience": "very"}}
-    said = r"policies\.allocation\.patience: not understood \(got 'very'\), expected a whole number"
-    with pytest.raises(dw.ModelError, match=said):
+    reason = r"patience: not understood \(got 'very'\), expected a whole number"
+    with pytest.raises(dw.ModelError, match=rf"policies\.allocation\.{reason}"):
         dw.load(TUTORIAL, overrides, run_code=True)
-    with pytest.raises(dw.PolicyError, match=said):
+    with pytest.raises(dw.PolicyError, match=rf"policies\.allocation\.{reason}"):
         dw.simulate(dw.load(TUTORIAL, overrides))
-    with pytest.raises(dw.ModelError, match=said):
+    with pytest.raises(dw.ModelError, match=rf"factors\.policies\.allocation\.0\.{reason}"):
         dw.Study(TUTORIAL, {"policies.allocation": [overrides["policies.allocation"], "nearest"]})
 
 

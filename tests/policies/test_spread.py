@@ -101,9 +101,11 @@ def test_one_way_at_a_time_is_what_it_is_without_spread():
 
 
 @pytest.mark.parametrize("name", ["shortest", "fastest"])
-@pytest.mark.parametrize(("spread", "said"), [(0, "spread is 0, expected at least 1 route"), (1.5, "a whole number")])
-def test_a_spread_that_is_no_number_of_routes_is_refused(name, spread, said):
-    with pytest.raises(dw.ModelError, match=said):
+@pytest.mark.parametrize(
+    ("spread", "message"), [(0, "spread is 0, expected at least 1 route"), (1.5, "a whole number")]
+)
+def test_a_spread_that_is_no_number_of_routes_is_refused(name, spread, message):
+    with pytest.raises(dw.ModelError, match=message):
         dw.load(GRID, {"policies.routing": {"name": name, "spread": spread}})
 
 

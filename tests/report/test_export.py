@@ -13,7 +13,7 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.export import export, state_table, trace
 
-TABLES = {"kpis", "log", "states", "waits", "robots", "edges", "nodes"}
+TABLES = {"kpis", "log", "tasks", "states", "waits", "robots", "edges", "nodes"}
 
 
 @pytest.mark.parametrize(("form", "read"), [("csv", pd.read_csv), ("parquet", pd.read_parquet)])

@@ -57,10 +57,12 @@ def test_what_is_counted_is_counted_from_the_start_of_the_window(tmp_path):
     assert (tile.title, tile.curve[1][-1]) == ("Delivered", len(done))
 
 
-@pytest.mark.parametrize(("window", "said"), [(("--to", 0), "0 is not after"), (("--from", 9, "--to", 5), "5 is not")])
-def test_a_window_that_ends_before_it_begins_is_refused_before_anything_is_simulated(window, said):
+@pytest.mark.parametrize(
+    ("window", "message"), [(("--to", 0), "0 is not after"), (("--from", 9, "--to", 5), "5 is not")]
+)
+def test_a_window_that_ends_before_it_begins_is_refused_before_anything_is_simulated(window, message):
     result = CliRunner().invoke(desim, ["replay", "models/large.yaml", *map(str, window)])
-    assert (result.exit_code, said in result.output) == (2, True)
+    assert (result.exit_code, message in result.output) == (2, True)
 
 
 def test_a_run_folder_is_shown_as_it_was(tmp_path):

@@ -64,12 +64,12 @@ def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
     assert knee_of_throughput(facts(model, runs(throughput_per_hour=opposed))) == []
 
 
-@pytest.mark.parametrize(("thresholds", "said"), [([2, 5], " on average over charging threshold:"), ([2], ":")])
-def test_a_knee_says_what_it_is_averaged_over(model, thresholds, said):
+@pytest.mark.parametrize(("thresholds", "message"), [([2, 5], " on average over charging threshold:"), ([2], ":")])
+def test_a_knee_says_what_it_is_averaged_over(model, thresholds, message):
     base = model.replace({"tasks.goods": list(range(0, 80, 4))})
     study = Study(base, {"fleet.size": [1, 6, 12, 24, 48], "battery.threshold": thresholds})
     (line,) = knee_of_throughput(study.run().results)
-    assert f"tasks an hour{said} beyond it" in line
+    assert f"tasks an hour{message} beyond it" in line
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_numbers_as_people_read_them(value, shown):
 
 
 @pytest.mark.parametrize(
-    ("values", "known", "said"),
+    ("values", "known", "text"),
     [
         ([1044.4, 4651.9, 2848.0], {}, "2,800 (−1,600 to 7,300)"),
         ([135.2, 140.1, 147.1], {}, "141 (126 to 156)"),
@@ -100,8 +100,8 @@ def test_numbers_as_people_read_them(value, shown):
         ([5.0], {}, "5 (one run)"),
     ],
 )
-def test_a_mean_has_the_digits_that_its_interval_deserves(values, known, said):
-    assert numbers.Scale().estimate(estimate(values, **known)) == said
+def test_a_mean_has_the_digits_that_its_interval_deserves(values, known, text):
+    assert numbers.Scale().estimate(estimate(values, **known)) == text
 
 
 def test_shares_are_per_cent_from_0_to_100():
@@ -121,15 +121,15 @@ def test_what_is_not_zero_does_not_look_like_zero_nor_like_all():
 
 
 @pytest.mark.parametrize(
-    ("time", "unit", "said"),
+    ("time", "unit", "text"),
     [
         (14_400, "s", "4 h"), (222.6, "s", "3.7 min"), (8.13, "s", "8.1 s"), (0.38, "s", "0.38 s"), (1.5, "h", "1.5 h"),
         (0.25, "min", "15 s"), (200_000, "s", "2.3 d"), (1, "step", "1 step"), (2633, "step", "2,633 steps"),
         (4.5e-13, "s", "under 0.01 s"),
     ],
 )  # fmt: skip
-def test_times_are_said_in_a_unit_that_fits(time, unit, said):
-    assert numbers.duration(time, unit) == said
+def test_times_are_said_in_a_unit_that_fits(time, unit, text):
+    assert numbers.duration(time, unit) == text
 
 
 def test_p_values_have_three_decimals():
@@ -137,7 +137,7 @@ def test_p_values_have_three_decimals():
 
 
 @pytest.mark.parametrize(
-    ("written", "said"),
+    ("written", "text"),
     [
         ("on_time >= 90 %", "at least 90 % on time"),
         ("throughput_per_hour > 220", "more than 220 tasks an hour"),
@@ -146,8 +146,8 @@ def test_p_values_have_three_decimals():
         ("S < 4", "waits for another robot less than 4"),
     ],
 )
-def test_targets_are_said_as_people_say_them(written, said):
-    assert words.target(read_target(written, UnitNames("m", "s", 1.0))) == said
+def test_targets_are_said_as_people_say_them(written, text):
+    assert words.target(read_target(written, UnitNames("m", "s", 1.0))) == text
 
 
 def test_policies_are_said_in_words_beside_their_name():

@@ -137,3 +137,19 @@ def test_a_target_or_study_that_is_none_is_refused_in_a_line(model):
         dw.plan(model, None)
     with pytest.raises(dw.StudyError, match=r"^size: .*expected a Study of one factor"):
         dw.size(TUTORIAL, "on_time >= 95 %")
+
+
+def test_a_model_in_a_cell_is_one_line(model):
+    """Of 2 x 1 blocks, so 3 x 2 nodes; two models that differ have the same size, and another digest."""
+    day = model.replace({"run.length": "8 h", "tasks.load_time": 7})
+    assert (
+        repr(model)
+        == str(model)
+        == f"Model(tutorial: robots=3, nodes=6, until all work is done, digest={short(model)})"
+    )
+    assert repr(day) == f"Model(tutorial: robots=3, nodes=6, length=28800 s, digest={short(day)})"
+    assert short(model) != short(day)
+
+
+def short(model):
+    return model.digest()[:8]

@@ -225,21 +225,21 @@ def test_waits_add_up_by_the_rows_of_a_floor():
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("made", "message"),
     [
         (due_run, "02:20 to 03:20: 40 tasks were open on average, against 17.3 over the whole run."),
         (busy_run, "01:00 to 02:00: 6 loads were delivered, against 17.3 an hour over the whole run."),
     ],
     ids=["orders come", "work never ends"],
 )
-def test_the_worst_hour_has_most_open_tasks_or_fewest_deliveries(made, said):
+def test_the_worst_hour_has_most_open_tasks_or_fewest_deliveries(made, message):
     """Four hours in parts of 20 min, the first hour a warm-up: 30, 60 and 30 from 2:20 to 3:20, else 6."""
     values = np.full(12, 6.0)
     values[7:10] = 30.0, 60.0, 30.0
     run = made()
     bounds = np.arange(0.0, 14401.0, 1200.0)
     course = replace(day(run.history), begin=3600.0, bounds=bounds, open=values, delivered=values)
-    assert worst_hour(course, run.model) == f"The worst hour was {said}"
+    assert worst_hour(course, run.model) == f"The worst hour was {message}"
     assert worst_hour(day(run.history), run.model) == ""  # of a quarter of an hour
     drawn = str(figure(day(run.history), run.model, 2, named="the worst of 9 days", in_short=True))
     assert "<figcaption>The worst of 9 days</figcaption>" in drawn

@@ -154,7 +154,7 @@ def changed_table(folder, change):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda table: table[::-1], "not in order of time"),
         (lambda table: table.assign(robot=table["robot"] + 3), "no such kind of row, robot, task or node"),
@@ -170,15 +170,15 @@ def changed_table(folder, change):
         (lambda table: table.assign(task="one"), "not supported between"),
     ],
 )
-def test_rows_that_no_run_of_the_model_has_are_refused_where_they_are_read(tmp_path, change, said):
+def test_rows_that_no_run_of_the_model_has_are_refused_where_they_are_read(tmp_path, change, message):
     folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
     changed_table(folder, change)
-    with pytest.raises(dw.ReportError, match=said):
+    with pytest.raises(dw.ReportError, match=message):
         dw.load_run(folder)
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda table: table.assign(value=None), "drive without edge, value and until"),
         (lambda table: table.assign(until=None), "drive without edge, value and until"),
@@ -187,11 +187,11 @@ def test_rows_that_no_run_of_the_model_has_are_refused_where_they_are_read(tmp_p
         (lambda table: table[table["kind"] != "released"], "no run can be read there"),
     ],
 )
-def test_rows_that_lack_what_others_build_on_are_refused_where_they_are_read(tmp_path, change, said):
+def test_rows_that_lack_what_others_build_on_are_refused_where_they_are_read(tmp_path, change, message):
     """They ended `replay`, `export` and `calibrate` in a traceback."""
     folder = dw.simulate(dw.load(ODD, {"log": "all"}), seed=11).save(tmp_path / "run")
     changed_table(folder, change)
-    with pytest.raises(dw.ReportError, match=said):
+    with pytest.raises(dw.ReportError, match=message):
         dw.load_run(folder)
 
 

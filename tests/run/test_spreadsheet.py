@@ -41,7 +41,7 @@ def test_no_table_of_a_run_holds_a_formula(tmp_path):
     run.save(tmp_path / "run")
     export(run, "csv", tmp_path / "csv")
     files = sorted(tmp_path.rglob("*.csv"))
-    assert len(files) == 10
+    assert len(files) == 11
     cells = [cell for file in files for row in read(file.read_text()) for cell in row]
     assert f"'{names['A']}" in cells
     assert [cell for cell in cells if cell.startswith(("=", "+", "-", "@")) and not is_number(cell)] == []

@@ -212,7 +212,7 @@ def test_the_zone_is_by_default_one_per_cent_of_the_first_mean(model):
 
 
 @pytest.mark.parametrize(
-    ("how", "said"),
+    ("how", "message"),
     [
         ({"directions": True, "search": dw.Search(runs=20)}, "too few to search designs, expected at least 50"),
         ({"place_chargers": 99}, "--place-chargers 99: no such number of nodes, expected 1 to 7"),
@@ -223,8 +223,8 @@ def test_the_zone_is_by_default_one_per_cent_of_the_first_mean(model):
         ({"target": "on_time >= 80 %"}, "the best of one design"),
     ],
 )
-def test_what_cannot_be_searched_is_refused(model, how, said):
-    with pytest.raises(StudyError, match=re.escape(said)):
+def test_what_cannot_be_searched_is_refused(model, how, message):
+    with pytest.raises(StudyError, match=re.escape(message)):
         best(model, "annual_cost", **how)
 
 

@@ -138,7 +138,7 @@ def test_a_place_that_cannot_be_written_is_told_in_words(tmp_path):
         (["--vary", "fleet.size=0"], "--vary fleet.size: should be greater than or equal to 1 (got 0)"),
         (["--vary", "fleet.sise=1,2"], "--vary fleet.sise: no key of a model, did you mean 'fleet.size'?"),
         (["--vary", "fleet.size={rang: [1, 2]}"], "--vary fleet.size: rang: unknown key, did you mean 'range'?"),
-        (["--vary", "policies.charging={name: threshold, lvl: 1}"], "--vary policies.charging: policies.charging.lvl:"),
+        (["--vary", "policies.charging={name: threshold, lvl: 1}"], "--vary policies.charging.lvl: unknown"),
         (["--vary", "fleet.size=8-12"], "--vary fleet.size: should be a whole number (got '8-12'); write 8..12"),
         (
             ["--vary", "fleet=2,4"],

@@ -28,8 +28,8 @@ WORKERS = [1, 2, "auto"]
 pytestmark = pytest.mark.usefixtures("two_processors")
 
 
-def executor(workers, said=None):
-    say = pytest.fail if said is None else said.append
+def executor(workers, messages=None):
+    say = pytest.fail if messages is None else messages.append
     return closing(make_executor(workers, None, None, say, Interrupts(), KeptFleets()))
 
 
@@ -148,8 +148,8 @@ def test_a_process_that_does_not_heed_is_killed_and_replaced(parking):
 
 
 def test_a_killed_worker_costs_no_caller_a_run():
-    said, others = [], multiprocessing.active_children()
-    with executor(2, said) as pool:
+    messages, others = [], multiprocessing.active_children()
+    with executor(2, messages) as pool:
         found = {}
         threads = [
             threading.Thread(target=lambda seeds: found.update(times(pool, short(seeds))), args=[range(at, at + 24)])
@@ -162,7 +162,7 @@ def test_a_killed_worker_costs_no_caller_a_run():
         for thread in threads:
             thread.join(PATIENCE)
     assert len(found) == 48
-    assert set(said) == {"a worker process died; its runs are retried"}
+    assert set(messages) == {"a worker process died; its runs are retried"}
     assert {*multiprocessing.active_children()} <= {*others}
 
 

@@ -140,9 +140,9 @@ def test_a_time_of_0_rules_out_what_has_none():
 
 
 @pytest.mark.parametrize(
-    ("times", "said"),
+    ("times", "message"),
     [([1.0, 2.0], "too few"), ([5.0] * 30, "all times are 5"), ([-1.0, *range(30)], "negative or no numbers")],
 )
-def test_what_says_nothing_is_refused(times, said):
-    with pytest.raises(StudyError, match=said):
+def test_what_says_nothing_is_refused(times, message):
+    with pytest.raises(StudyError, match=message):
         fit(times)

@@ -99,7 +99,7 @@ def test_the_estimate_says_which_pickers_are_searched(model, numbers):
 
 
 @pytest.mark.parametrize(
-    ("changes", "pickers", "said"),
+    ("changes", "pickers", "message"),
     [
         ({}, "0..2", "pickers 0..2: expected whole numbers upwards from 1"),
         (
@@ -110,8 +110,8 @@ def test_the_estimate_says_which_pickers_are_searched(model, numbers):
         ({"pickers": None}, "1..3", "--pickers: this model has no pickers, expected a section pickers"),
     ],
 )
-def test_pickers_that_cannot_be_are_one_message(changes, pickers, said):
-    with pytest.raises(StudyError, match=said):
+def test_pickers_that_cannot_be_are_one_message(changes, pickers, message):
+    with pytest.raises(StudyError, match=message):
         plan_fleet(SLOW.replace(changes), GOAL, pickers=pickers)
 
 

@@ -181,7 +181,7 @@ MINUTES = UnitNames("m", "min", 60.0)
 
 
 @pytest.mark.parametrize(
-    ("text", "units", "value", "said"),
+    ("text", "units", "value", "message"),
     [
         ("T <= 5 min", UnitNames(), 300, "T <= 300 s"),
         ("T <= 5", UnitNames(), 5, "T <= 5 s"),
@@ -194,9 +194,9 @@ MINUTES = UnitNames("m", "min", 60.0)
         ("S <= 7", UnitNames(), 7, "S <= 7"),
     ],
 )
-def test_a_target_says_the_unit_in_which_it_was_taken(text, units, value, said):
+def test_a_target_says_the_unit_in_which_it_was_taken(text, units, value, message):
     goal = read_target(text, units)
-    assert (goal.value, str(goal)) == (value, said)
+    assert (goal.value, str(goal)) == (value, message)
 
 
 @pytest.mark.parametrize(

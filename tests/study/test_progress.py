@@ -16,10 +16,10 @@ pytestmark = pytest.mark.usefixtures("brief_probes")
 
 
 @pytest.mark.parametrize(
-    ("runs", "seconds", "said"),
+    ("runs", "seconds", "message"),
     [(500, 2.0, "250 runs/s"), (9, 2.0, "4.5 runs/s"), (2, 2.0, "1.0 runs/s"), (5, 17.0, "3.4 s a run")],
 )
-def test_fast_runs_are_counted_by_the_second_and_slow_ones_are_timed(runs, seconds, said, monkeypatch):
+def test_fast_runs_are_counted_by_the_second_and_slow_ones_are_timed(runs, seconds, message, monkeypatch):
     clock = iter([0.0, 0.0])
     monkeypatch.setattr(progress, "monotonic", lambda: next(clock, seconds))
     stream = io.StringIO()
@@ -27,8 +27,8 @@ def test_fast_runs_are_counted_by_the_second_and_slow_ones_are_timed(runs, secon
         shown.want(runs, 0)
         for _ in range(runs):
             shown.step(failed=False)
-        assert shown.pace == said
-        assert shown.summary() == f"night: {runs} runs in {seconds:.1f} s ({said})"
+        assert shown.pace == message
+        assert shown.summary() == f"night: {runs} runs in {seconds:.1f} s ({message})"
     if seconds > 10:
         assert stream.getvalue() == "night: 1 of 5 runs, 17.0 s a run, 1:08 min left\n"
 
@@ -140,12 +140,14 @@ def stopped(stream, *, shown):
         raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize(("shown", "said"), [(True, "known so far: 10 robots: met; 9 robots: not met\n"), (False, "")])
-def test_what_is_known_so_far_is_said_where_ctrl_c_ends_it_unless_all_is_to_be_quiet(shown, said):
+@pytest.mark.parametrize(
+    ("shown", "message"), [(True, "known so far: 10 robots: met; 9 robots: not met\n"), (False, "")]
+)
+def test_what_is_known_so_far_is_said_where_ctrl_c_ends_it_unless_all_is_to_be_quiet(shown, message):
     stream = io.StringIO()
     with pytest.raises(KeyboardInterrupt):
         stopped(stream, shown=shown)
-    assert stream.getvalue() == said
+    assert stream.getvalue() == message
 
 
 def test_a_study_that_ends_by_itself_leaves_no_line():

@@ -57,6 +57,14 @@ BAD = {
         "model: MODEL\nfactors:\n  policies.charging:\n    - threshold\n    - treshold\n",
         "5:7: factors.policies.charging.1: ",
     ),
+    "no such parameter": (
+        "model: MODEL\nfactors:\n  policies.charging:\n    - threshold\n    - {name: threshold, lvl: 1}\n",
+        "5:7: factors.policies.charging.1.lvl: unknown parameter of threshold",
+    ),
+    "parameter in set": (
+        "model: MODEL\nset:\n  policies.charging: {name: threshold, lvl: 1}\n",
+        "3:22: set.policies.charging.lvl: unknown parameter of threshold",
+    ),
     "value in set": (
         "model: MODEL\nset: {fleet.size: 0}\n",
         "2:19: set.fleet.size: should be greater than or equal to 1 (got 0)",

@@ -6,18 +6,18 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.policies.catalogue import OURS, find
+from desim_warehouse.policies.catalogue import find
 from desim_warehouse.study.execution import pool
 from desim_warehouse.study.factors import holder_of
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.intervals import estimate
+from tests.policies.ours import every
 from tests.world.test_flows import RING
 
 from .conftest import MULTIBOTS
 
 RANDOM = {"tasks.goods": {"random": 4}}
-SPEC = {"swap": {"name": "swap", "time": 5}}
 
 
 def study(factors=None, **more):
@@ -199,10 +199,10 @@ def test_a_deterministic_model_says_so_instead_of_a_zero_interval():
 @pytest.mark.parametrize("kind", ["allocation", "routing", "charging", "parking"])
 def test_what_needs_one_run_only_by_its_model_was_deterministic_by_its_record(kind):
     """What `best` and `size` know before a run is what its record says after: for all policies of ours."""
-    for name in OURS[kind]:
-        model = dw.load(MULTIBOTS, {"tasks.goods": [11, 8, 39], f"policies.{kind}": SPEC.get(name, name)})
-        assert model.is_deterministic != bool(getattr(find(kind, name), "random", False))
-        assert dw.simulate(model, 3).deterministic or not model.is_deterministic, name
+    for policy in every(kind):
+        model = dw.load(MULTIBOTS, {"tasks.goods": [11, 8, 39], f"policies.{kind}": policy})
+        assert model.is_deterministic != bool(getattr(find(kind, policy["name"]), "random", False))
+        assert dw.simulate(model, 3).deterministic or not model.is_deterministic, policy
 
 
 def test_policies_of_the_users_own_are_not_called_deterministic(parking):

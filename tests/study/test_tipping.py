@@ -204,7 +204,7 @@ def test_a_failure_of_the_thresholds_loses_nothing_of_the_plan(file, tmp_path, m
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         ("tasks.load_tim=1..2", "tasks.load_tim=1..2: no key of a model"),
         ("tasks.load_time=5", "tasks.load_time=5: no range"),
@@ -212,11 +212,11 @@ def test_a_failure_of_the_thresholds_loses_nothing_of_the_plan(file, tmp_path, m
         ("tasks.load_time=9..3", "tasks.load_time=9..3: no range, expected the lower value first"),
     ],
 )
-def test_what_is_no_range_is_refused(file, given, said):
+def test_what_is_no_range_is_refused(file, given, message):
     words = ["plan", str(file), "--target", TARGET_HERE, "--robots", "6", "--quiet"]
     done = CliRunner().invoke(desim, [*words, "--uncertain", given])
     assert isinstance(done.exception, ModelError | StudyError)
-    assert said in str(done.exception)
+    assert message in str(done.exception)
 
 
 def test_what_cannot_be_looked_at_is_refused(file):

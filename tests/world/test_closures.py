@@ -137,7 +137,7 @@ def test_a_closure_of_the_whole_run_that_cuts_something_off_is_an_error_before_i
 
 
 @pytest.mark.parametrize(
-    ("members", "said"),
+    ("members", "message"),
     [
         ([["A", "C"]], "no such edge"),
         (["X"], "no such node"),
@@ -145,8 +145,8 @@ def test_a_closure_of_the_whole_run_that_cuts_something_off_is_an_error_before_i
         ([], "members"),
     ],
 )
-def test_what_is_not_there_is_refused(members, said):
-    with pytest.raises(dw.ModelError, match=said):
+def test_what_is_not_there_is_refused(members, message):
+    with pytest.raises(dw.ModelError, match=message):
         closed(*members, at=[(0, 1)])
 
 
@@ -441,15 +441,15 @@ def test_while_a_station_is_cut_off_nothing_is_fetched_for_it():
     assert rows(run, "assigned") == [(500, "assigned")]
 
 
-@pytest.mark.parametrize(("tasks", "said"), [("hold", "tasks there wait until it opens"), ("go", "wait before it")])
-def test_check_says_what_is_cut_off_and_for_how_long(tasks, said):
+@pytest.mark.parametrize(("tasks", "message"), [("hold", "tasks there wait until it opens"), ("go", "wait before it")])
+def test_check_says_what_is_cut_off_and_for_how_long(tasks, message):
     closure = {"works": {"members": [["C", "D"]], "hours": "works", "tasks": tasks}}
     over = {"traffic.closures": closure, "run.length": 1000}
     [found] = [item for item in check(behind(LOOP, (100, 400), (900, 1200), **over)).findings if "works" in item.place]
     assert found.code == "CLOSED_GOODS"
     assert "closed 6.667 min of the run and up to 5 min at a time: " in found.text
     assert "1 storage place, with 100 % of the tasks, and D cannot be reached" in found.text
-    assert said in found.text
+    assert message in found.text
 
 
 def test_check_counts_what_is_put_away_behind_a_closure_and_how_often_flows_go_there():

@@ -123,7 +123,7 @@ def test_check_says_orders_lines_and_trips():
 
 
 @pytest.mark.parametrize(
-    ("lines", "said"),
+    ("lines", "message"),
     [
         (0, "lines"),
         (True, "lines"),
@@ -134,10 +134,10 @@ def test_check_says_orders_lines_and_trips():
         ("many", "should be a whole number, [least, most], or {discrete: {values: [1, 2], weights: [3, 1]}}"),
     ],
 )
-def test_wrong_lines_are_refused_at_their_place(lines, said):
+def test_wrong_lines_are_refused_at_their_place(lines, message):
     with pytest.raises(ModelError, match=r"tasks\.flows\.flow\.lines") as error:
         model(lines, {"poisson": 40}, run__length=60)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_lines_beside_what_counts_tasks_are_refused(tmp_path):

@@ -108,14 +108,14 @@ def test_what_is_wrong_is_said_by_row_and_column_at_most_20_of_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("relase\n1\n", "column 'relase'; did you mean 'release'"),
         ("release\n", "no rows, expected at least one order"),
     ],
 )
-def test_a_file_without_orders_is_refused(tmp_path, text, said):
-    with pytest.raises(ModelError, match=said):
+def test_a_file_without_orders_is_refused(tmp_path, text, message):
+    with pytest.raises(ModelError, match=message):
         model(written(tmp_path / "orders.csv", text))
 
 

@@ -182,7 +182,7 @@ def test_the_mean_time_left_of_a_stay_is_that_of_renewal_theory(stay, left):
 
 
 @pytest.mark.parametrize(
-    ("people", "said"),
+    ("people", "message"),
     [
         ({"stay": 3}, "neither per_hour nor times"),
         ({"stay": 3, "per_hour": 4, "times": [1]}, "both per_hour and times"),
@@ -192,8 +192,8 @@ def test_the_mean_time_left_of_a_stay_is_that_of_renewal_theory(stay, left):
         ({"stay": 3, "times": [1], "aisles": [["A"]]}, "two or more along an aisle"),
     ],
 )
-def test_what_makes_no_sense_is_refused(people, said):
-    with pytest.raises(dw.ModelError, match=said):
+def test_what_makes_no_sense_is_refused(people, message):
+    with pytest.raises(dw.ModelError, match=message):
         with_people(robots={**ONE, "calendars": {"day": {"every": 10, "lasts": 5}}}, **people)
 
 

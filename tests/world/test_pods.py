@@ -217,7 +217,7 @@ THREE_OF = {key.replace("__", "."): value for key, value in THREE.items()}
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"pods.count": 4}, "4 pods for 3 storage places, expected at most 3"),
         ({"pods.per_pod": 2}, "2 items on a pod of 1 in all, expected at most those"),
@@ -234,10 +234,10 @@ THREE_OF = {key.replace("__", "."): value for key, value in THREE.items()}
         ),
     ],
 )
-def test_what_cannot_be_is_refused(changes, said):
+def test_what_cannot_be_is_refused(changes, message):
     with pytest.raises(ModelError) as error:
         dw.load(RING, changes)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 WRONG = "class Wrong:\n    keeps = False\n\n    def choose(self, call):\n        return 'nowhere'\n"

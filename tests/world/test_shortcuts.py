@@ -6,6 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.policies.routing import CongestionAware
+from tests.policies.ours import every
 from tests.world.test_determinism import BUSY, LIFELONG
 
 
@@ -29,10 +30,9 @@ def ask_every_time(monkeypatch):
             pytest.param({"policies.routing": {"name": "congestion-aware", "detours": detours}}, marks=pytest.mark.long)
             for detours in (0, 3)
         ),
-        *({"policies.routing": name} for name in OURS["routing"]),
+        *({"policies.routing": policy} for policy in every("routing")),
         {"policies.routing": {"name": "shortest", "spread": 3}},
-        *({"policies.charging": name} for name in OURS["charging"] if name != "swap"),
-        {"policies.charging": {"name": "swap", "time": 60}},
+        *({"policies.charging": policy} for policy in every("charging")),
     ],
     ids=str,
 )

@@ -358,7 +358,7 @@ class Mine:
 
 
 @pytest.mark.parametrize(
-    ("answer", "said"),
+    ("answer", "message"),
     [
         ("[TaskBatch((0, 1, 2))]", "3 tasks in a batch, expected 1 to 2, as a robot carries"),
         ("[TaskBatch((9,))]", "task 9 does not wait"),
@@ -368,10 +368,10 @@ class Mine:
         ("1 / 0", "raised"),
     ],
 )
-def test_an_answer_that_cannot_be_is_named(answer, said, tmp_path):
+def test_an_answer_that_cannot_be_is_named(answer, message, tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(POLICY.format(answer=answer), encoding="utf-8")
-    with pytest.raises(PolicyError, match=f"policies.batching .Mine. at time 0: .*{said}"):
+    with pytest.raises(PolicyError, match=f"policies.batching .Mine. at time 0: .*{message}"):
         ring(DOCK | {}, (0, 3), policies__batching=f"{path}:Mine")
 
 

@@ -106,7 +106,7 @@ def test_robots_follow_each_other_in_a_zone_of_one_direction():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         (zone(["W", "P"], ["Q", "E"], rule="one-direction"), "its edges are no line, so they have no two directions"),
         (zone(["W", "P"], ["P", "Q"], ["P", "p"], rule="one-direction"), "its edges are no line"),
@@ -124,8 +124,8 @@ def test_robots_follow_each_other_in_a_zone_of_one_direction():
         ),
     ],
 )
-def test_a_zone_that_cannot_be_safe_is_refused_with_its_name_and_a_cure(changes, said):
-    with pytest.raises(dw.LayoutError, match=said):
+def test_a_zone_that_cannot_be_safe_is_refused_with_its_name_and_a_cure(changes, message):
+    with pytest.raises(dw.LayoutError, match=message):
         dw.simulate(dw.load(SPINE, changes))
 
 
@@ -135,7 +135,7 @@ def test_a_zone_of_one_way_lanes_has_its_direction_already():
 
 
 @pytest.mark.parametrize(
-    ("members", "said"),
+    ("members", "message"),
     [
         (["X"], "no such node"),
         ([["A", "C"]], "no such edge"),
@@ -143,8 +143,8 @@ def test_a_zone_of_one_way_lanes_has_its_direction_already():
         ([3], "the name of a node, or an edge as"),
     ],
 )
-def test_members_must_be_there(members, said):
-    with pytest.raises(dw.ModelError, match=said):
+def test_members_must_be_there(members, message):
+    with pytest.raises(dw.ModelError, match=message):
         dw.load(LOOP, zone(*members))
 
 

@@ -20,6 +20,7 @@ class Run(RunData):
     Attributes:
         kpis: all indicators by name, in the units of the model file.
         log: a row for each event.
+        tasks: a row for each task, with its times, its robot and its station.
         robots: a row for each robot.
         waits: which robot waited for which other, and where.
         model: the model that was simulated.

@@ -50,8 +50,8 @@ def shown(run, start=None, end=None):
     return at_end, stops(history, resources(history), scale, at_end)[-1]["said"]
 
 
-def delivered(said):
-    return int(re.search(r"In all: ([\d,]+) (?:load|line)s? delivered", said)[1].replace(",", ""))
+def delivered(message):
+    return int(re.search(r"In all: ([\d,]+) (?:load|line)s? delivered", message)[1].replace(",", ""))
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * (name in LARGE)) for name in LENGTHS])

@@ -48,14 +48,18 @@ def at_least(robots, chargers):
 
 
 def test_fewest_robots_then_fewest_chargers():
-    found = search(at_least(5, 2), noise=0.01)
-    assert GRID[found.design] == (5, 2)
+    outcome = search(at_least(5, 2), noise=0.01)
+    assert GRID[outcome.design] == (5, 2)
     # what rules out all smaller ones: a robot less with all chargers there are, a charger less with as many robots
-    assert [GRID[number] for number in found.below] == [(4, 4), (5, 1)]
-    assert [found.verdicts[number].verdict for number in (*found.below, found.design)] == ["fails", "fails", "meets"]
+    assert [GRID[number] for number in outcome.below] == [(4, 4), (5, 1)]
+    assert [outcome.verdicts[number].verdict for number in (*outcome.below, outcome.design)] == [
+        "fails",
+        "fails",
+        "meets",
+    ]
     # only these three are judged, the one named in 33 runs and the others in five; five runs each of (4, 1) and (6, 2)
     # show that four robots do no worse with all chargers, and six robots no worse than five
-    assert (len(found.verdicts), found.runs, found.close) == (3, 53, ())
+    assert (len(outcome.verdicts), outcome.runs, outcome.close) == (3, 53, ())
 
 
 def test_a_robot_more_may_be_cheaper_than_the_chargers_it_saves():
@@ -64,16 +68,16 @@ def test_a_robot_more_may_be_cheaper_than_the_chargers_it_saves():
         return 0.95 if design[1] >= {4: 4, 5: 2}.get(design[0], 1) and design[0] >= 4 else 0.5
 
     # robots cost 1, chargers 10: 44, 25 and 16
-    found = search(mean, priced(1, 10), noise=0.01)
-    assert GRID[found.design] == (6, 1)
+    outcome = search(mean, priced(1, 10), noise=0.01)
+    assert GRID[outcome.design] == (6, 1)
     # robots cost 10, chargers 1: 44, 52 and 61
     assert GRID[search(mean, priced(10, 1), noise=0.01).design] == (4, 4)
 
 
 def test_nothing_is_enough():
-    found = search(lambda _: 0.5, noise=0.01)
-    assert found.design is None
-    assert [GRID[number] for number in found.below] == [(8, 4)]
+    outcome = search(lambda _: 0.5, noise=0.01)
+    assert outcome.design is None
+    assert [GRID[number] for number in outcome.below] == [(8, 4)]
 
 
 def test_a_design_within_the_zone_may_be_left_out_and_ends_the_search():
@@ -81,46 +85,46 @@ def test_a_design_within_the_zone_may_be_left_out_and_ends_the_search():
     def mean(design):
         return 0.5 if design[0] < 4 else 0.904 if design[0] == 4 else 0.99
 
-    found = search(mean, noise=0.02, seed=4, cap=320)
-    (close,) = found.close
-    assert GRID[found.design][0] in {4, 5}
+    outcome = search(mean, noise=0.02, seed=4, cap=320)
+    (close,) = outcome.close
+    assert GRID[outcome.design][0] in {4, 5}
     assert GRID[close][0] == 4
-    assert found.verdicts[close].within_zone
-    assert found.verdicts[close].n < 320  # more runs would tell nothing that matters
+    assert outcome.verdicts[close].within_zone
+    assert outcome.verdicts[close].n < 320  # more runs would tell nothing that matters
 
 
 def test_what_the_runs_do_not_tell_is_said():
-    found = search(
+    outcome = search(
         lambda design: 0.9 if design[0] == 4 else 0.5 if design[0] < 4 else 0.99, noise=0.05, cap=20, zone=0.0
     )
-    assert GRID[found.design] == (5, 1)
-    assert [GRID[number] for number in found.close] == [(4, 4)]
+    assert GRID[outcome.design] == (5, 1)
+    assert [GRID[number] for number in outcome.close] == [(4, 4)]
 
 
 def test_the_budget_is_kept():
     budget = Budget(120)
-    found = search(at_least(5, 2), noise=0.2, budget=budget)
+    outcome = search(at_least(5, 2), noise=0.2, budget=budget)
     assert budget.spent <= 120
-    assert found.design is None or found.close or found.open
+    assert outcome.design is None or outcome.close or outcome.open
     with pytest.raises(StudyError, match="the runs allowed ended"):
         search(at_least(5, 2), budget=Budget(3))
 
 
 def test_what_cannot_last_does_not_meet_the_target():
     numbers = {design: number for number, design in enumerate(GRID)}
-    found = search(
+    outcome = search(
         lambda design: 0.95 if design[0] >= 5 else 0.5,
         noise=0.01,
         veto=lambda number: "batteries fall" if GRID[number][1] < 3 else None,
     )
-    assert GRID[found.design] == (5, 3)
-    assert found.vetoed == {numbers[5, 1]: "batteries fall", numbers[5, 2]: "batteries fall"}
+    assert GRID[outcome.design] == (5, 3)
+    assert outcome.vetoed == {numbers[5, 1]: "batteries fall", numbers[5, 2]: "batteries fall"}
 
 
 def test_a_fleet_whose_batteries_fall_rules_out_no_smaller_one_on_as_many_chargers():
     """One charger lasts for four robots, which are enough, and for no more; a charger is dear."""
     flat = {n: "batteries fall" for n, (robots, chargers) in enumerate(GRID) if chargers == 1 and robots > 4}
-    found = search(
+    outcome = search(
         at_least(4, 1),
         priced(1, 3),
         noise=0.01,
@@ -128,7 +132,7 @@ def test_a_fleet_whose_batteries_fall_rules_out_no_smaller_one_on_as_many_charge
         hopeless=flat.get,
         drains=lambda number: number in flat,
     )
-    assert GRID[found.design] == (4, 1)
+    assert GRID[outcome.design] == (4, 1)
     kept = search(at_least(5, 1), priced(1, 3), noise=0.01, veto=flat.get, hopeless=flat.get, drains=flat.__contains__)
     assert GRID[kept.design] == (5, 2)
 
@@ -140,27 +144,27 @@ def test_a_dearer_fleet_that_meets_the_target_neither_replaces_the_answer_nor_is
         robots, chargers = design
         return 0.5 if robots < 5 else 0.9 if chargers == 1 else 0.95
 
-    found = search(mean, priced(1, 3), noise=0.02, cap=12, seed=1)
-    assert GRID[found.design] == (5, 2)
-    assert found.verdicts[GRID.index((7, 1))].verdict == "undecided"
-    assert found.verdicts[GRID.index((6, 4))].verdict == "meets"
+    outcome = search(mean, priced(1, 3), noise=0.02, cap=12, seed=1)
+    assert GRID[outcome.design] == (5, 2)
+    assert outcome.verdicts[GRID.index((7, 1))].verdict == "undecided"
+    assert outcome.verdicts[GRID.index((6, 4))].verdict == "meets"
 
 
 def test_designs_that_are_named_get_their_verdicts():
     judge = follow(
         verdict_steps([3, 7], Judge(ENOUGH)), lambda number, r: (0.95 if number == 7 else 0.5) + 0.001 * (r % 2)
     )
-    assert {number: found.verdict for number, found in judge.verdicts.items()} == {3: "fails", 7: "meets"}
+    assert {number: outcome.verdict for number, outcome in judge.verdicts.items()} == {3: "fails", 7: "meets"}
 
 
 def test_a_design_that_its_first_runs_show_to_be_hopeless_is_not_run_again():
-    found = search(
+    outcome = search(
         lambda design: 0.95 if design[0] >= 5 else 0.5,
         noise=0.01,
         hopeless=lambda number: "batteries fall" if GRID[number][1] < 3 else None,
     )
-    assert GRID[found.design] == (5, 3)
-    assert {found.verdicts[number].n for number in found.vetoed} == {3}
+    assert GRID[outcome.design] == (5, 3)
+    assert {outcome.verdicts[number].n for number in outcome.vetoed} == {3}
 
 
 def test_a_design_that_is_known_by_its_first_runs_is_not_judged():
@@ -177,21 +181,23 @@ def closely(mean, doubted):
     numbers = {design: number for number, design in enumerate(GRID)}
     judge = Judge(ENOUGH, zone=0.01)
     steps = cheapest_meeting_steps(GRID, fewest, judge, {numbers[design] for design in doubted})
-    found = follow(steps, lambda number, r: mean(GRID[number]) + (0.2 if GRID[number] == (5, 2) else 0.001) * (-1) ** r)
-    return found, {GRID[number]: judge.runs(number) for number in judge.verdicts}
+    outcome = follow(
+        steps, lambda number, r: mean(GRID[number]) + (0.2 if GRID[number] == (5, 2) else 0.001) * (-1) ** r
+    )
+    return outcome, {GRID[number]: judge.runs(number) for number in judge.verdicts}
 
 
 def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_fails():
-    found, runs = closely(lambda design: 0.95 if design[0] > 5 else 0.89, [(4, 4), (5, 1)])
-    assert GRID[found.design] == (6, 1)
-    assert [GRID[number] for number in found.below] == [(5, 4)]
+    outcome, runs = closely(lambda design: 0.95 if design[0] > 5 else 0.89, [(4, 4), (5, 1)])
+    assert GRID[outcome.design] == (6, 1)
+    assert [GRID[number] for number in outcome.below] == [(5, 4)]
     assert (runs[5, 2], runs[5, 4], (5, 3) in runs) == (5, 5, False)
 
 
 def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_leans_to_meeting():
-    found, runs = closely(lambda design: 0.95 if design >= (5, 3) else 0.85, [(4, 4), (5, 1)])
-    assert GRID[found.design] == (5, 3)
-    assert [GRID[number] for number in found.below] == [(4, 4), (5, 2)]
+    outcome, runs = closely(lambda design: 0.95 if design >= (5, 3) else 0.85, [(4, 4), (5, 1)])
+    assert GRID[outcome.design] == (5, 3)
+    assert [GRID[number] for number in outcome.below] == [(4, 4), (5, 2)]
     assert (runs[5, 4], runs[5, 3], runs[5, 2] > 5) == (5, 33, True)  # a look is enough at the one with all chargers
 
 
@@ -205,9 +211,9 @@ def test_without_noise_it_is_the_cheapest_of_all_that_meet(needs, robot, charger
     """On any surface on which more never does worse: more robots need fewer chargers (5: none will do)."""
     falling = [max(needs[i:]) for i in range(8)]
     cost = priced(robot, charger) if by_price else fewest
-    found = search(lambda design: 1.0 if design[1] >= falling[design[0] - 1] else 0.0, cost, deterministic=True)
+    outcome = search(lambda design: 1.0 if design[1] >= falling[design[0] - 1] else 0.0, cost, deterministic=True)
     right = [design for design in GRID if design[1] >= falling[design[0] - 1]]
-    assert (None if found.design is None else GRID[found.design]) == (min(right, key=cost) if right else None)
+    assert (None if outcome.design is None else GRID[outcome.design]) == (min(right, key=cost) if right else None)
 
 
 @pytest.mark.parametrize("trials", [40, *(pytest.param(many, marks=pytest.mark.long) for many in (150, 400))])
@@ -221,10 +227,10 @@ def test_its_statement_holds_as_often_as_it_says(trials):
         def mean(design, need=need, width=width, share=share):
             return 1 / (1 + np.exp(-(design[0] - need) / width)) - share / design[1] ** 2
 
-        found = search(mean, noise=rng.uniform(0.01, 0.1), seed=trial, cap=2560)
+        outcome = search(mean, noise=rng.uniform(0.01, 0.1), seed=trial, cap=2560)
         truth = [mean(design) for design in GRID]
-        cheaper = GRID[: found.design] if found.design is not None else GRID
-        meets = found.design is None or truth[found.design] >= 0.9
+        cheaper = GRID[: outcome.design] if outcome.design is not None else GRID
+        meets = outcome.design is None or truth[outcome.design] >= 0.9
         held += meets and all(mean(design) < 0.91 for design in cheaper)
     assert held >= 0.95 * trials - 3 * np.sqrt(trials * 0.05 * 0.95)
 
@@ -234,14 +240,14 @@ def test_where_runs_do_not_tell_of_fleets_those_with_most_chargers_are_judged():
     rng = np.random.default_rng(6)
     means = {5: 0.92, 6: 1.5}
     doubted = [number for number, (robots, _) in enumerate(GRID) if robots < 5]
-    found = follow(
+    outcome = follow(
         cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH, zone=0.01), doubted),
         lambda number, _: means.get(GRID[number][0], 0.5 if GRID[number][0] < 5 else 1.5) + 0.2 * rng.standard_normal(),
     )
-    judged = {GRID[number]: one.verdict for number, one in found.verdicts.items()}
-    assert GRID[found.design] == (6, 1)
+    judged = {GRID[number]: one.verdict for number, one in outcome.verdicts.items()}
+    assert GRID[outcome.design] == (6, 1)
     assert judged == {(5, 4): "undecided", (4, 4): "fails", (6, 1): "meets"}
-    assert [GRID[number] for number in found.below] == [(4, 4), (5, 4)]
+    assert [GRID[number] for number in outcome.below] == [(4, 4), (5, 4)]
 
 
 # Where more does worse
@@ -253,9 +259,9 @@ def test_a_second_charger_that_does_worse_keeps_no_cheaper_design_from_being_the
     means = {design: 0.9 + 0.05 * design[0] - 0.2 * (design[1] == 2) + 0.3 * (design == (5, 2)) for design in designs}
     judge = Judge(parse_target("on_time >= 1"), first=4, days=up_to(4), deterministic=True)
     steps = cheapest_meeting_steps(designs, lambda design: (design[1], design[0]), judge)
-    found = follow(steps, lambda number, _: means[designs[number]])
-    assert designs[found.design] == (2, 1)
-    assert [(designs[one.number], one.worse) for one in found.larger] == [((3, 1), False)]
+    outcome = follow(steps, lambda number, _: means[designs[number]])
+    assert designs[outcome.design] == (2, 1)
+    assert [(designs[one.number], one.worse) for one in outcome.larger] == [((3, 1), False)]
 
 
 def test_fewer_robots_are_not_ruled_out_by_more_chargers_with_which_they_do_worse():
@@ -265,9 +271,9 @@ def test_fewer_robots_are_not_ruled_out_by_more_chargers_with_which_they_do_wors
     judge = Judge(parse_target("on_time >= 0.95"), first=4, days=up_to(4), deterministic=True)
     doubted = [number for number, design in enumerate(designs) if means[design[0], 3] < 0.95]  # by a scout
     steps = cheapest_meeting_steps(designs, lambda design: design, judge, doubted)
-    found = follow(steps, lambda number, _: means[designs[number]])
-    assert designs[found.design] == (3, 1)
-    assert [(designs[one.base], designs[one.number]) for one in found.larger if one.worse] == [((3, 1), (3, 3))]
+    outcome = follow(steps, lambda number, _: means[designs[number]])
+    assert designs[outcome.design] == (3, 1)
+    assert [(designs[one.base], designs[one.number]) for one in outcome.larger if one.worse] == [((3, 1), (3, 3))]
 
 
 def test_no_comparison_with_a_larger_design_is_made_where_the_runs_end():
@@ -276,9 +282,9 @@ def test_no_comparison_with_a_larger_design_is_made_where_the_runs_end():
     for runs, compared in ((2, 0), (3, 1)):
         judge = Judge(parse_target("on_time >= 1"), first=1, days=up_to(1), deterministic=True, budget=Budget(runs))
         steps = cheapest_meeting_steps(designs, lambda design: design, judge, {0, 1})
-        found = follow(steps, lambda number, _: float(designs[number][0] == 2))
-        assert designs[found.design] == (2, 1)
-        assert len(found.larger) == compared
+        outcome = follow(steps, lambda number, _: float(designs[number][0] == 2))
+        assert designs[outcome.design] == (2, 1)
+        assert len(outcome.larger) == compared
 
 
 # Three counts
@@ -295,8 +301,8 @@ def test_of_three_counts_it_is_the_cheapest_that_meets_by_any_prices(least):
         return any(all(a >= b for a, b in zip(design, one, strict=True)) for one in least)
 
     for cost in (fewest, lambda design: (3 * design[0] + design[1] + 7 * design[2], *design)):
-        found = search(lambda design: 1.0 if meets(design) else 0.0, cost, designs=CUBE, deterministic=True)
-        assert CUBE[found.design] == min(filter(meets, CUBE), key=cost)
+        outcome = search(lambda design: 1.0 if meets(design) else 0.0, cost, designs=CUBE, deterministic=True)
+        assert CUBE[outcome.design] == min(filter(meets, CUBE), key=cost)
 
 
 def test_what_is_known_to_fail_is_not_judged_again():
@@ -312,10 +318,10 @@ def test_what_is_known_to_fail_is_not_judged_again():
         return at_least(5, 2)(GRID[number]) + 0.001 * (-1) ** r
 
     doubted = follow(scout_steps(GRID, fewest, ENOUGH, Budget(100), known), sample)
-    found = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, earlier=known), sample)
-    assert GRID[found.design] == (5, 2)
+    outcome = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, earlier=known), sample)
+    assert GRID[outcome.design] == (5, 2)
     assert {design[0] for design, _ in asked} == {5}
-    assert [GRID[number] for number in found.below] == [(5, 1)]
+    assert [GRID[number] for number in outcome.below] == [(5, 1)]
 
 
 def test_batteries_that_fell_with_less_demand_rule_out_no_fewer_robots_on_as_many_chargers():
@@ -338,8 +344,8 @@ def test_where_runs_do_not_tell_of_a_fleet_the_cheapest_that_promises_more_is_ne
         noise = (0.2 if CUBE[n] == (3, 1, 1) else 0.001) * (-1) ** r
         return (0.5 if CUBE[n][0] < 3 else mean if CUBE[n] == (3, 1, 1) else 0.97) + noise
 
-    found = follow(steps, sample)
-    assert CUBE[found.design] == (3, 1, 2)
+    outcome = follow(steps, sample)
+    assert CUBE[outcome.design] == (3, 1, 2)
     runs = {CUBE[n]: judge.runs(n) for n in judge.verdicts}
     assert runs[3, 3, 3] == 5  # a look at the largest, before those between
     assert judge.verdicts[number[3, 1, 1]].verdict == "undecided"
@@ -350,5 +356,5 @@ def test_more_robots_do_worse_only_where_that_is_clear_at_the_level_of_the_searc
     """Five differences around `drop` hundredths, with a standard error of 0.7: t is 1.4 and 4.2, and it takes 3.5."""
     proof = SimpleNamespace(judge=Judge(ENOUGH))
     days = [(0.90, 0.90 + (rank - 2 - drop) / 100) for rank in range(5)]
-    found = _Proof._held(proof, (1, 0), ENOUGH, 0.0, days, 1.0)
-    assert (found.difference.mean, found.worse) == (pytest.approx(-drop / 100), worse)
+    outcome = _Proof._held(proof, (1, 0), ENOUGH, 0.0, days, 1.0)
+    assert (outcome.difference.mean, outcome.worse) == (pytest.approx(-drop / 100), worse)
