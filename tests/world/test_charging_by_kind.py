@@ -248,6 +248,7 @@ def test_a_kind_without_chargers_is_refused_where_it_runs_flat():
         World(model)
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_the_energy_balance_by_kind():
     # A saturated robot drives 80 a task, loads 5, unloads 10: 95 (its charging aside). The large one draws 190 of its
     # 400, and is charged at 20 from 20 to 400; the other 95 of its 200 at 10. A robot at work draws 2 or 1, so it must
