@@ -1,6 +1,6 @@
 """Short probes, and fits with few samples, for tests of what is said and not of figures.
 
-A fifth of the tasks of a probe leads to the same words.
+A tenth of the tasks of a probe leads to the same words.
 """
 
 from functools import lru_cache
@@ -9,11 +9,11 @@ from desim_warehouse.run import examined, probe, quick, together
 from desim_warehouse.study.fleet import loads
 
 FEWER = (
-    (probe, "LOOKS", (50, 100)),
-    (probe, "MOST", 200),
-    (probe, "CALM", 30),
-    (together, "TASKS", 100),
-    (quick, "TASKS", 100),
+    (probe, "LOOKS", (25, 50)),
+    (probe, "MOST", 100),
+    (probe, "CALM", 15),
+    (together, "TASKS", 50),
+    (quick, "TASKS", 50),
 )
 """How many tasks a probe takes, and a fleet that works together."""
 KEPT = (

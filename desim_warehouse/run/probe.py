@@ -125,13 +125,13 @@ def _probe(
 def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
     """Return begin and end of the evaluation period so far, and its number of rounds from charger to charger.
 
-    Tasks chosen from fewer than `waiting` do not count. If the robot is not charged, all tasks but the first do.
+    Tasks chosen from fewer than `waiting` do not count. If there is none between charges, all tasks but the first do.
     """
     done = sorted(row.time for row in log.of("delivered") if row.time <= now)
     if len(done) < 2 * waiting:
         raise SimulationError("a robot by itself does no task, or none after some")
     charged = sorted(row.time for row in log.of(*CHARGING) if row.time < done[-waiting])
-    if charged[1:]:
+    if charged and any(charged[0] < time <= charged[-1] for time in done):
         return charged[0], charged[-1], len(charged) - 1
     return *_without_the_first(log, done[-waiting]), 0
 

@@ -13,6 +13,7 @@ from tests import little
 from tests.auditor import audit
 from tests.recount import differences
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 HERE = Path(__file__).parent
 
 

@@ -13,6 +13,7 @@ import pytest
 
 import desim_warehouse as dw
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 DESIM = str(Path(sys.executable).with_name("desim"))
 NAMES = ["pandas", "numpy", "sitecustomize", "usercustomize", "ipython_config", "conftest", "desim_warehouse"]

@@ -1,12 +1,14 @@
 """The quick estimate: by hand on a ring of four nodes, and against runs in which nobody is in the way."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.model import load
 from desim_warehouse.questions.check.details import of_estimate
+from desim_warehouse.run import probe
 from desim_warehouse.run.quick import estimate
 
 # A > B > C > D > A, 20 apart, speed 1. The good is on B > C, 5 from B; unloading at C; a charger at A.
@@ -33,6 +35,16 @@ BATTERY = {
 def by_hand(changes=None, base=RING):
     model = load(base, changes or {})
     return estimate(model)
+
+
+def test_two_visits_to_a_charger_with_no_task_in_between_are_no_round():
+    """Charged at 5 and 9, before the first task is done: all tasks up to the last that was taken count."""
+    times = {"assigned": [10, 100, 200], "delivered": [90, 190, 290], probe.CHARGING[0]: [5, 9]}
+    rows = [SimpleNamespace(kind=kind, time=time) for kind, of_kind in times.items() for time in of_kind]
+    log = SimpleNamespace(of=lambda *kinds: (row for row in rows if row.kind in kinds))
+    assert probe._counted(log, 1, 290) == (10, 200, 0)
+    rows.append(SimpleNamespace(kind=probe.CHARGING[0], time=195))
+    assert probe._counted(log, 1, 290) == (5, 195, 2)
 
 
 def test_a_task_on_the_ring():

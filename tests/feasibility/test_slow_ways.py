@@ -6,6 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.questions.check import check
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 NODES = {"A": [0, 0], "S": [10, 2], "F": [10, -6], "B": [20, 0], "X": [10, 20]}
 """From A to B over S, 20.4 m, or over F, 23.3 m; back over X."""
 

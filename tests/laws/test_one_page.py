@@ -20,6 +20,7 @@ from desim_warehouse.study.execution.work import Outcome
 from tests.daily import some
 from tests.run.halls import RING, loaded_hall
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 GALLERY = {
     "e-commerce": "10 min",
     "goods-to-person": "5 min",

@@ -15,6 +15,7 @@ import desim_warehouse as dw
 from desim_warehouse.answer import text as answer_text
 from desim_warehouse.cli import desim
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 ROOT = Path(__file__).parents[2]
 MODEL = dw.load(ROOT / "models" / "tutorial.yaml")
 RUNS = dw.Search(first=5, cap=5, cache=False)
@@ -69,6 +70,7 @@ def test_the_repr_of_a_plan_is_its_fleet(returned):
     assert not row["T"] > 1000
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_text_is_what_the_command_prints(returned, study, tmp_path):
     file = tmp_path / "model.json"
     file.write_text(json.dumps(MODEL.content()))

@@ -13,6 +13,7 @@ from desim_warehouse.study.fleet.people import people_of
 from tests.docs import pages
 from tests.world.test_pickers import RING
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 SLOW = dw.load(
     RING,
     {

@@ -263,6 +263,7 @@ def test_the_bay_that_is_to_get_chargers_is_one_that_the_robot_may_use(kinds, cu
         World(load(RING, {**TWO, "layout.bays": bays, "fleet.start": ["A"], "tasks.goods": {"random": 20}}))
 
 
+@pytest.mark.usefixtures("whole_probes")
 def test_the_energy_balance_by_kind():
     # A saturated robot drives 80 a task, loads 5, unloads 10: 95 (its charging aside). The large one draws 190 of its
     # 400, and is charged at 20 from 20 to 400; the other 95 of its 200 at 10. A robot at work draws 2 or 1, so it must

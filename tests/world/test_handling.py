@@ -7,6 +7,7 @@ from scipy import stats
 import desim_warehouse as dw
 from desim_warehouse.questions.check import check
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 FLOOR = {
     "name": "handling",
     "layout": {

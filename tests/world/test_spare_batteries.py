@@ -7,6 +7,7 @@ import pytest
 import desim_warehouse as dw
 from tests.theory import models
 
+pytestmark = pytest.mark.usefixtures("brief_probes")
 CHARGE = 80.0
 
 
