@@ -60,6 +60,8 @@ WORDS: dict[Standing, str] = {
 BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}
 
 
+DELIVERED = "an hour delivered"
+"""The end of the text on what an option delivers, and so on its throughput."""
 _SHORT = re.compile(r"^not settled: |( in the counted time)?(;|: not sustainable).*$")
 """The parts of a verdict that a row omits."""
 
@@ -96,5 +98,5 @@ def instead(wrong: Iterable[Verdict], model: Model) -> str:
     for verdict in lasting:
         if math.isfinite(verdict.delivered):
             done, came = numbers.measured(verdict.delivered), numbers.measured(verdict.came)
-            return f"only {done} of {came} {words.loads(model)} an hour delivered"
+            return f"only {done} of {came} {words.loads(model)} {DELIVERED}"
     return ", and ".join(_SHORT.sub("", verdict.text) for verdict in lasting)

@@ -11,7 +11,7 @@ from io import StringIO
 
 from desim_warehouse.answer.numbers import capital, number, p_value
 from desim_warehouse.answer.parts import AnswerData, Option
-from desim_warehouse.answer.standing import WORDS
+from desim_warehouse.answer.standing import DELIVERED, WORDS
 from desim_warehouse.errors import number_of
 
 WIDTH = 100
@@ -101,7 +101,7 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
     """
     with_numbers = {reading.of for option in options for reading in option.numbers}
     shown = [measure for measure in measures if measure in with_numbers] or list(measures)[:1]
-    apart = any(option.instead and reading.of in shown[:1] for option in options for reading in option.numbers)
+    apart = any(option.instead and _hidden(option, shown[:1]) for option in options)
     rows = [[option.full_name, *_cells(option, shown, apart=apart)] for option in options]
     heads = ["option", *(measures[measure] for measure in shown)]
     more: list[tuple[str, list[str]]] = [
@@ -117,6 +117,12 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
             heads.append(head)
             rows = [[*row, cell] for row, cell in zip(rows, column, strict=True)]
     return heads, rows
+
+
+def _hidden(option: Option, measures: Sequence[str]) -> bool:
+    """Whether the option has a number of one of these measures that its text instead of a number does not state."""
+    stated = "throughput_per_hour" if option.instead.endswith(DELIVERED) else ""
+    return any(reading.of in measures and reading.of != stated for reading in option.numbers)
 
 
 def _cells(option: Option, shown: Sequence[str], *, apart: bool) -> list[str]:

@@ -33,7 +33,7 @@ class Search:
         runs: maximum number of runs in all; None: 250 to 5000, by the question.
         confidence: confidence level at which all statements of the answer hold.
         seed: seed of all runs.
-        timeout: time limit for each run, in seconds.
+        timeout: time limit for each run, in seconds; None: no limit.
         workers: number of processes on this machine, at most 256, or `auto`: one for each processor.
         cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
         out: the study folder. Runs stored there by any study are reused, and the answer is written there.
@@ -71,7 +71,7 @@ class Search:
         if self.first is not None and self.cap is not None and self.first > self.cap:
             raise StudyError(f"first {self.first}, cap {self.cap}: expected first <= cap")
         if self.timeout is not None and not (is_finite(self.timeout) and self.timeout > 0):
-            raise StudyError(f"timeout {shown(self.timeout):.60}: expected seconds above 0")
+            raise StudyError(f"timeout {shown(self.timeout):.60}: expected seconds above 0, or None for no limit")
         check_confidence(self.confidence)
         whole_seed(self.seed)
         worker_count(self.workers)

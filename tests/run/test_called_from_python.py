@@ -74,6 +74,12 @@ def test_what_is_no_number_to_work_with_is_refused_in_a_line(model, name, number
         NUMBERS[name](number, model)
 
 
+def test_a_search_without_a_time_limit_says_none():
+    with pytest.raises(dw.StudyError, match=r"^timeout inf: expected seconds above 0, or None for no limit$"):
+        dw.Search(timeout=float("inf"))
+    assert dw.Search(timeout=None).timeout is None
+
+
 def test_a_time_that_no_clock_can_show_is_refused(model):
     with pytest.raises(dw.ModelError, match=r"^until 10*: expected a time above 0, such as 600$"):
         dw.simulate(model, until=10**400)

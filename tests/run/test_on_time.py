@@ -201,5 +201,8 @@ def test_only_indicators_that_depend_on_the_run_length_are_left_blank_for_a_desi
     assert results.answer.options[0].instead in rows[0]
     why = "Left blank where an option cannot keep up, as they depend on the length of the run: "
     assert f"{why}mean cycle time; done on time." in results.answer.notes
+    measures = {"throughput_per_hour": "throughput", "share_idle": "fleet idle"}
+    head, rows = table(measures, results.answer.options)  # deliveries are the throughput: they need no other column
+    assert rows[0][: len(head)][1:3] == [results.answer.options[0].instead, "1.1 %"]
     text = str(results)
     assert text.count(results.answer.options[0].instead) == 1
