@@ -10,7 +10,11 @@ from tests.brief import KEPT
 
 PROBING = (desim_warehouse.run, desim_warehouse.study, desim_warehouse.questions)
 """Packages that probe a model before its runs, or ask those that do."""
-UNPROBED = {("desim_warehouse.study.plan", "run_seed"), ("desim_warehouse.study.execution.cache", "program")}
+UNPROBED = {
+    ("desim_warehouse.study.plan", "run_seed"),
+    ("desim_warehouse.study.execution.cache", "program"),
+    ("desim_warehouse.study.execution.cache", "_versions_of_packages"),
+}
 """What they keep and no probe measures."""
 
 
