@@ -48,10 +48,13 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
 
 
 def _of_robots(model: Model, group: Group, estimate: QuickEstimate, rate: float) -> Load | None:
-    """Return the load of robots relative to their own capacity, whatever stations let through at the peak."""
+    """Return the load of robots relative to their own capacity, whatever stations let through at the peak.
+
+    A fleet that can choose among waiting tasks drives less, and is measured to do more than its robots one by one.
+    """
     if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
         return None
-    mean = rate / estimate.fleet_capacity
+    mean = rate / max(estimate.fleet_capacity, estimate.capacity)
     return Load(group, mean, in_peak(model, group, mean), mean)
 
 

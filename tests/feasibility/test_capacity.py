@@ -7,6 +7,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.feasibility.estimate import Network, Place
+from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate, measured
@@ -224,3 +225,17 @@ def test_a_fleet_is_not_said_to_be_at_its_limit_where_one_robot_more_adds_a_thir
     [warning] = [finding for finding in dw.check(model).findings if finding.code == "DEMAND_ABOVE_FLEET"]
     assert "at least 4 robots are needed" in warning.cure
     assert "hardly do more" not in warning.text
+
+
+def test_robots_are_loaded_relative_to_what_they_do_where_they_can_choose_among_tasks():
+    """Five robots, each of which takes whatever comes next, would do 144 an hour; those that choose do 155 to 174."""
+    words = Draft((40, 30), orders=150, robots=5, chargers=3, stations=2)
+    model = dw.Model.model_validate(read_yaml(draft(words), "draft").data)
+    found, hour = measured(model), 3600
+    least, likely, _ = found.measured
+    assert found.fleet_capacity * hour < 150 < least * hour
+    (robots,) = [load for load in loads(model, found) if load.group.kind == "robots"]
+    assert robots.mean == pytest.approx(150 / hour / likely)
+    kpis = dw.simulate(model.replace({"run": {"length": "4 h", "warm_up": "1 h"}}), seed=1).kpis
+    assert kpis["backlog"] < 15
+    assert kpis["throughput_per_hour"] == pytest.approx(150, rel=0.08)
