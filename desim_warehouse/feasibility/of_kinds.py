@@ -17,7 +17,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import batteries
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout import BayPlaces, Layout
+from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, kind_in_words, slots_at
 
@@ -66,12 +66,11 @@ def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def _errors(model: Model) -> dict[str, list[Finding]]:
     """Return the errors of each kind."""
-
-    def bays_of(kind: str) -> list[BayPlaces]:
-        return [bay for bay in model.floor.bays.values() if not bay.kinds or kind in bay.kinds]
-
-    kinds = by_kind(model).items()
-    return {kind: list(batteries.errors(alone, alone.floor, bays_of(kind))) for kind, alone in kinds}
+    bays = model.floor.bays.values()
+    return {
+        kind: list(batteries.errors(alone, alone.floor, [bay for bay in bays if bay.is_for(kind)]))
+        for kind, alone in by_kind(model).items()
+    }
 
 
 def _for_all(errors_by_kind: dict[str, list[Finding]]) -> bool:

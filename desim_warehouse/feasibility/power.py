@@ -194,7 +194,8 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
         below = whole - 1  # the last charger is needed only in part
         used = below + bisect_left(range(_STEPS), True, key=lambda k: suffices(below + k / _STEPS)) / _STEPS
         used = max(used, 0.0)
-        at_once = part * max(used, needed_overnight(model) or 0.0 if stored else 0.0)
+        at_night = needed_overnight(model) if stored else None
+        at_once = part * max(used, at_night or 0.0)
         needed = math.ceil(at_once - _EPS)
     draws_in_all = drawn(min(chargers / part, used))
     return Power(

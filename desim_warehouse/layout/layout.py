@@ -57,9 +57,13 @@ class BayPlaces:
     grows: bool = False
     kinds: tuple[str, ...] = ()
 
+    def is_for(self, kind: str) -> bool:
+        """Return whether robots of a kind (`""` for ordinary robots) may use chargers of the bay."""
+        return not self.kinds or kind in self.kinds
+
     def charges(self, kind: str) -> bool:
         """Return whether the bay has chargers for robots of a kind (`""` for ordinary robots)."""
-        return self.chargers != 0 and (not self.kinds or kind in self.kinds)
+        return self.chargers != 0 and self.is_for(kind)
 
     def slots(self, homes: int) -> int:
         """Return the number of slots if `homes` robots start there.
