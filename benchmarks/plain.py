@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import simpy
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -88,7 +88,9 @@ class Plain:
 def drafted() -> dw.Model:
     """Draft the warehouse whose floor both models have."""
     text = draft(Draft(size=(60, 40), aisles=8, stations=3, orders=AN_HOUR, due=5, robots=ROBOTS))
-    return dw.load(yaml.safe_load(text), {"run.length": HOURS * 3600, "run.warm_up": 0, "fleet.start_energy": 1.0})
+    return dw.load(
+        YAML(typ="safe").load(text), {"run.length": HOURS * 3600, "run.warm_up": 0, "fleet.start_energy": 1.0}
+    )
 
 
 def report() -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import click
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.cli import COMMANDS, desim
@@ -103,9 +103,9 @@ def same(want, got):
 
 def check_piece(block, file):
     """See that a piece of a model or study is accepted in a file; sections that both have are merged."""
-    content = _merged(yaml.safe_load(file.read_text(encoding="utf-8")), yaml.safe_load(block.text))
+    content = _merged(YAML(typ="safe").load(file.read_text(encoding="utf-8")), YAML(typ="safe").load(block.text))
     whole = file.with_name(f"{file.stem} with the piece of line {block.line}.yaml")
-    whole.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    YAML().dump(content, whole)
     if "model" in content:
         read_study(whole)
     else:

@@ -2,7 +2,7 @@
 
 import random
 
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -24,7 +24,7 @@ def model(number, policy):
     standing = draw.choice((1.0, 0.5, 0.1)) * drive
     chargers = max(1, round(robots / (1 + charges) + draw.uniform(0.3, 1)))
     size = draw.choice(((16, 14), (20, 20), (30, 20)))
-    content = yaml.safe_load(draft(Draft(size=size, orders=orders, robots=robots, chargers=chargers)))
+    content = YAML(typ="safe").load(draft(Draft(size=size, orders=orders, robots=robots, chargers=chargers)))
     states = {"standing": standing, "empty": drive, "loaded": drive * draw.uniform(1, 1.5), "handling": drive}
     battery = {"capacity": 100, "threshold": 30, "consumption": states, "charge_rate": charges * drive}
     if draw.random() < 0.25:

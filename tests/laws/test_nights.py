@@ -9,7 +9,7 @@ import math
 import random
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -42,7 +42,7 @@ def fleet_at_rest(seed, policy, shared):
     chargers = math.ceil(robots * drawn / (gives + drawn))
     words = Draft(size=size, orders=10, robots=robots, chargers=robots)
     low, high = sorted((chance.uniform(0.3, 1), chance.uniform(0.3, 1)))
-    content = yaml.safe_load(draft(words))
+    content = YAML(typ="safe").load(draft(words))
     bays = {
         "layout.bays.charging.total_chargers": chargers,
         "layout.bays.parking.places": robots,

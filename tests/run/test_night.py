@@ -3,7 +3,7 @@
 import random
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -25,7 +25,7 @@ WORDS = Draft(size=(60, 40), orders=200, due=5, aisles=8, stations=3, robots=14,
 
 
 def drafted(words=WORDS, changes=None):
-    return dw.load(yaml.safe_load(draft(words))).replace({"log": "tasks", **(changes or {})})
+    return dw.load(YAML(typ="safe").load(draft(words))).replace({"log": "tasks", **(changes or {})})
 
 
 @pytest.fixture(scope="module")

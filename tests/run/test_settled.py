@@ -1,7 +1,7 @@
 """Batteries that have not settled while a run counts, and what is to be expected once they have."""
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -21,7 +21,7 @@ ALIKE = {"battery.consumption": 0.005}
 
 @pytest.fixture(scope="module")
 def warehouse():
-    return dw.load(yaml.safe_load(draft(WORDS)), ALIKE)
+    return dw.load(YAML(typ="safe").load(draft(WORDS)), ALIKE)
 
 
 def before(model):
@@ -96,7 +96,7 @@ def test_one_run_is_judged_by_the_moves_of_its_robots():
     """All start full and always work: each falls by what it draws, 0.005 of 100 a second, 18 % an hour."""
     text = draft(Draft(size=(30, 20), orders=40, robots=4, chargers=4))
     model = dw.load(
-        yaml.safe_load(text),
+        YAML(typ="safe").load(text),
         {**ALIKE, "fleet.start_energy": 1, "tasks.goods": {"saturated": 8}, "run": {"length": 7200}},
     )
     run = dw.simulate(model)

@@ -6,8 +6,8 @@ import statistics
 from random import Random
 
 import pytest
-import yaml
 from click.testing import CliRunner
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.answer import answer
@@ -236,7 +236,7 @@ def test_of_a_study_folder_nothing_is_searched(tmp_path):
 
 @pytest.fixture(scope="module")
 def found():
-    return best(dw.load(yaml.safe_load(SMALL)), "annual_cost", **asked())
+    return best(dw.load(YAML(typ="safe").load(SMALL)), "annual_cost", **asked())
 
 
 def test_the_table_has_every_design_tried(found):

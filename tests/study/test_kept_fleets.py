@@ -13,8 +13,8 @@ import time
 from contextlib import suppress
 
 import pytest
-import yaml
 from click.testing import CliRunner
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
@@ -47,7 +47,7 @@ def settles_once():
 
 @pytest.fixture(scope="module")
 def model():
-    return dw.load(yaml.safe_load(draft(WORDS)), SHORT)
+    return dw.load(YAML(typ="safe").load(draft(WORDS)), SHORT)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import itertools
 import random
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -23,7 +23,7 @@ def warehouse(seed):
         orders=some.choice((40, 60, 90, 120)),
         due=some.choice((3, 5, 8)),
     )
-    drafted = dw.load(yaml.safe_load(draft(words)))
+    drafted = dw.load(YAML(typ="safe").load(draft(words)))
     policy = some.choice(("four-thresholds", "threshold", "reach-aware", "opportunity"))
     changes = {"policies.charging": policy, "battery.charge_rate": some.choice((0.01, 0.02, 0.04))}
     if policy == "threshold":
