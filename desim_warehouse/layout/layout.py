@@ -104,13 +104,13 @@ class Lift:
     outages: OutageSpec | None = None
     model_name: str = ""
 
-    def moving_time(self, one: str, other: str) -> float:
+    def moving_time(self, node: str, other: str) -> float:
         """Return the time in which the cabin moves from one of its nodes to another."""
-        return abs(self.nodes.index(one) - self.nodes.index(other)) * self.ride
+        return abs(self.nodes.index(node) - self.nodes.index(other)) * self.ride
 
-    def carrying(self, one: str, other: str) -> float:
+    def carrying(self, node: str, other: str) -> float:
         """Return the time of a ride, from the doors' closing behind a robot until they are open on its floor."""
-        return self.doors + self.moving_time(one, other) + self.doors
+        return self.doors + self.moving_time(node, other) + self.doors
 
     def mean_call(self, node: str) -> float:
         """Return the mean time until the free cabin is at a node with open doors.

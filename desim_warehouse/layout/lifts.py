@@ -49,11 +49,11 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
         text = "the time would be spent in one of several cabins"
         yield Finding("LIFT", f"traffic.nodes.{node}.time", text, "leave it out, and give the doors more time")
     zones, contact = zones_on(layout, use.zones), use.contact
-    at = {**use.at, **{node: f"zone {zone.name}" for zone in zones for node in zone.nodes}}
+    taken = {**use.at, **{node: f"zone {zone.name}" for zone in zones for node in zone.nodes}}
     for good in layout.storage:
-        at |= dict.fromkeys(good.edge, f"good {good.number}, or the lane beside which it lies,")
-    at |= {node: f"station {station.zone}" for node, station in layout.stations.items()}
-    at |= {node: f"bay {bay.zone}" for node, bay in layout.bays.items()}
+        taken |= dict.fromkeys(good.edge, f"good {good.number}, or the lane beside which it lies,")
+    taken |= {node: f"station {station.zone}" for node, station in layout.stations.items()}
+    taken |= {node: f"bay {bay.zone}" for node, bay in layout.bays.items()}
     for lift in layout.lifts:
         place = f"layout.lifts.{lift.model_name}"
         for node in lift.nodes:
@@ -69,8 +69,8 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
                     text = f"{'>'.join(edge)} is shorter than {2 * contact:g} (2 D), so robots would wait in the cabin"
                     yield Finding("LIFT", place, text, "make it longer, up to the next node")
                     break
-            if node in at:
-                text = f"{at[node]} is at {node}, where robots would be in the cabin"
+            if node in taken:
+                text = f"{taken[node]} is at {node}, where robots would be in the cabin"
                 yield Finding("LIFT", place, text, "move it to the node in front of the doors")
 
 

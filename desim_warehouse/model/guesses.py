@@ -34,8 +34,8 @@ def guesses(path: str | Path, changed: Iterable[str] = ()) -> tuple[str, ...]:
     listed = []
     for number, line in enumerate(document.text.splitlines(), 1):
         if _MARK.search(line):
-            at = min((key for key in by_line if key >= number), default=None)
-            keys = () if at is None else _named(by_line[at])
+            entry = min((key for key in by_line if key >= number), default=None)
+            keys = () if entry is None else _named(by_line[entry])
             if keys and not any(dotted(keys[:size]) in set_anew for size in range(1, len(keys) + 1)):
                 listed.append(dotted(keys))
     return tuple(dict.fromkeys(listed))

@@ -343,7 +343,7 @@ _Wage = Annotated[
 
 
 class Prices(Part):
-    """What running the warehouse costs, in any one currency: for annual_cost and cost_per_task."""
+    """The costs of running the warehouse, in any one currency: for annual_cost and cost_per_task."""
 
     currency: Name | None = Field(None, description="its name, such as EUR, for sums on pages and in sentences")
     # a shift a week is 400 hours a year, a leap year 8,784

@@ -52,7 +52,7 @@ def sheets_of(path: Path) -> list[str]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """A workbook that is read row by row, once its sizes are those of one."""
+    """Open a workbook that is read row by row, after a check of its sizes."""
     try:
         from openpyxl import load_workbook
     except ImportError:

@@ -383,7 +383,8 @@ def lifts_taken(history: History) -> dict[str, float]:
     layout, model, whole = history.layout, history.model, history.counted
     passed = {row["edge"]: row["passages"] for row in history.log.edges} if layout.lifts else {}
     rides = {
-        lift: {ride: passed[">".join(ride)] for ride, of in layout.rides.items() if of is lift} for lift in layout.lifts
+        lift: {ride: passed[">".join(ride)] for ride, its_lift in layout.rides.items() if its_lift is lift}
+        for lift in layout.lifts
     }
     driven = {lift: beside(model, lift, mine) for lift, mine in rides.items()}
     least = {lift: time_taken(model, lift, mine) - driven[lift] for lift, mine in rides.items()}

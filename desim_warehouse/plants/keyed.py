@@ -72,7 +72,7 @@ def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> S
 
 @dataclass
 class Reader:
-    """Reader of values by a table; `found` maps faults of the file (text, remedy) to their positions.
+    """Reader of values by a table; `faults` maps faults of the file (text, remedy) to their positions.
 
     `unknown` holds the keys that are not in the table, which are left out.
 
@@ -85,7 +85,7 @@ class Reader:
     file: str
     strict: bool
     complete: bool = True
-    found: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    faults: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     count: int = 0
     unknown: list[tuple[tuple[str, ...], str]] = field(default_factory=list)
 
@@ -115,19 +115,19 @@ class Reader:
             self.refuse(
                 position, f"{text}, as are too many values, expected {_WRONG:,} at most that are not as they should be"
             )
-        self.found.setdefault((text, become), []).append(position)
+        self.faults.setdefault((text, become), []).append(position)
 
     def finish(self, plant: Plant, letter: str) -> None:
         """Note all faults in the plant or, if strict, refuse the file; `letter` names the strict check in messages."""
-        if self.strict and self.found:
+        if self.strict and self.faults:
             lines = [
                 f"{self.file}: {position}: {text} ({letter})"
-                for (text, _), all_ in self.found.items()
+                for (text, _), all_ in self.faults.items()
                 for position in all_
             ]
             more = len(lines) - _MOST
             raise ModelError(list(map(printable, lines[:_MOST])) + [f"and {more:,} more problems"] * (more > 0))
-        for (text, become), positions in self.found.items():
+        for (text, become), positions in self.faults.items():
             plant.note("changed", "value", list(map(printable, positions)), f"{text}; {become}")
         for keys, position in self.unknown:
             plant.see_keys(map(printable, keys), (), printable(position))

@@ -191,7 +191,7 @@ def _known(model: Model) -> int:
 
 
 def _task(model: Model, kind: str, probed: Probe) -> MeanTask:
-    """Return the parts of a task as probed, and if requested those of a task that no other follows."""
+    """Return the parts of a task as probed, and if requested the parts of a task that no other follows."""
     if model.battery is None or arrival_rate(model) is None:
         return _driven(probed)
     known_tasks = _known(model)

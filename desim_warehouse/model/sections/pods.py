@@ -60,7 +60,7 @@ class HoldsFile(Part):
 
 
 class Holds(Part):
-    """What pods hold, as read from a file: columns `pod`, `item` and `units`, and where pods stand."""
+    """The contents and places of pods, as read from a file: columns `pod`, `item` and `units`."""
 
     names: tuple[Name, ...] = Field(description="of the items, in order of number")
     pod: tuple[Whole, ...] = Field(description="the number of a pod, for each item on it")

@@ -108,7 +108,7 @@ def in_model_units(spec: PolicySpec, kind: str, info: ValidationInfo) -> PolicyS
 
 
 class Policies(Part):
-    """Who decides what."""
+    """The policies that make the decisions."""
 
     allocation: Policy = Field(
         PolicySpec(name="in-order"), title="dispatching", description="which robot fetches which good"

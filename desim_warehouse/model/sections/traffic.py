@@ -80,7 +80,7 @@ class PeopleSpec(Part):
 
 
 class NodeTraffic(Part):
-    """What is special about one node."""
+    """The traffic rules of a single node."""
 
     time: Annotated[Time | None, Usual(0, "10 min")] = Field(
         None, title="node time", description="time for turning and replanning there; default: traffic.node_time"

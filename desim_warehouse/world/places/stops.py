@@ -119,6 +119,6 @@ def handled(handling: Handling[float], stops: Sequence[Stop]) -> float:
 
 
 def time_at(handling: Handling[float], stop: Stop) -> float:
-    """Return the mean handling time at a stop; if a pod stops on its way, that of each line it is called for."""
+    """Return the mean handling time at a stop; a pod that stops on its way is handled for each of its lines."""
     time = stop.of(handling)
     return stop.task.lines * time if stop.act == "visit" else time

@@ -65,7 +65,7 @@ class BayChoice:
         return theirs or bays
 
     def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """Choose a bay to wait in near chargers, all of which are taken."""
+        """Choose a bay to wait in near chargers that are all taken."""
         ways, reach = self.travel.ways, self.reaches[robot.kind]
         return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + reach.out_of(bay.node, robot))
 

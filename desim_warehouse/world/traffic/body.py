@@ -491,8 +491,8 @@ class Body:
     @property
     def is_at_lift(self) -> bool:
         """Whether the robot comes to a lift next, or is in its cabin: it goes on from there, even if recalled."""
-        at = self.lane.end if self.lane is not None else self.held
-        return at is not None and at.is_lift
+        node = self.lane.end if self.lane is not None else self.held
+        return node is not None and node.is_lift
 
     @property
     def time_left(self) -> float:

@@ -52,18 +52,18 @@ class Drive:
         "env",
         "held_up",
         "index",
+        "node_time_over",
         "robot",
         "route",
         "rules",
         "slow",
         "stop",
-        "there",
         "turn_time",
     )
 
     crossing: tuple[float, float, float, Stretch]
     """The latest answer of `_crossing`: when the robot would leave the node."""
-    there: float
+    node_time_over: float
     """When the robot has spent its time at the node that it was let onto early."""
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
@@ -77,7 +77,7 @@ class Drive:
         self.stop = stop
         self.index = 0
         self.cleared_before_stop = False
-        self.there = -math.inf
+        self.node_time_over = -math.inf
         # Whether crossing takes more than a drive and node time
         self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
         self.held_up: Event | None = None
@@ -341,7 +341,7 @@ class Drive:
         robot, env = self.robot, self.env
         lane, now = robot.lane, env._now
         if robot.until > now:  # the robot ahead has made way meanwhile, so the target is not reached yet
-            self.due(max(robot.until, self.there))
+            self.due(max(robot.until, self.node_time_over))
             return
         pos = robot.pos = robot.target  # as `arrive` does: a call for each event of a drive costs 1 %
         if robot.halts_at <= now or robot.held is not None:
@@ -448,7 +448,7 @@ class Drive:
         yield from self._to_end()
 
     def _to_end(self) -> Steps:
-        """Drive to the lane's end, all of which is granted, and spend the time at the node."""
+        """Drive to the end of a lane that is granted as a whole, and spend the time at the node."""
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
         yield Arrival(self.env, self._spend_node_time(lane))
@@ -561,7 +561,7 @@ class Drive:
         # The time at the node is spent on arrival there: the robot may stop short of it.
         arrival = self._spend_node_time(onward) if target == onward.length else robot.until
         if early:
-            self.there = arrival
+            self.node_time_over = arrival
             return
         self.callbacks = ROLL  # as `due` does
         heappush(env._queue, (arrival, NORMAL, next(env._eid), self))

@@ -137,7 +137,7 @@ class LiftCrossing(Intersection):
 
 
 class Ride(Lane):
-    """The way in the cabin between two nodes of a lift, without length: its time is that of doors and cabin."""
+    """The way in the cabin between two nodes of a lift, without length: doors and cabin take the time."""
 
     __slots__ = ()
 

@@ -167,10 +167,10 @@ def _intersections(
     together = [edge for edge, length in lengths.items() if length < rules.headway]
     together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
     for source, target in together:
-        one, other = groups[source], groups[target]
-        if one is not other:
-            one += other
-            groups.update(dict.fromkeys(other, one))
+        group, other = groups[source], groups[target]
+        if group is not other:
+            group += other
+            groups.update(dict.fromkeys(other, group))
     intersections: dict[str, Intersection] = {}
     for shaft in layout.lifts:
         intersections.update(dict.fromkeys(shaft.nodes, LiftCrossing(rules, shaft)))
