@@ -92,6 +92,7 @@ class Costs:
         self.looked, self.slowness = -math.inf, 1.0
         self.item = None
         self.of_tests, self.of_fixtures = {}, {}
+        self.here = 0.0  # seconds of processor of all tests on this machine
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_setup(self, item):
@@ -118,7 +119,7 @@ class Costs:
         if seconds > self.limit * slow:  # or has the machine become slow meanwhile?
             self._look()
             slow = max(slow, self.slowness)
-        item.user_properties.append(("processor", seconds / slow))
+        item.user_properties += [("processor", seconds / slow), ("here", seconds)]
 
     def _look(self):
         self.looked, self.slowness = time.monotonic(), slowness()
@@ -127,6 +128,7 @@ class Costs:
         if report.when == "teardown":
             properties = dict(report.user_properties)
             self.of_tests[report.nodeid] = properties["processor"]
+            self.here += properties["here"]
             self.of_fixtures |= [value for name, value in report.user_properties if name == "fixture"]
 
     def outgrown(self):
@@ -148,7 +150,9 @@ class Costs:
 
     def pytest_terminal_summary(self, terminalreporter):
         total = sum(cost for _, cost in self.dearest())
-        terminalreporter.write_line(f"tests took {total:.0f} s of processor")
+        slow = self.here / sum(self.of_tests.values()) if self.of_tests else 1.0
+        slower = f"; this machine took {slow:.1f} times as long" if slow > 1.05 else ""
+        terminalreporter.write_line(f"tests took {total:.0f} s of processor of a quiet machine{slower}")
         for name, cost in self.outgrown():
             terminalreporter.write_line(
                 f"OUTGROWN {name} took {cost:.1f} s of processor. A test has at most {self.limit:g}, "

@@ -91,7 +91,23 @@ def test_a_test_during_which_the_machine_became_slow_is_not_dear(monkeypatch):
         clocks.setattr(module, "spent", lambda: 6.0)
         clocks.setattr(module, "reference_work", lambda: 5 * REFERENCE)
         costs.pytest_runtest_teardown(item)
-    assert item.user_properties == [("processor", pytest.approx(1.2))]
+    assert item.user_properties == [("processor", pytest.approx(1.2)), ("here", 6.0)]
+
+
+@pytest.mark.parametrize(
+    ("here", "text"),
+    [
+        (4.0, "tests took 4 s of processor of a quiet machine"),
+        (10.0, "tests took 4 s of processor of a quiet machine; this machine took 2.5 times as long"),
+    ],
+)
+def test_the_total_says_how_slow_the_machine_was(here, text):
+    costs = Costs(SimpleNamespace(getoption=lambda _: "not long"))
+    properties = [("processor", 4.0), ("here", here)]
+    costs.pytest_runtest_logreport(SimpleNamespace(when="teardown", nodeid="test_some", user_properties=properties))
+    lines = []
+    costs.pytest_terminal_summary(SimpleNamespace(write_line=lines.append))
+    assert lines == [text]
 
 
 def test_what_outgrows_its_mark_fails_the_session(tmp_path):
