@@ -153,15 +153,11 @@ class ChargingContract(_Contract):
 
     def test_levels_are_levels_of_the_battery(self) -> None:
         """Finite, in order, and no charging above the capacity."""
-        import dataclasses
-
         from desim_warehouse.world import World
 
         world = World(self.given(), 1)
         policy, view = self.make(), world.robots[0].view()
-        levels_by_energy = [
-            policy.levels(dataclasses.replace(view, energy=view.capacity * part / 10)) for part in range(11)
-        ]
+        levels_by_energy = [policy.levels(view._replace(energy=view.capacity * part / 10)) for part in range(11)]
         for levels in levels_by_energy:
             assert levels.fault(view) is None, levels.fault(view)
         if getattr(policy, "fixed", False):
@@ -175,7 +171,6 @@ class ParkingContract(_Contract):
 
     def test_the_bay_is_one_of_those_shown(self) -> None:
         """From every node, for every choice of two bays."""
-        import dataclasses
         from itertools import combinations
 
         from desim_warehouse.policies import BayView
@@ -186,7 +181,7 @@ class ParkingContract(_Contract):
         bays = [BayView(node, 1, 1, rank) for rank, node in enumerate(world.layout.graph)]
         for node in world.layout.graph:
             for shown in combinations(bays, 2):
-                chosen = policy.choose(dataclasses.replace(view, node=node), shown, world.travel)
+                chosen = policy.choose(view._replace(node=node), shown, world.travel)
                 assert chosen in {bay.node for bay in shown}, f"{chosen!r} is none of the given bays"
 
 

@@ -31,8 +31,7 @@ class StopPlace(NamedTuple):
     storage: tuple[tuple[str, str], float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(NamedTuple):
     """A load to be taken from one storage place or station to another, or several loads that a robot takes on one tour.
 
     The load is picked `offset` beyond the start of `edge`. At a node, or in the station beside it, both ends of `edge`
@@ -83,8 +82,7 @@ class Task:
         return bool(self.members or self.via)
 
 
-@dataclass(frozen=True, slots=True)
-class RobotView:
+class RobotView(NamedTuple):
     """A robot as policies see it, read-only; energies are in the model's unit.
 
     `node` is where it is or comes to next; for a busy robot where it will be free, in about `free_in` time units. `bay`
@@ -109,8 +107,7 @@ class RobotView:
     carries: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class BayView:
+class BayView(NamedTuple):
     """A bay as policies see it: `free` slots (neither occupied nor reserved), chargers, and `present` robots."""
 
     node: str

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, Protocol, TypeVar, cast, overload
 
 from desim_warehouse.values.distributions import mean_of
 
@@ -112,8 +112,7 @@ class OpenTasks(Sequence["Task"]):
         return repr(list(self._tasks))
 
 
-@dataclass(frozen=True)
-class Situation:
+class Situation(NamedTuple):
     """Decision situation of an allocation policy, read-only: free robots, open tasks, and the state of both.
 
     Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with

@@ -9,7 +9,6 @@ without any pattern of the floor.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from simpy.events import Timeout
@@ -99,7 +98,7 @@ class Backlog:
             self._open += len(order)
             self._given += len(order)
             for task in order:
-                self._release(replace(task, release=self._env.now, due=None))
+                self._release(task._replace(release=self._env.now, due=None))
 
     def _of_goods(self, count: int) -> Iterator[list[Task]]:
         """Iterate over goods in the mix of the demand; goods of a list come in its order, again and again."""
@@ -128,7 +127,7 @@ class Backlog:
             order = made[name].order(number, 0.0, next(rows[name]))
             number += len(order)
             if self._in_turn and model.tasks.station_choice == "least-loaded":
-                order = [replace(task, to=(task.to[nth % len(task.to)],)) for task in order]
+                order = [task._replace(to=(task.to[nth % len(task.to)],)) for task in order]
             yield order
 
     def _stratify(self, flow: Any, count: int) -> None:

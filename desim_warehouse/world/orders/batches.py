@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import replace
 from functools import partial
 from numbers import Real
 from typing import TYPE_CHECKING
@@ -126,8 +125,7 @@ def tour_of(tasks: list[Task]) -> Task:
     if len(tasks) == 1:
         return first
     dues = [task.due for task in tasks if task.due is not None]
-    return replace(
-        first,
+    return first._replace(
         release=min(task.release for task in tasks),
         due=min(dues, default=None),
         priority=max(task.priority for task in tasks),

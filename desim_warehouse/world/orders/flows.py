@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
@@ -205,7 +204,7 @@ class _Flow:
         nth = self._orders
         self._orders += 1
         tasks = [self.task(number + rank, now) for rank in range(self._lines(nth))]
-        return [replace(task, order=str(nth), priority=tasks[0].priority) for task in tasks]
+        return [task._replace(order=str(nth), priority=tasks[0].priority) for task in tasks]
 
     def _lines(self, nth: int) -> int:
         """Return the number of lines of the n-th order."""

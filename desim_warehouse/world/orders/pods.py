@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from simpy.events import Timeout
@@ -253,7 +252,7 @@ class Pods:
                 waiting.popleft()
                 self.open_at[order] = node, left + len(lines)
                 for line in lines:
-                    self._open(replace(line, to=(node,)), node)
+                    self._open(line._replace(to=(node,)), node)
 
     def _station_for(self, lines: Sequence[Task], nodes: Sequence[str]) -> str:
         views = [StationView(node, self.orders[node], self.items[node]) for node in nodes]
@@ -369,8 +368,7 @@ class Pods:
                     del self.waiting[node][line.item]
             self._promise(pod, line)
         place, dues = self.shelves.storage[pod.place], [line.due for line in lines if line.due is not None]
-        visit = replace(
-            lines[0],
+        visit = lines[0]._replace(
             good=place.number,
             edge=place.edge,
             offset=place.offset,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from desim_warehouse.feasibility.batteries import cause, too_small
@@ -275,7 +274,7 @@ class Reach:
         station = self.stations.choose(robot, task)
         return max(
             self.consumption.empty * self.out_to(robot, bay)
-            + self.enough(replace(robot, node=bay), task, station, levels)
+            + self.enough(robot._replace(node=bay), task, station, levels)
             for bay in (robot.node, *self.parking)
         )
 
@@ -290,7 +289,7 @@ class Reach:
         key = robot.node, levels
         if key not in self._rests_elsewhere:
             needed = (
-                self.consumption.empty * self.out_to(robot, bay) + self.rests_until(replace(robot, node=bay), levels)
+                self.consumption.empty * self.out_to(robot, bay) + self.rests_until(robot._replace(node=bay), levels)
                 for bay in self.parking
             )
             self._rests_elsewhere[key] = min(levels.full, max(needed, default=0.0))
