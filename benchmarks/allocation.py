@@ -72,15 +72,15 @@ def table(results: dict[int, dict[str, list[dict[str, float]]]]) -> list[str]:
 def cell(key: str, runs: list[dict[str, float]], base: list[dict[str, float]]) -> str:
     """A mean, and where it is compared with in-order the difference with its interval, and in per cent."""
     digits = 1 if key in ("S", "C") else 0
-    said = f"{statistics.fmean(run[key] for run in runs):,.{digits}f}"
+    entry = f"{statistics.fmean(run[key] for run in runs):,.{digits}f}"
     if runs is base or key not in COMPARED:
-        return said
+        return entry
     differences = [run[key] - other[key] for run, other in zip(runs, base, strict=True)]
     gap = statistics.fmean(differences)
-    said += f", {gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}"
+    entry += f", {gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}"
     if key == "S":
-        return said
-    return f"{said} ({100 * gap / statistics.fmean(run[key] for run in base):+.1f} %)"
+        return entry
+    return f"{entry} ({100 * gap / statistics.fmean(run[key] for run in base):+.1f} %)"
 
 
 def main() -> None:

@@ -118,16 +118,16 @@ def floor(number: int, policy: str) -> Model:
 
 def kept(name: str, model: Model) -> tuple[float, float]:
     """Tasks an hour that a long run did, and that came, kept from run to run."""
-    known = json.loads(KEPT.read_text("utf-8")) if KEPT.exists() else {}
+    rates = json.loads(KEPT.read_text("utf-8")) if KEPT.exists() else {}
     key = f"{name} {model.digest}"
-    if key not in known:
+    if key not in rates:
         kpis = dw.simulate(model, 1).kpis
         done = kpis["throughput_per_hour"]
-        known = json.loads(KEPT.read_text("utf-8")) if KEPT.exists() else {}
-        known[key] = done, done + kpis.get("backlog_growth_per_hour", 0.0)
+        rates = json.loads(KEPT.read_text("utf-8")) if KEPT.exists() else {}
+        rates[key] = done, done + kpis.get("backlog_growth_per_hour", 0.0)
         KEPT.parent.mkdir(exist_ok=True)
-        KEPT.write_text(json.dumps(known, indent=0), "utf-8")
-    done, came = known[key]
+        KEPT.write_text(json.dumps(rates, indent=0), "utf-8")
+    done, came = rates[key]
     return done, came
 
 

@@ -68,11 +68,11 @@ def side_by_side(path: str) -> None:
     two_way = import_layout(path, robots=max(FLEETS)).model.replace(
         {"tasks.load_time": 0, "tasks.unload_time": 0, "run.length": LENGTH, "run.warm_up": WARM_UP, "log": "tasks"}
     )
-    found = orientation(two_way)
-    one_way = oriented(two_way, found)
+    directions = orientation(two_way)
+    one_way = oriented(two_way, directions)
     layout = two_way.layout
-    print(f"{path}: {len(layout.nodes):,} nodes, {len(layout.edges):,} lanes; {len(found.bridges)} stay two-way")
-    print(f"stretch {found.stretch:.2f}, in {time.process_time() - begin:.0f} s of processor time")
+    print(f"{path}: {len(layout.nodes):,} nodes, {len(layout.edges):,} lanes; {len(directions.bridges)} stay two-way")
+    print(f"stretch {directions.stretch:.2f}, in {time.process_time() - begin:.0f} s of processor time")
     for robots in FLEETS:
         for title, model in (("two-way", two_way), ("one-way", one_way)):
             begin = time.process_time()

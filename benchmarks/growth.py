@@ -80,15 +80,15 @@ def spent(action: Callable[[], Any]) -> float:
 
 def running(model: dw.Model, length: float, units: Callable[[World], int]) -> float:
     """Seconds per unit while a run goes on, once the routes that it takes have been searched for."""
-    found = []
+    costs = []
     for _ in range(ROUNDS):
         world = World(model)
         world.begin()
         up_to(world.env, WARM_UP)
         before = units(world)
         taken = spent(lambda: up_to(world.env, WARM_UP + length))  # noqa: B023 - called at once
-        found.append(taken / (units(world) - before))
-    return min(found)
+        costs.append(taken / (units(world) - before))
+    return min(costs)
 
 
 def moves(world: World) -> int:
@@ -185,23 +185,23 @@ def places(size: int) -> float:
 
 def _checked(model: dw.Model) -> float:
     """Seconds that a check and building the World take, nothing kept from before."""
-    found = []
+    times = []
     for _ in range(ROUNDS):
         for kept in (build, travel_on, _least_needs, errors, _probe, _calm):
             kept.cache_clear()
-        found.append(spent(lambda: (check(model), World(model))))
-    return min(found)
+        times.append(spent(lambda: (check(model), World(model))))
+    return min(times)
 
 
 def log_rows(size: int) -> float:
     """A run to its end, with all rows, its history and its indicators."""
     model = warehouse(10, 20, {"log": "all", "run.length": size / 25})
-    found = []
+    costs = []
     for seed in range(ROUNDS):
         runs: list[dw.Run] = []
         taken = spent(lambda: runs.append(dw.simulate(model, seed)))  # noqa: B023 - called at once
-        found.append(taken / len(runs[0].record.rows))
-    return min(found)
+        costs.append(taken / len(runs[0].record.rows))
+    return min(costs)
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,12 @@ def main() -> None:
         run, long = dw.simulate(short, 1), dw.simulate(lasts, 2)
         judged, grows = lasting(run), piles_up(long.verdicts)
         assert judged is not None
-        said = "cannot" if piles_up(run.verdicts) else "keeps up" if judged.keeps_up else "not shown"
-        counts[said, grows] += 1
-        if (said == "keeps up" and grows) or (said == "cannot" and not grows):
-            print(number, said, f"{long.kpis['backlog']:.0f} open after {hours} h", run.model.tasks.goods, flush=True)
-    for (said, grows), count in sorted(counts.items()):
-        print(f"{said:10} after {hours} h {'cannot keep up' if grows else 'keeps up'}: {count}")
+        answer = "cannot" if piles_up(run.verdicts) else "keeps up" if judged.keeps_up else "not shown"
+        counts[answer, grows] += 1
+        if (answer == "keeps up" and grows) or (answer == "cannot" and not grows):
+            print(number, answer, f"{long.kpis['backlog']:.0f} open after {hours} h", run.model.tasks.goods, flush=True)
+    for (answer, grows), count in sorted(counts.items()):
+        print(f"{answer:10} after {hours} h {'cannot keep up' if grows else 'keeps up'}: {count}")
 
 
 if __name__ == "__main__":

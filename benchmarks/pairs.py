@@ -56,15 +56,15 @@ def main() -> None:
     pairs = int(sys.argv[2]) if len(sys.argv) > 2 else PAIRS
     if pairs < 6:
         raise SystemExit("at least 6 pairs: fewer give no 95 % interval of a median")
-    found: dict[str, list[tuple[float, float]]] = {}
+    measured: dict[str, list[tuple[float, float]]] = {}
     for number in range(pairs):
         order = (other, HERE) if number % 2 else (HERE, other)
         rows = {checkout: costs(checkout) for checkout in order}
         for name, cost in rows[HERE].items():
-            found.setdefault(name, []).append((rows[other][name], cost))
+            measured.setdefault(name, []).append((rows[other][name], cost))
         print(f"pair {number + 1} of {pairs}", end="\r", file=sys.stderr, flush=True)
     print(f"{'in bare timeouts: the 30 cells, or a move':<46} {'other':>9} {'this':>9}  ratio (95 %)")
-    for name, values in found.items():
+    for name, values in measured.items():
         ratios = [this / before for before, this in values]
         low, high = interval(ratios)
         before, this = (median(side) for side in zip(*values, strict=True))

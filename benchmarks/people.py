@@ -32,24 +32,24 @@ SHOWN = {
 
 def difference(form: str, one: list[float], two: list[float]) -> str:
     """How much more two-way streets have, with its interval; in brackets where it may be nothing."""
-    found = paired(two, one)
-    assert found.interval is not None
-    text = f"{form.format(found.mean)} ± {form.format(found.half_width)}"
-    return text if min(found.interval) > 0 or max(found.interval) < 0 else f"({text})"
+    gap = paired(two, one)
+    assert gap.interval is not None
+    text = f"{form.format(gap.mean)} ± {form.format(gap.half_width)}"
+    return text if min(gap.interval) > 0 or max(gap.interval) < 0 else f"({text})"
 
 
 def rows(table: pd.DataFrame) -> list[list[str]]:
     """A row for each indicator: its mean on one-way streets, and the gap to two-way ones, by visits and routing."""
     parts = table.groupby([VISITS, ROUTING], sort=False)
-    found = [["one-way, and two-way - one-way", *(f"{visits}, {routing}" for (visits, routing), _ in parts)]]
+    lines = [["one-way, and two-way - one-way", *(f"{visits}, {routing}" for (visits, routing), _ in parts)]]
     for name, form in SHOWN.items():
         cells = [f"`{name}`"]
         for _, part in parts:
             one, two = (part[part["streets"] == kind].sort_values("replication") for kind in ("one-way", "two-way"))
             a, b = one[name].tolist(), two[name].tolist()
             cells.append(f"{form.format(estimate(a).mean)}, {difference(form, a, b)}")
-        found.append(cells)
-    return found
+        lines.append(cells)
+    return lines
 
 
 def main() -> None:

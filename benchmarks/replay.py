@@ -97,12 +97,12 @@ def report(robots: int = 1000, seconds: float = 3600.0) -> str:
     """The measured figures as a line of text."""
     run = dw.simulate(dw.load(large(robots, seconds)), seed=1)
     with tempfile.TemporaryDirectory() as folder:
-        found = measure(run, Path(folder))
+        figures = measure(run, Path(folder))
     return (
-        f"replay of {robots:,} robots for {seconds:,.0f} s ({found['rows']:,.0f} log rows, {run.S:,} collisions): "
-        f"{found['megabytes']:.1f} MB written in {found['write_seconds']:.1f} s, usable after "
-        f"{found['load_seconds']:.1f} s, {found['frames_per_second']:.0f} frames/s, "
-        f"{found['draw_milliseconds']:.1f} ms to draw one"
+        f"replay of {robots:,} robots for {seconds:,.0f} s ({figures['rows']:,.0f} log rows, {run.S:,} collisions): "
+        f"{figures['megabytes']:.1f} MB written in {figures['write_seconds']:.1f} s, usable after "
+        f"{figures['load_seconds']:.1f} s, {figures['frames_per_second']:.0f} frames/s, "
+        f"{figures['draw_milliseconds']:.1f} ms to draw one"
     )
 
 

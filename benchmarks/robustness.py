@@ -26,12 +26,12 @@ FEW, PAPER, MANY = 1, 6, 18
 
 def surely(values: Values, sign: int) -> list[int]:
     """The fleets in which an indicator surely grew (`sign` 1) or fell (-1) by the last robot."""
-    found = []
+    fleets = []
     for robots in list(values)[1:]:
         gain = paired(values[robots], values[robots - 1]).interval
         if gain is not None and min(sign * gain[0], sign * gain[1]) > 0:
-            found.append(robots)
-    return found
+            fleets.append(robots)
+    return fleets
 
 
 def line(rows: pd.DataFrame) -> str:

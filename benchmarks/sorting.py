@@ -111,8 +111,8 @@ def report() -> None:
     for title, changes in POLICIES.items():
         print(f"{title:<26}", end="")
         for robots in FLEETS:
-            found, spent = goals(robots, changes)
-            print(f"{found:>8.2f} ({spent:>3.0f} s)", end="", flush=True)
+            rate, spent = goals(robots, changes)
+            print(f"{rate:>8.2f} ({spent:>3.0f} s)", end="", flush=True)
         print()
 
 

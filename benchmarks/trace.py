@@ -51,10 +51,10 @@ def main() -> None:
     for name, text in COMMANDS.items():
         words = [TARGET if word == "{target}" else word for word in text.split()]
         with tempfile.TemporaryDirectory() as folder:
-            found = modules([*words, "--out", folder] if name == "run" else words)
-        print(f"{name}: {len(found)} modules")
+            passed = modules([*words, "--out", folder] if name == "run" else words)
+        print(f"{name}: {len(passed)} modules")
         if name in sys.argv[1:]:
-            print("\n".join(f"  {one}" for one in found))
+            print("\n".join(f"  {one}" for one in passed))
 
 
 if __name__ == "__main__":

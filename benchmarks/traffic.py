@@ -88,11 +88,11 @@ class Core:
 
     def way(self, origin: str, goal: str) -> list[Lane]:
         """The lanes of the shortest way."""
-        found = self.cache.get((origin, goal))
-        if found is None:
+        lanes = self.cache.get((origin, goal))
+        if lanes is None:
             steps = pairwise(self.ways.way(origin, goal))
-            found = self.cache[origin, goal] = [self.traffic.lanes[step] for step in steps]
-        return found
+            lanes = self.cache[origin, goal] = [self.traffic.lanes[step] for step in steps]
+        return lanes
 
     def life(self, robot: Body, at: str, delay: float) -> Any:
         """Fetch and deliver without end."""
@@ -160,13 +160,13 @@ def whole(name: str, model: dw.Model, since: float, until: float) -> None:
     Before them all routes are searched for, which the runs of a model share.
     """
     driven(model, since, until)
-    found = []
+    rounds = []
     for _ in range(3):
         bare = bare_timeouts()
         moves, spent = driven(model, since, until)
         bare = max(bare, bare_timeouts())
-        found.append((moves / spent / bare, moves / spent, bare, (until - since) / spent))
-    _, (ratio, rate, bare, real), _ = sorted(found)
+        rounds.append((moves / spent / bare, moves / spent, bare, (until - since) / spent))
+    _, (ratio, rate, bare, real), _ = sorted(rounds)
     print(
         f"{name:<46} {rate:>9,.0f} moves/s  {bare:>10,.0f} timeouts/s  ratio {ratio:.3f}  ({real:,.0f} x real time)",
         flush=True,
@@ -206,7 +206,7 @@ def cells() -> None:
     for model in models:
         dw.simulate(model)
     measured = {"building the World": World, "T, S, C": _paper, "all indicators": lambda model: dw.simulate(model).kpis}
-    found: dict[str, list[float]] = {name: [] for name in measured}
+    timeouts: dict[str, list[float]] = {name: [] for name in measured}
     for _ in range(7):
         for name, run in measured.items():
             bare = bare_timeouts(each=300)
@@ -215,8 +215,8 @@ def cells() -> None:
             for model in models:
                 run(model)
             spent = time.process_time() - begin
-            found[name].append(spent / len(models) * (bare + bare_timeouts(each=300)) / 2)
-    costs = ", ".join(f"{name} {median(costs):,.0f}" for name, costs in found.items())
+            timeouts[name].append(spent / len(models) * (bare + bare_timeouts(each=300)) / 2)
+    costs = ", ".join(f"{name} {median(costs):,.0f}" for name, costs in timeouts.items())
     print(f"{'the 30 cells of the paper':<46} bare timeouts a run: {costs}", flush=True)
 
 
@@ -232,17 +232,17 @@ def growth() -> None:
     Measured from when all have set out on their first ways, which takes up the whole time in the larger ones: nothing
     but driving is measured.
     """
-    found = []
+    speeds = []
     for side, robots, until in ((8, 10, 20_000), (25, 100, 8_000), (80, 1000, 2_000), (253, 10_000, 1_000)):
         measured = [Core(side, side, robots, spread=True).measure(600, until, robots) for _ in range(3)]
         moves, bare = (max(rates) for rates in zip(*measured, strict=True))
-        found.append((moves, bare))
+        speeds.append((moves, bare))
         print(
             f"{f'equal density: {robots:,} robots on {side} x {side}':<46} {moves:>9,.0f} moves/s  "
             f"{bare:>10,.0f} timeouts/s of as many processes  ratio {moves / bare:.3f}",
             flush=True,
         )
-    (few, bare_few), (many, bare_many) = found[0], found[-1]
+    (few, bare_few), (many, bare_many) = speeds[0], speeds[-1]
     print(
         f"from 10 to 10,000 robots: cost of a move {few / many - 1:+.0%}, of a bare timeout "
         f"{bare_few / bare_many - 1:+.0%}, of a move in bare timeouts {few / bare_few * bare_many / many - 1:+.0%}"

@@ -198,8 +198,8 @@ def _placed(graph: nx.DiGraph) -> nx.DiGraph:
 def _over_seeds(graph: nx.DiGraph, slots: dict[str, int], robots: int, rule: str = "avoid") -> tuple[str, float]:
     runs = [Trips(graph, slots, robots, seed, rule).run() for seed in range(SEEDS)]
     assert not any(run.stalled for run in runs)
-    found = [run.done for run in runs]
-    return f"{statistics.mean(found):.0f} ({min(found)} to {max(found)})", statistics.mean(found)
+    done = [run.done for run in runs]
+    return f"{statistics.mean(done):.0f} ({min(done)} to {max(done)})", statistics.mean(done)
 
 
 def plants() -> None:
@@ -308,9 +308,9 @@ def core() -> None:
         for robots, most_out in ((25, None), (50, None), (100, None), (100, 50)):
             changes = {"fleet.size": robots, "tasks.goods": {"saturated": robots}, "traffic.most_out": most_out}
             runs = [dw.simulate(model.replace(changes), seed) for seed in range(SEEDS)]
-            found = statistics.mean(run.kpis["throughput_per_hour"] for run in runs)
+            rate = statistics.mean(run.kpis["throughput_per_hour"] for run in runs)
             cap = "" if most_out is None else f", at most {most_out} under way"
-            print(f"{kind:<30} {robots:>3} robots{cap}: {found:.0f} deliveries/h", flush=True)
+            print(f"{kind:<30} {robots:>3} robots{cap}: {rate:.0f} deliveries/h", flush=True)
 
 
 def strict() -> None:

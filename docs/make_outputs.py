@@ -29,7 +29,7 @@ Change = tuple[int, int, list[str]]
 
 def changes(page: Path, folder: Path, *, slow: bool) -> list[Change]:
     """What has to change in a page, from running its blocks in a copy of the folder."""
-    found: list[Change] = []
+    edits: list[Change] = []
     names: dict[str, object] = {"__name__": "page"}
     for block in pages.blocks(page):
         word, rest = block.note
@@ -41,7 +41,7 @@ def changes(page: Path, folder: Path, *, slow: bool) -> list[Change]:
         elif block.kind == "python":
             printed = pages.run_python(block, names, page)
             if block.output is not None:
-                found += _change(block.output_line, block.output.splitlines(), printed)
+                edits += _change(block.output_line, block.output.splitlines(), printed)
         elif block.kind == "console":
             at = block.line
             for command in pages.commands(block):
@@ -51,9 +51,9 @@ def changes(page: Path, folder: Path, *, slow: bool) -> list[Change]:
                     if word != "fails" and status not in NO_ERROR:
                         sys.exit(f"{page.name}: {command.words}\n{err}")
                     if command.output:
-                        found += _change(at, command.output, out + err if word == "fails" else out)
+                        edits += _change(at, command.output, out + err if word == "fails" else out)
                 at += len(command.output)
-    return found
+    return edits
 
 
 def _change(line: int, want: list[str], got: str) -> list[Change]:

@@ -55,8 +55,8 @@ def distributions() -> str:
     from desim_warehouse.values.distributions import KINDS
 
     docs = [(inspect.getdoc(kind) or "").partition("\n")[0].partition(": ") for kind in KINDS.values()]
-    said = [re.fullmatch(r"(`.*`): (.*)", "".join(doc)) for doc in docs]
-    return table(("written", "what it is"), [one.groups() for one in said if one is not None])
+    matches = [re.fullmatch(r"(`.*`): (.*)", "".join(doc)) for doc in docs]
+    return table(("written", "what it is"), [one.groups() for one in matches if one is not None])
 
 
 def limits() -> str:
@@ -184,15 +184,15 @@ def _expected(part: Mapping[str, Any]) -> str:  # noqa: PLR0911 - a table
 
 def _several(item: Mapping[str, Any]) -> str:
     words = {"a section": "sections", "text": "names", "a number": "numbers"}
-    said = _expected(item)
-    first = re.match(r"a number", said)
-    return words.get(said, said.replace("a number", "numbers", 1) if first else said)
+    expected = _expected(item)
+    first = re.match(r"a number", expected)
+    return words.get(expected, expected.replace("a number", "numbers", 1) if first else expected)
 
 
 def _bounds(part: Mapping[str, Any]) -> str:
     signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-    found = [f"{sign} {part[name]:g}" for name, sign in signs.items() if name in part]
-    return " " + ", ".join(found) if found else ""
+    bounds = [f"{sign} {part[name]:g}" for name, sign in signs.items() if name in part]
+    return " " + ", ".join(bounds) if bounds else ""
 
 
 # Policies and commands
@@ -290,12 +290,12 @@ def _entry(name: str, value: Any) -> tuple[str, str]:
 
 def log_columns() -> str:
     """The columns of the log."""
-    return table(("column", "meaning"), ((f"`{name}`", said) for name, said in COLUMNS.items()))
+    return table(("column", "meaning"), ((f"`{name}`", meaning) for name, meaning in COLUMNS.items()))
 
 
 def log_kinds() -> str:
     """The kinds of rows."""
-    rows = ((f"`{kind}`", said, value, f"`{level}`") for kind, (level, said, value) in KINDS.items())
+    rows = ((f"`{kind}`", event, value, f"`{level}`") for kind, (level, event, value) in KINDS.items())
     return table(("kind", "what happened", "`value`", "from `log:`"), rows)
 
 
@@ -320,14 +320,14 @@ def indicators() -> str:
     """The indicators with unit and meaning."""
     rows = ((f"`{one.name}`", _UNITS.get(one.unit, one.unit), one.meaning) for one in INDICATORS.values())
     of_flows = ", ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_flow is not None)
-    said = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
+    notes = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
     of_parts = spoken([f"`{one.name}`" for one in INDICATORS.values() if one.by_time])
-    said += (
+    notes += (
         f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day, as in "
         "`on_time@11:30-13:00` or `robots_busy@11:30-13:00`: of the tasks that come in it, and utilisation of what "
         "happens in it. Parts are the stretches in which no rate changes, those of more than two hours by the hour.\n"
     )
-    return table(("indicator", "unit", "what it is"), rows) + said
+    return table(("indicator", "unit", "what it is"), rows) + notes
 
 
 def study_keys() -> str:

@@ -196,28 +196,28 @@ TAIL = """## What else is checked
 # Rows
 
 
-def row(found: Found) -> str:
+def row(estimate: Found) -> str:
     """The line of the page for one quantity of a case."""
-    verdict = "agrees" if found.contains and found.near else "DIFFERS"
-    interval = f"± {found.half_width:.2g}" if len(found.values) > 1 else "no chance"
-    difference = round(100 * (found.mean / found.quantity.theory - 1), 2) + 0.0  # no -0.00
+    verdict = "agrees" if estimate.contains and estimate.near else "DIFFERS"
+    interval = f"± {estimate.half_width:.2g}" if len(estimate.values) > 1 else "no chance"
+    difference = round(100 * (estimate.mean / estimate.quantity.theory - 1), 2) + 0.0  # no -0.00
     cells = (
-        found.case.title,
-        found.quantity.name,
-        f"{found.quantity.theory:.5g}",
-        f"{found.mean:.5g}",
+        estimate.case.title,
+        estimate.quantity.name,
+        f"{estimate.quantity.theory:.5g}",
+        f"{estimate.mean:.5g}",
         interval,
         f"{difference:+.2f} %",
-        f"{verdict} ({100 * found.quantity.within:g} %)",
+        f"{verdict} ({100 * estimate.quantity.within:g} %)",
     )
     return "| " + " | ".join(cells) + " |"
 
 
-def cases(section: str, found: Iterable[Found]) -> str:
+def cases(section: str, estimates: Iterable[Found]) -> str:
     """The table of a section."""
     heads = ("case", "quantity", "theory", "simulated", "99 % interval", "difference", "verdict (bound)")
     head = table(heads, [], "llrrrr")
-    return f"## {section}\n\n{head}" + "\n".join(row(one) for one in found if one.case.section == section) + "\n"
+    return f"## {section}\n\n{head}" + "\n".join(row(one) for one in estimates if one.case.section == section) + "\n"
 
 
 # The stepped reference
@@ -290,16 +290,18 @@ def beside(robots: int) -> Beside:
 
 def reference() -> tuple[str, list[Beside]]:
     """The section on the stepped reference."""
-    found = [beside(robots) for robots in ROBOTS]
+    besides = [beside(robots) for robots in ROBOTS]
     heads = ("robots", "T, median difference", "T, mean", "99 % interval", "S", "S stepped", "C equal", "T and C")
     heads += ("waits alone here, short + longer", "alone stepped")
-    said = BESIDES.format(lists=LISTS, same=SAME, short=SHORT)
-    return f"{said}\n{table(heads, (one.row for one in found), 'rrrrrrrlrr')}{_sums(found)}", found
+    intro = BESIDES.format(lists=LISTS, same=SAME, short=SHORT)
+    return f"{intro}\n{table(heads, (one.row for one in besides), 'rrrrrrrlrr')}{_sums(besides)}", besides
 
 
-def _sums(found: Sequence[Beside]) -> str:
-    here, there = sum(one.stops for one in found), sum(one.expected_stops for one in found)
-    short, longer, stepped_short, stepped_longer = (sum(one) for one in zip(*(one.alone for one in found), strict=True))
+def _sums(besides: Sequence[Beside]) -> str:
+    here, there = sum(one.stops for one in besides), sum(one.expected_stops for one in besides)
+    short, longer, stepped_short, stepped_longer = (
+        sum(one) for one in zip(*(one.alone for one in besides), strict=True)
+    )
     return SUMS.format(
         here=here,
         there=there,
@@ -336,14 +338,12 @@ def paper() -> str:
 
 def _finer() -> str:
     """What the rules of the program give in finer steps."""
-    found = {
+    runs = {
         finer: [simulate(Setting(int(cell["robots"]), GROUPS[int(cell["group"])], finer=finer)) for cell in CELLS]
         for finer in (1, 2, 4)
     }
-    stops = {finer: sum(outcome.S for outcome in outcomes) for finer, outcomes in found.items()}
-    apart = max(
-        abs(fine.T / whole.T - 1) for finer in (2, 4) for fine, whole in zip(found[finer], found[1], strict=True)
-    )
+    stops = {finer: sum(outcome.S for outcome in outcomes) for finer, outcomes in runs.items()}
+    apart = max(abs(fine.T / whole.T - 1) for finer in (2, 4) for fine, whole in zip(runs[finer], runs[1], strict=True))
     return FINER.format(whole=stops[1], time=100 * apart, halves=stops[2], quarters=stops[4])
 
 
@@ -352,20 +352,20 @@ def _finer() -> str:
 
 def pods() -> str:
     """The section on RAWSim-O."""
-    found = {rule: {robots: rawsimo.lines_an_hour(rule, robots) for robots in rawsimo.LINES} for rule in rawsimo.RULES}
+    rates = {rule: {robots: rawsimo.lines_an_hour(rule, robots) for robots in rawsimo.LINES} for rule in rawsimo.RULES}
     apart, rows = {}, []
     for robots, there in rawsimo.LINES.items():
-        here = [found[rule][robots] for rule in rawsimo.RULES]
+        here = [rates[rule][robots] for rule in rawsimo.RULES]
         rows.append((robots, *(f"{one:.1f}" for pair in zip(here, there, strict=True) for one in pair)))
     for number, rule in enumerate(rawsimo.RULES):
-        apart[rule] = max(abs(found[rule][n] / there[number] - 1) for n, there in rawsimo.LINES.items())
+        apart[rule] = max(abs(rates[rule][n] / there[number] - 1) for n, there in rawsimo.LINES.items())
     first, second = rawsimo.RULES
     heads = ("robots", f"{first}: here", "RAWSim-O", f"{second}: here", "RAWSim-O")
     best = max(rawsimo.LINES, key=lambda n: rawsimo.LINES[n][0])
-    said = PODS_NEAR.format(
-        most=100 * apart[first], nearest=100 * apart[second], here=max(found[first], key=found[first].get), there=best
+    comparison = PODS_NEAR.format(
+        most=100 * apart[first], nearest=100 * apart[second], here=max(rates[first], key=rates[first].get), there=best
     )
-    return f"{PODS}\n{table(heads, rows, 'rrrrr')}{said}"
+    return f"{PODS}\n{table(heads, rows, 'rrrrr')}{comparison}"
 
 
 # Coverage
@@ -410,13 +410,13 @@ def _kinds() -> tuple[tuple[str, ...], list[tuple[str, ...]], str]:
 # Figures
 
 
-def intervals(found: Sequence[Found], besides: Sequence[Beside]) -> Figure:
+def intervals(estimates: Sequence[Found], besides: Sequence[Beside]) -> Figure:
     """Every row with chance in it, as a difference from theory in percent with its interval."""
     from matplotlib.figure import Figure
 
     lines = [
         (f"{one.case.title}: {one.quantity.name}", one.mean / one.quantity.theory, one.half_width / one.quantity.theory)
-        for one in found
+        for one in estimates
         if len(one.values) > 1
     ]
     lines += [(f"stepped reference, robots: {one.robots}, T", one.mean, one.half_width) for one in besides]
@@ -435,11 +435,11 @@ def intervals(found: Sequence[Found], besides: Sequence[Beside]) -> Figure:
     return drawn
 
 
-def curves(found: Sequence[Found]) -> Figure:
+def curves(estimates: Sequence[Found]) -> Figure:
     """Closed lines and rings by the number of robots: theory as lines, runs as points."""
     from matplotlib.figure import Figure
 
-    points = [one for one in found if one.case.curve and one.quantity is one.case.quantities[0]]
+    points = [one for one in estimates if one.case.curve and one.quantity is one.case.quantities[0]]
     drawn = Figure(figsize=(9, 3), layout="constrained")
     for axes, section in zip(drawn.subplots(1, 2), dict.fromkeys(one.case.section for one in points), strict=True):
         shown = [one for one in points if one.case.section == section]
@@ -459,25 +459,25 @@ def curves(found: Sequence[Found]) -> Figure:
 # The page
 
 
-def page(found: Sequence[Found]) -> tuple[str, list[Beside]]:
+def page(estimates: Sequence[Found]) -> tuple[str, list[Beside]]:
     """The text of the page."""
     sections = dict.fromkeys(case.section for case in CASES)
     text, besides = reference()
-    parts = [HEAD, *(cases(section, found) for section in sections), LITTLE, text, paper(), pods(), answers()]
+    parts = [HEAD, *(cases(section, estimates) for section in sections), LITTLE, text, paper(), pods(), answers()]
     parts += [f"{BANKS}\n{table(BANK_HEADS, BANK_ROWS)}", TAIL]
     return "\n".join(parts), besides
 
 
 def main() -> int:
     """Run every case, write the page and its figure; 1 where something differs."""
-    found = []
+    estimates = []
     for case in CASES:
-        found += case.simulate()
-        print(*map(str, found[-len(case.quantities) :]), sep="\n", flush=True)
-    text, besides = page(found)
+        estimates += case.simulate()
+        print(*map(str, estimates[-len(case.quantities) :]), sep="\n", flush=True)
+    text, besides = page(estimates)
     PAGE.write_text(text, encoding="utf-8")
-    intervals(found, besides).savefig(PICTURES / "validation.png", dpi=110)
-    curves(found).savefig(PICTURES / "validation-curves.png", dpi=110)
+    intervals(estimates, besides).savefig(PICTURES / "validation.png", dpi=110)
+    curves(estimates).savefig(PICTURES / "validation-curves.png", dpi=110)
     print(PAGE.relative_to(ROOT))
     return int("DIFFERS" in text)
 

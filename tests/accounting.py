@@ -18,11 +18,11 @@ def faults(run):
     history, robots, tasks = run.history, run.account("robot"), run.account("task")
     edges, nodes, hours = run.account("edge"), run.account("node"), run.account("hour")
     counted, fleet, apart = history.counted, len(run.robots), list(run.model.waits_apart)
-    found = []
+    differences = []
 
     def same(what, sums, whole, tolerance=1e-9):
         if not math.isclose(sums, whole, rel_tol=tolerance, abs_tol=tolerance * (1 + run.record.end)):
-            found.append(f"{what}: {sums} of {whole}")
+            differences.append(f"{what}: {sums} of {whole}")
 
     of_robots, tallies = robots.to_dict("index"), run.robots.to_dict("index")
     for number, row in of_robots.items():
@@ -59,7 +59,7 @@ def faults(run):
     }
     for place, tally in blocked.items():
         same(f"waiting, {place}", met[place], tally, 1e-6)
-    return found
+    return differences
 
 
 def _met(history):

@@ -17,12 +17,12 @@ TOL = 1e-9
 
 def faults(run):
     """Where the law does not hold: for all tasks, and for those of each flow."""
-    found = []
+    differences = []
     for flow in ("", *run.model.tasks.flows):
         counted, told = areas(run, flow)
         if not math.isclose(counted, told, rel_tol=TOL, abs_tol=TOL * (1 + run.record.end)):
-            found.append(f"tasks {flow}: L x time is {counted}, lambda x W x time {told}")
-    return found
+            differences.append(f"tasks {flow}: L x time is {counted}, lambda x W x time {told}")
+    return differences
 
 
 def areas(run, flow=""):

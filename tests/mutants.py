@@ -138,9 +138,9 @@ def swap(operators, rank):
 def sites(path):
     """A module as a tree, and what can be changed in it."""
     tree = ast.parse((PACKAGE / path).read_text())
-    found = Sites()
-    found.visit(tree)
-    return tree, found.found
+    visitor = Sites()
+    visitor.visit(tree)
+    return tree, visitor.found
 
 
 def drawn(under, seed, count):
@@ -168,8 +168,8 @@ def codes(code):
 
 def mutate(path, rank):
     """Change one thing in the functions that are in memory."""
-    tree, found = sites(path)
-    found[rank][-1]()
+    tree, changes = sites(path)
+    changes[rank][-1]()
     file = str(PACKAGE / path)
     new = dict(codes(compile(ast.fix_missing_locations(tree), file, "exec")))
     gc.unfreeze()  # what `conftest` keeps is listed no more
@@ -249,9 +249,9 @@ class Tried:
         for path, rank in mutants:
             key = f"{path}:{sites(path)[1][rank][0]}"
             running = [(seconds, i) for i, (seconds, functions) in enumerate(covered) if key in functions]
-            said = self.outcome(session.items, self.affordable(sorted(running)), path, rank)
-            caught += said.startswith("caught")
-            print(f"{place_of(path, rank)}: {said}", flush=True)  # noqa: T201 - a tool to be read
+            outcome = self.outcome(session.items, self.affordable(sorted(running)), path, rank)
+            caught += outcome.startswith("caught")
+            print(f"{place_of(path, rank)}: {outcome}", flush=True)  # noqa: T201 - a tool to be read
         print(f"{caught} of {len(mutants)} caught")  # noqa: T201
         return True
 
@@ -277,10 +277,10 @@ class Tried:
 
         if not chosen:
             return "no test runs it"
-        found = forked(first_failure, 2 * self.arguments.budget + 10)
-        if found is None:
+        test = forked(first_failure, 2 * self.arguments.budget + 10)
+        if test is None:
             return "caught: it never ends"
-        return f"caught by {found}" if found else f"SURVIVED {len(chosen)} tests"
+        return f"caught by {test}" if test else f"SURVIVED {len(chosen)} tests"
 
 
 def main():

@@ -186,16 +186,16 @@ class Recount:
 
     def follow_battery(self, robot, parts):
         """The level from stretch to stretch: it is in the rows where a stretch begins, else falls as `rate` says."""
-        known = [row[6] for row in self.rows if row[2] == robot and row[1] in STATES]
+        levels = [row[6] for row in self.rows if row[2] == robot and row[1] in STATES]
         given = self.model.fleet.start_energy
         if isinstance(given, (int, float)):
             first_level = given * self.batteries[robot].capacity
         else:  # drawn at random: nothing but drawing came before the first row, or the end
-            then = known[0] if known else self.at_end[robot]
+            then = levels[0] if levels else self.at_end[robot]
             first_level = then + self.drawn(robot, *parts[0], parts[0][1])
         before = None
         for (since, until, state, where), at_start, at_next in zip(
-            parts, [first_level, *known], [*known, None], strict=True
+            parts, [first_level, *levels], [*levels, None], strict=True
         ):
             if until < self.begin:
                 continue
@@ -240,7 +240,7 @@ class Recount:
         for node, bay in self.layout.bays.items():
             room = self.slots(node)
             chargers += room if bay.chargers is None else min(bay.chargers, room)
-        found = {
+        indicators = {
             "energy_lowest": self.lowest,
             "energy_drift_per_hour": self.gained / sum(one.capacity for one in self.batteries) / hours
             if hours
@@ -249,17 +249,17 @@ class Recount:
         if chargers:
             used = sum(robot["charging"] for robot in self.robots)
             time = (self.end - self.begin) * chargers
-            found["charger_utilisation"] = used / time if time else math.nan
-            found["charger_wait"] = self.queued["charger"]
-        return found
+            indicators["charger_utilisation"] = used / time if time else math.nan
+            indicators["charger_wait"] = self.queued["charger"]
+        return indicators
 
     def utilisation(self):
         """Robots that do not stand idle in their hours, and servers in use: stretch by stretch of each robot."""
         on_duty = (self.end - self.begin) * self.size - sum(robot["on_break"] for robot in self.robots)
         idle = sum(robot["idle"] for robot in self.robots)
-        found = {"robots_busy": 1 - idle / on_duty if on_duty > 1e-9 else math.nan}
+        indicators = {"robots_busy": 1 - idle / on_duty if on_duty > 1e-9 else math.nan}
         if not self.layout.stations:
-            return found
+            return indicators
         hours = {
             node: self.model.hours(self.model.layout.stations[item.zone].hours)
             for node, item in self.layout.stations.items()
@@ -287,7 +287,7 @@ class Recount:
                 if kind in {"loading", "unloading"}:
                     outside = kind == "loading" and task in stored  # on the node beside a station that it has left
                     since[robot] = at, None if outside else docked.get(robot)
-        return found | {"server_utilisation": used / time if time else math.nan}
+        return indicators | {"server_utilisation": used / time if time else math.nan}
 
     def rate(self, robot, state, where):
         """Energy drawn in a time unit; nothing while a robot charges, or rests in a slot with a charger of its kind."""
@@ -400,15 +400,15 @@ class Recount:
         goods, listed = self.model.tasks.goods, []
         if isinstance(goods, tuple):
             listed = sorted(goods, key=lambda good: getattr(good, "release", 0.0))
-        found = set()
+        tasks = set()
         for row in self.rows:
             if row[1] == "released":
                 own = getattr(listed[row[3]], "to", None) if listed else None
                 nodes = self.run.layout.nodes_of(own) if own else self.model.tasks.unload_at
-                found |= {row[3]} if set(nodes) <= at.keys() else set()
+                tasks |= {row[3]} if set(nodes) <= at.keys() else set()
             elif row[1] == "delivered" and for_workers(row, at):
-                found.add(row[3])
-        return found
+                tasks.add(row[3])
+        return tasks
 
     def work(self):
         """By stepping through the rows: who waits and who is at work at each node, from one row to the next."""
@@ -458,7 +458,7 @@ class Recount:
         times = [time - released[task] for task, time in counted.items()]
         due = self.due()
         late, met = self.late(due, delivered, released)
-        found = {
+        indicators = {
             "cycle_time_mean": statistics.fmean(times) if times else math.nan,
             "cycle_time_median": statistics.median(times) if times else math.nan,
             "cycle_time_p95": float(np.quantile(times, 0.95)) if times else math.nan,
@@ -468,11 +468,11 @@ class Recount:
         if any(hasattr(one, key) for one in (self.model.tasks.goods, *flows) for key in ("poisson", "profile")):
             hours = (self.end - self.begin) / self.model.units.hour
             growth = sum(time >= self.begin for time in released.values()) - len(counted)
-            found["backlog_growth_per_hour"] = growth / hours if hours else math.nan
+            indicators["backlog_growth_per_hour"] = growth / hours if hours else math.nan
         if late:
-            found |= {"tardiness_mean": statistics.fmean(late), "on_time": met / len(late)}
-            found["tasks_due"] = len(late)
-        return found | self.lead(due, released, delivered)
+            indicators |= {"tardiness_mean": statistics.fmean(late), "on_time": met / len(late)}
+            indicators["tasks_due"] = len(late)
+        return indicators | self.lead(due, released, delivered)
 
     # All of it
 
@@ -638,25 +638,25 @@ class Recount:
 def differences(run):
     """Where the indicators and tallies of a run are not those of its log: a line each; none: all is right."""
     recount = Recount(run)
-    found = compare("kpis", run.kpis, recount.kpis(), run)
+    lines = compare("kpis", run.kpis, recount.kpis(), run)
     for number, tally in enumerate(run.record.robots):
-        found += compare(f"robots[{number}]", tally, recount.robots[number], run)
+        lines += compare(f"robots[{number}]", tally, recount.robots[number], run)
     for row in run.record.edges:
-        found += compare(f"edges[{row['edge']}]", row, recount.edges[tuple(row["edge"].split(">"))], run, ("edge",))
+        lines += compare(f"edges[{row['edge']}]", row, recount.edges[tuple(row["edge"].split(">"))], run, ("edge",))
     for row in run.record.nodes:
         first = row["node"].split("+")[0]
-        found += compare(f"nodes[{row['node']}]", row, recount.nodes[first], run, ("node", "passages"))
+        lines += compare(f"nodes[{row['node']}]", row, recount.nodes[first], run, ("node", "passages"))
     shares = [value for key, value in run.kpis.items() if key.startswith("share_")]
     if not all(math.isnan(share) for share in shares):
-        found += [f"a share is {share}" for share in shares if not -1e-9 <= share <= 1 + 1e-9]
+        lines += [f"a share is {share}" for share in shares if not -1e-9 <= share <= 1 + 1e-9]
         if abs(sum(shares) - 1) > 1e-9:
-            found.append(f"shares add up to {sum(shares)}")
-    return found
+            lines.append(f"shares add up to {sum(shares)}")
+    return lines
 
 
 def compare(place, told, counted, run, leave_out=()):
     """Times are the same within a millionth for every event; counts exactly."""
-    found = []
+    lines = []
     for name, value in told.items():
         if name in leave_out or ":" in name:  # of a flow: that they are those of its tasks is shown in test_flows.py
             continue
@@ -666,5 +666,5 @@ def compare(place, told, counted, run, leave_out=()):
         else:
             same = math.isclose(value, other, rel_tol=1e-6, abs_tol=1e-6) or (math.isnan(value) and math.isnan(other))
         if not same:
-            found.append(f"{place}.{name} is {value}, by the log {other}")
-    return found
+            lines.append(f"{place}.{name} is {value}, by the log {other}")
+    return lines

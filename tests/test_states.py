@@ -69,10 +69,10 @@ WHERE = {
 @pytest.mark.parametrize(("name", "where"), WHERE.items())
 def test_where_a_robot_is_in_a_state(name, where):
     state = SHOWN[name]
-    said = ["parked"] if state.is_parked else []
-    said += [f"has {'a ' * (state.occupies == 'station')}{state.occupies}"] if state.occupies else []
-    said += [f"queues at {'a ' * (state.queue.at == 'station')}{state.queue.at}"] if state.queue else []
-    assert (", ".join(said) or None) == where
+    parts = ["parked"] if state.is_parked else []
+    parts += [f"has {'a ' * (state.occupies == 'station')}{state.occupies}"] if state.occupies else []
+    parts += [f"queues at {'a ' * (state.queue.at == 'station')}{state.queue.at}"] if state.queue else []
+    assert (", ".join(parts) or None) == where
 
 
 def test_a_run_begins_at_rest_and_a_robot_without_a_task_queues_for_a_charger():
@@ -82,8 +82,8 @@ def test_a_run_begins_at_rest_and_a_robot_without_a_task_queues_for_a_charger():
 
 def test_names_places_in_the_stack_and_colours_are_of_one_state_each():
     for of in ("name", "stacked", "colour", "doing"):
-        said = [getattr(state, of) for state in TIMES.values()]
-        assert len(said) == len(set(said)), of
+        marks = [getattr(state, of) for state in TIMES.values()]
+        assert len(marks) == len(set(marks)), of
     assert set(STATES) | set(APART) <= set(KINDS)
 
 
@@ -101,14 +101,14 @@ MEANS_ELSE = {
 
 def entered(nodes):
     """Constants by which a robot enters a state: handed to `enter`, or given a name or returned for that."""
-    found = set()
+    constants = set()
 
     def take(node):
         if isinstance(node, ast.IfExp):
             take(node.body)
             take(node.orelse)
         elif isinstance(node, ast.Constant):
-            found.add(node)
+            constants.add(node)
 
     for node in nodes:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "enter":
@@ -116,7 +116,7 @@ def entered(nodes):
                 take(argument)
         elif isinstance(node, ast.Return | ast.Assign | ast.AnnAssign):
             take(node.value)
-    return found
+    return constants
 
 
 def operands(node):
@@ -164,23 +164,23 @@ def test_a_robot_enters_a_state_by_its_name():
 
 
 def test_no_file_but_the_register_knows_a_state_by_its_name():
-    found = {}
+    uses = {}
     for file in ROOT.rglob("*.py"):
         path = file.relative_to(ROOT).as_posix()
         names = named(file.read_text(), world=path.startswith("world/"))
         if names and path != "states.py":
-            found[path] = names
-    assert found == {}
+            uses[path] = names
+    assert uses == {}
 
 
 def test_the_replay_page_draws_roles_and_knows_no_other_name_of_a_state():
     others = "|".join(sorted(NAMES - set(get_args(Role))))
-    found = {
+    uses = {
         (file.name, name)
         for file in (ROOT / "replay").rglob("*.js")
         for name in re.findall(rf"[\"'`]({others})[\"'`]", file.read_text())
     }
-    assert found == {("18-legend.js", "closed")}, "the word in the legend, of an edge"
+    assert uses == {("18-legend.js", "closed")}, "the word in the legend, of an edge"
 
 
 # A name is nothing but a name
@@ -259,9 +259,9 @@ def test_states_by_other_names_change_nothing_but_the_names(cases, monkeypatch, 
     before = capsys.readouterr().out
     after = python(f"PREFIX = 'zz_'\nCASES = {files!r}\n{LOOK}", renamed("zz_"))
     for old, new, (path, _) in zip(before.splitlines(), after.splitlines(), cases, strict=True):
-        found = json.loads(new)
+        printed = json.loads(new)
         for key, value in json.loads(old).items():
-            assert found[key] == value, (path, key)
+            assert printed[key] == value, (path, key)
 
 
 # A new state is one entry
@@ -331,11 +331,11 @@ def test_a_state_down_for_a_station_that_has_failed_is_right_everywhere():
         "fleet": {"size": 2, "robot": {"radius": 0.4, "speed": 1.0, "margin": 0.2}},
         "tasks": {"goods": [0, 0], "unload_at": ["B"], "load_time": 5, "unload_time": 40},
     }
-    found = json.loads(python(f"MODEL = {model!r}\n{FAILS}", extended(DOWN)))
-    assert found["docked"] == [35, 41]
-    assert found["end"] == 210
-    assert found["queue"] == [[0, 35, 41, 100, 140], [0, 1, 2, 1, 0]]
-    assert found["mean"] == pytest.approx(164 / 210), "40 / 210 where robots in `down` are not known to queue"
-    assert found["seen"] == [[35, "B", 40], [41, "B", 40]], "forecast to need their unloading and no way any more"
-    assert (found["account"], found["share"]) == (124, pytest.approx(124 / 420))
-    assert (found["wait"], found["better"]) == (40, "less"), "`station_wait` is for a server alone"
+    printed = json.loads(python(f"MODEL = {model!r}\n{FAILS}", extended(DOWN)))
+    assert printed["docked"] == [35, 41]
+    assert printed["end"] == 210
+    assert printed["queue"] == [[0, 35, 41, 100, 140], [0, 1, 2, 1, 0]]
+    assert printed["mean"] == pytest.approx(164 / 210), "40 / 210 where robots in `down` are not known to queue"
+    assert printed["seen"] == [[35, "B", 40], [41, "B", 40]], "forecast to need their unloading and no way any more"
+    assert (printed["account"], printed["share"]) == (124, pytest.approx(124 / 420))
+    assert (printed["wait"], printed["better"]) == (40, "less"), "`station_wait` is for a server alone"

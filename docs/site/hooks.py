@@ -38,7 +38,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         if path.is_relative_to(DOCS):
             files.remove(files.src_uris[path.relative_to(DOCS).as_posix()])
         files.append(_at(place, path, config))
-    outside = {found for page in pages.PAGES for found in _linked(page) if not found.is_relative_to(DOCS)}
+    outside = {target for page in pages.PAGES for target in _linked(page) if not target.is_relative_to(DOCS)}
     for path in sorted({*outside, *ROOT.glob("*.md")} - set(MOVED)):
         files.append(_at(_place(path), path, config))
     for name, made in examples().items():
@@ -55,10 +55,10 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     here = posixpath.dirname(page.file.src_uri)
 
     def moved(link: re.Match[str]) -> str:
-        found = (home.parent / link[2]).resolve()
-        if not found.is_file():
+        target = (home.parent / link[2]).resolve()
+        if not target.is_file():
             return link[0]
-        return link[1] + posixpath.relpath(_place(found), here or ".") + link[3]
+        return link[1] + posixpath.relpath(_place(target), here or ".") + link[3]
 
     return LIVE.sub(_frame, _LINK.sub(moved, markdown))
 
@@ -80,15 +80,15 @@ def examples() -> dict[str, str]:
             os.chdir(home)
 
 
-def _frame(said: re.Match[str]) -> str:
-    name, title = said.groups()
+def _frame(match: re.Match[str]) -> str:
+    name, title = match.groups()
     frame = f'<iframe class="live" src="live/{name}" title="{title}" loading="lazy"></iframe>'
     return f'{frame}\n\n<a href="live/{name}">The page on its own: {title}</a>'
 
 
 def _linked(page: Path) -> set[Path]:
-    found = ((page.parent / link[2]).resolve() for link in _LINK.finditer(page.read_text(encoding="utf-8")))
-    return {path for path in found if path.is_file()}
+    targets = ((page.parent / link[2]).resolve() for link in _LINK.finditer(page.read_text(encoding="utf-8")))
+    return {path for path in targets if path.is_file()}
 
 
 def _place(path: Path) -> str:

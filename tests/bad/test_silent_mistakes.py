@@ -20,8 +20,8 @@ MEASURED = {"24_warm_up_60"}
 
 
 def findings(changes):
-    found = check(load(HERE / "warehouse.yaml", changes)).findings
-    return [str(finding).replace(f"{HERE}/", "") for finding in found]
+    report = check(load(HERE / "warehouse.yaml", changes))
+    return [str(finding).replace(f"{HERE}/", "") for finding in report.findings]
 
 
 def test_there_are_84_of_28_kinds_in_a_warehouse_that_is_sound():
@@ -34,6 +34,6 @@ def test_there_are_84_of_28_kinds_in_a_warehouse_that_is_sound():
 def test_a_mistake_is_named(file, request):
     if file.stem not in MEASURED:
         request.getfixturevalue("brief_probes")
-    said = file.with_suffix(".txt").read_text(encoding="utf-8").splitlines()
-    assert said
-    assert findings(read_yaml(file.read_text(encoding="utf-8"), file.name).data) == said
+    expected = file.with_suffix(".txt").read_text(encoding="utf-8").splitlines()
+    assert expected
+    assert findings(read_yaml(file.read_text(encoding="utf-8"), file.name).data) == expected

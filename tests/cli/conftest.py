@@ -20,7 +20,7 @@ def desim(monkeypatch, capsys):
             patch.setattr(gc, "set_threshold", lambda *_: None)
             with pytest.raises(SystemExit) as ended:
                 main()
-        said = capsys.readouterr()
-        return subprocess.CompletedProcess(words, ended.value.code or 0, said.out, said.err)
+        printed = capsys.readouterr()
+        return subprocess.CompletedProcess(words, ended.value.code or 0, printed.out, printed.err)
 
     return call

@@ -36,14 +36,14 @@ class Done(NamedTuple):
 
     def faults(self):
         """What is wrong with the answer to something that cannot be done."""
-        found = [] if self.status == 2 else [f"exit status {self.status}"]
-        found += [] if self.said else ["no message"]
-        found += [f"{len(self.said)} lines"] if len(self.said) > 51 else []  # several problems are told at once
-        found += [f"a line of {max(map(len, self.said))}"] if max(map(len, self.said), default=0) > 6000 else []
-        found += [word for word in ("Traceback", "Errno") if word in self.out + self.err]
-        found += [f"{self.seconds:.1f} s"] if self.seconds > SECONDS else []
-        found += [f"{self.bytes >> 20} MiB"] if self.bytes > BYTES else []
-        return [*found, f"{self.out[-300:]!r} {self.err[-600:]!r}"] if found else []
+        faults = [] if self.status == 2 else [f"exit status {self.status}"]
+        faults += [] if self.said else ["no message"]
+        faults += [f"{len(self.said)} lines"] if len(self.said) > 51 else []  # several problems are told at once
+        faults += [f"a line of {max(map(len, self.said))}"] if max(map(len, self.said), default=0) > 6000 else []
+        faults += [word for word in ("Traceback", "Errno") if word in self.out + self.err]
+        faults += [f"{self.seconds:.1f} s"] if self.seconds > SECONDS else []
+        faults += [f"{self.bytes >> 20} MiB"] if self.bytes > BYTES else []
+        return [*faults, f"{self.out[-300:]!r} {self.err[-600:]!r}"] if faults else []
 
 
 def call_all(calls, folder):
@@ -57,9 +57,9 @@ def call_all(calls, folder):
         check=True,
         env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
     )
-    found = [Done(*json.loads(line)) for line in done.stdout.splitlines()]
-    assert len(found) == len(calls), done.stderr
-    return found
+    endings = [Done(*json.loads(line)) for line in done.stdout.splitlines()]
+    assert len(endings) == len(calls), done.stderr
+    return endings
 
 
 def _call(arguments):
@@ -68,12 +68,12 @@ def _call(arguments):
         if not child:
             _child(arguments, out.fileno(), err.fileno())
         _, status, used = os.wait4(child, 0)
-        said = []
+        printed = []
         for file in (out, err):
             file.seek(0)
-            said.append(file.read(1 << 20).decode("utf-8", "backslashreplace"))
+            printed.append(file.read(1 << 20).decode("utf-8", "backslashreplace"))
     seconds = used.ru_utime + used.ru_stime
-    return Done(os.waitstatus_to_exitcode(status), *said, seconds, used.ru_maxrss * 1024)
+    return Done(os.waitstatus_to_exitcode(status), *printed, seconds, used.ru_maxrss * 1024)
 
 
 def _child(arguments, out, err):

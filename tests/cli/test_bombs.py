@@ -168,20 +168,20 @@ def refused(message, *words, most=MEGABYTES):
 
 @pytest.mark.parametrize("name", some(ORDERS, 7))
 def test_orders_that_would_fill_the_memory(name, tmp_path):
-    make, said = ORDERS[name]
-    refused(said, "orders", make(tmp_path), "--model", DAY)
+    make, message = ORDERS[name]
+    refused(message, "orders", make(tmp_path), "--model", DAY)
 
 
 @pytest.mark.parametrize("name", some(LOGS, 3))
 def test_logs_that_would_fill_the_memory(name, tmp_path):
-    make, said = LOGS[name]
-    refused(said, "calibrate", make(tmp_path), "--model", PLANT, "--out", str(tmp_path / "c.yaml"))
+    make, message = LOGS[name]
+    refused(message, "calibrate", make(tmp_path), "--model", PLANT, "--out", str(tmp_path / "c.yaml"))
 
 
 @pytest.mark.parametrize("name", some(LAYOUTS, 5))
 def test_layouts_that_would_fill_the_memory(name, tmp_path):
-    make, said = LAYOUTS[name]
-    refused(said, "import", make(tmp_path), "-o", str(tmp_path / "m.yaml"))
+    make, message = LAYOUTS[name]
+    refused(message, "import", make(tmp_path), "-o", str(tmp_path / "m.yaml"))
 
 
 @pytest.mark.parametrize("words", some(NEW, 5))
@@ -196,9 +196,9 @@ def test_changes_that_would_fill_the_memory(change):
 
 @pytest.mark.long
 def test_pods_times_what_each_holds():
-    said = "pods.per_pod: too large (got 36000000), expected at most 2,000,000 (items on all"
+    message = "pods.per_pod: too large (got 36000000), expected at most 2,000,000 (items on all"
     words = [word for key in ("count=40", "items=1000000", "per_pod=900000") for word in ("--set", f"pods.{key}")]
-    refused(said, "check", PODS, *words)
+    refused(message, "check", PODS, *words)
 
 
 @pytest.mark.long

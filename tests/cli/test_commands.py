@@ -23,9 +23,9 @@ def call(*arguments):
 
 
 def test_run_prints_one_json_object():
-    said = call("run", MODEL, "--json", "--set", "fleet.size=3", "--set", "tasks.goods=[11, 8]", "--seed", "5")
-    assert said.exit_code == 0
-    [line] = said.stdout.splitlines()
+    done = call("run", MODEL, "--json", "--set", "fleet.size=3", "--set", "tasks.goods=[11, 8]", "--seed", "5")
+    assert done.exit_code == 0
+    [line] = done.stdout.splitlines()
     answer = json.loads(line)
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 3, "tasks.goods": [11, 8]}), seed=5)
     sentences = run_words.sentences(run)
@@ -36,17 +36,16 @@ def test_run_prints_one_json_object():
 
 
 def test_what_is_no_number_is_null_in_json():
-    said = call("run", "models/tutorial.yaml", "--json", "--set", "run.length=1")
-    answer = json.loads(said.stdout)
+    answer = json.loads(call("run", "models/tutorial.yaml", "--json", "--set", "run.length=1").stdout)
     # nothing is delivered in 1 s, so there is no cycle time
     assert (answer["tasks"], answer["cycle_time_mean"]) == (0, None)
 
 
 def test_run_prints_a_table_for_people():
-    said = call("run", MODEL, "--set", "fleet.size=1")
-    assert said.exit_code == 0
+    done = call("run", MODEL, "--set", "fleet.size=1")
+    assert done.exit_code == 0
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 1}))
-    first, busiest, title, *lines = said.stdout.splitlines()
+    first, busiest, title, *lines = done.stdout.splitlines()
     # the paper's step is 0.05 s, 6,377.5 steps are 318.9 s
     assert first == "10 loads delivered in 6,378 steps (5.3 min), 113 an hour."
     assert busiest.startswith("The robots were the busiest, at work ")
@@ -73,22 +72,21 @@ def by_name(lines):
 
 
 def test_run_prints_seconds_once_and_says_where_there_is_no_value():
-    said = call("run", "models/tutorial.yaml", "--set", "run.length=1", "--set", "tasks.goods={saturated: 3}")
-    assert said.stdout.startswith("0 loads delivered in 1 s")
-    assert by_name(said.stdout.splitlines())["cycle_time_mean"] == "Cycle time, mean –"
+    output = call("run", "models/tutorial.yaml", "--set", "run.length=1", "--set", "tasks.goods={saturated: 3}").stdout
+    assert output.startswith("0 loads delivered in 1 s")
+    assert by_name(output.splitlines())["cycle_time_mean"] == "Cycle time, mean –"
 
 
 def test_run_writes_a_folder_that_can_be_read_back(tmp_path):
-    said = call("run", MODEL, "--out", str(tmp_path / "deep" / "run"), "--set", "fleet.size=2")
-    assert said.exit_code == 0
+    assert call("run", MODEL, "--out", str(tmp_path / "deep" / "run"), "--set", "fleet.size=2").exit_code == 0
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 2}))
     assert dw.load_run(tmp_path / "deep" / "run").record == run.record
 
 
 def test_check_says_what_a_planner_should_know():
-    said = call("check", MODEL)
-    assert said.exit_code == 0
-    lines = said.stdout.splitlines()
+    done = call("check", MODEL)
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
     assert lines[:2] == ["no errors", "MultiBots: 6 robots, 6 chargers, 80 storage places."]
     assert not [line for line in lines if "ring of" in line or "D =" in line]
     details = call("check", MODEL, "--details").stdout.splitlines()
@@ -104,9 +102,9 @@ def test_check_says_what_a_planner_should_know():
 
 
 def test_check_finds_errors_and_says_that_the_model_would_be_refused():
-    said = call("check", MODEL, "--set", "fleet.start=[A, G, M]")
-    assert said.exit_code == 2
-    assert said.stdout.splitlines()[:3] == [
+    done = call("check", MODEL, "--set", "fleet.start=[A, G, M]")
+    assert done.exit_code == 2
+    assert done.stdout.splitlines()[:3] == [
         "2 errors: this model would be refused",
         "error: fleet.start: G: there is no bay at this node; name nodes with bays [START_WITHOUT_BAY]",
         "error: fleet.start: M: there is no bay at this node; name nodes with bays [START_WITHOUT_BAY]",
@@ -115,8 +113,7 @@ def test_check_finds_errors_and_says_that_the_model_would_be_refused():
 
 
 def test_schema_is_a_json_schema_that_our_models_fit():
-    said = call("schema")
-    schema = json.loads(said.stdout)
+    schema = json.loads(call("schema").stdout)
     jsonschema.Draft202012Validator.check_schema(schema)
     validator = jsonschema.Draft202012Validator(schema)
     content = dw.load(MODEL).content()
@@ -131,19 +128,19 @@ def test_version_is_printed():
 
 @pytest.mark.parametrize("option", ["--help", "-h"])
 def test_help_lists_all_commands(option):
-    said = call(option)
-    assert said.exit_code == 0
-    listed = [line.split()[0] for line in said.stdout.split("Commands:")[1].splitlines() if line.strip()]
+    done = call(option)
+    assert done.exit_code == 0
+    listed = [line.split()[0] for line in done.stdout.split("Commands:")[1].splitlines() if line.strip()]
     assert [name for name in listed if name in COMMANDS] == list(COMMANDS)
     for _, summary in COMMANDS.values():
-        assert summary.split()[0] in said.stdout
+        assert summary.split()[0] in done.stdout
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_help_that_begins_as_the_overview_says(name):
-    said = call(name, "--help")
-    assert said.exit_code == 0
-    assert said.stdout.startswith(f"Usage: desim {name} ")
+    done = call(name, "--help")
+    assert done.exit_code == 0
+    assert done.stdout.startswith(f"Usage: desim {name} ")
 
 
 def test_numbers_in_json_are_plain():

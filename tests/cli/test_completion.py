@@ -51,7 +51,7 @@ def program(tmp_path_factory):
     ids=" ".join,
 )
 def test_bash_completes(program, line, offered):
-    said = subprocess.run(
+    done = subprocess.run(
         ["bash", "--norc", "-c", ASK, "bash", "desim", *line],
         cwd=Path(__file__).parents[2],
         env={**os.environ, "PATH": f"{program}{os.pathsep}{os.environ['PATH']}"},
@@ -59,5 +59,5 @@ def test_bash_completes(program, line, offered):
         text=True,
         check=True,
     )
-    assert said.stderr == ""
-    assert said.stdout.split() == offered
+    assert done.stderr == ""
+    assert done.stdout.split() == offered

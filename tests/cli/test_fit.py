@@ -29,8 +29,8 @@ def picks(tmp_path):
 
 
 def test_what_is_proposed_can_be_put_into_a_model(picks, tmp_path):
-    said = call(picks, "--column", "load_s", "--out", tmp_path / "out")
-    (proposed,) = (line.removeprefix("proposed: ") for line in said.stdout.splitlines() if line.startswith("proposed"))
+    output = call(picks, "--column", "load_s", "--out", tmp_path / "out").stdout
+    (proposed,) = (line.removeprefix("proposed: ") for line in output.splitlines() if line.startswith("proposed"))
     model = dw.load("models/tutorial.yaml", {"tasks.load_time": read_yaml(proposed, "proposed").data})
     assert model.tasks.load_time.kind == "lognormal"
     assert model.tasks.load_time.mean == pytest.approx(8.1, abs=0.3)
@@ -96,24 +96,24 @@ def test_a_column_that_is_not_there(picks, tmp_path):
 @pytest.mark.parametrize(("mark", "named"), [(";", "semicolons"), ("\t", "tabs")])
 def test_a_file_with_other_marks_between_its_cells_is_told_so(tmp_path, mark, named):
     """A sheet that was saved where numbers have decimal commas, read by `fit`, by a model, and as trips of a fleet."""
-    file, said = tmp_path / "saved.csv", f"its cells end with {named}, expected commas, and decimal points"
+    file, message = tmp_path / "saved.csv", f"its cells end with {named}, expected commas, and decimal points"
     file.write_text(f"load_s{mark}n\n8,5{mark}1\n9,5{mark}2\n", encoding="utf-8")
-    with pytest.raises(StudyError, match=rf"no column 'load_s' .*{said}"):
+    with pytest.raises(StudyError, match=rf"no column 'load_s' .*{message}"):
         call(file, "--column", "load_s")
-    with pytest.raises(ModelError, match=said):
+    with pytest.raises(ModelError, match=message):
         dw.load("models/multibots.yaml", {"tasks.load_time": {"empirical": {"file": str(file), "column": "load_s"}}})
-    with pytest.raises(ReportError, match=said):
+    with pytest.raises(ReportError, match=message):
         dw.read_log(file)
 
 
 def test_the_figure_shows_the_times_and_the_best_three():
     times = np.random.default_rng(3).lognormal(2, 0.4, 200)
-    found = fit(times)
-    axes = dw.plot.fitted(found, unit="min")
+    fits = fit(times)
+    axes = dw.plot.fitted(fits, unit="min")
     measured, *curves = axes.get_lines()
     assert measured.get_xdata() == pytest.approx(np.sort(times))
     assert measured.get_ydata()[-1] == 1
-    assert [line.get_label() for line in curves] == [one.distribution.words("min") for one in found.candidates[:3]]
+    assert [line.get_label() for line in curves] == [one.distribution.words("min") for one in fits.candidates[:3]]
     best = curves[0]
-    assert best.get_ydata() == pytest.approx(found.candidates[0].share_below(best.get_xdata()))
+    assert best.get_ydata() == pytest.approx(fits.candidates[0].share_below(best.get_xdata()))
     assert axes.get_xlabel() == "Time (min)"

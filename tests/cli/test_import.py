@@ -19,20 +19,20 @@ def call(*arguments, **options):
 
 
 def test_the_model_goes_to_standard_output_and_the_table_to_the_other(tmp_path):
-    said = call(YARD)
-    assert said.exit_code == 0
-    (tmp_path / "model.yaml").write_text(said.stdout)
+    done = call(YARD)
+    assert done.exit_code == 0
+    (tmp_path / "model.yaml").write_text(done.stdout)
     assert dw.load(tmp_path / "model.yaml") == dw.read_layout(YARD)
-    rows = [" ".join(line.split()) for line in said.stderr.splitlines()]
+    rows = [" ".join(line.split()) for line in done.stderr.splitlines()]
     assert "unreachable 1 point robots cannot get there and back: roof (line 12)" in rows
     assert any(row.startswith("assumed run.length") for row in rows)
-    assert max(map(len, said.stderr.splitlines())) <= 100
+    assert max(map(len, done.stderr.splitlines())) <= 100
 
 
 def test_or_to_a_file_that_is_not_there_yet(tmp_path):
     path = tmp_path / "yard.yaml"
-    said = call(YARD, "-o", str(path), "--fleet", "6", "--operation", "Weigh=unload")
-    assert said.stdout.splitlines()[0] == f"{path}: 8 nodes, 8 edges, 17 x 20 m, 2 stations, 6 robots"
+    output = call(YARD, "-o", str(path), "--fleet", "6", "--operation", "Weigh=unload").stdout
+    assert output.splitlines()[0] == f"{path}: 8 nodes, 8 edges, 17 x 20 m, 2 stations, 6 robots"
     model = dw.load(path)
     assert model.fleet.size == 6
     assert set(model.layout.stations) == {"table 1", "scales"}
@@ -44,9 +44,9 @@ def test_or_to_a_file_that_is_not_there_yet(tmp_path):
 
 
 def test_what_cannot_be_is_one_message(tmp_path):
-    said = call(YARD, "--operation", "Weigh")
-    assert said.exit_code == 2
-    assert "expected NAME=WHAT such as 'Pack=unload'" in said.stderr
+    done = call(YARD, "--operation", "Weigh")
+    assert done.exit_code == 2
+    assert "expected NAME=WHAT such as 'Pack=unload'" in done.stderr
     with pytest.raises(dw.ModelError, match="no such file"):
         call(str(tmp_path / "none.xml"))
     with pytest.raises(dw.ModelError, match="cannot be written"):
@@ -78,8 +78,10 @@ def test_a_grid_is_written_with_its_orders_beside_it(tmp_path):
 def test_options_of_a_format_are_refused_for_others(tmp_path):
     path = str(write(tmp_path / "dock.lif.json", dock()))
     out = str(tmp_path / "dock.yaml")
-    said = call(path, "-o", out, "--vehicle-type", "forklift", "--layout", "ground", "--strict", "--fleet", "2")
-    assert said.stdout.splitlines()[0] == f"{out}: 7 nodes, 7 edges, 21 x 8 m, 1 station, 2 robots"
+    output = call(
+        path, "-o", out, "--vehicle-type", "forklift", "--layout", "ground", "--strict", "--fleet", "2"
+    ).stdout
+    assert output.splitlines()[0] == f"{out}: 7 nodes, 7 edges, 21 x 8 m, 1 station, 2 robots"
     with pytest.raises(dw.ModelError, match="option 'strict': there is none for a plant model of openTCS"):
         call(YARD, "--strict")
     with pytest.raises(dw.ModelError, match="no layout 'attic'"):

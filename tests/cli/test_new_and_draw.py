@@ -31,19 +31,19 @@ def model_of(words):
 
 def test_a_few_words_make_a_model_that_works(tmp_path):
     file = str(tmp_path / "w.yaml")
-    said = call("new", file, *shlex.split("--aisles 8 --stations 3 --robots 12 --orders 200/h --chargers 4"))
-    assert said.exit_code == 0
+    done = call("new", file, *shlex.split("--aisles 8 --stations 3 --robots 12 --orders 200/h --chargers 4"))
+    assert done.exit_code == 0
     counts = "8 aisles, 3 packing stations, 12 robots, 4 chargers"
-    assert said.stdout.startswith(f"60 x 40 m, {counts}, 200 orders an hour = 4,800 orders a day, due in 15 min.")
+    assert done.stdout.startswith(f"60 x 40 m, {counts}, 200 orders an hour = 4,800 orders a day, due in 15 min.")
     model = dw.load(file)
     blocks = model.layout.blocks
     assert (blocks.columns + 1, model.fleet.size, model.tasks.goods.poisson) == (8, 12, 200)
     # storage and aisles fill the floor: 7 x 2 places and 8 aisles, 2 x 12 places and 3 cross aisles
     assert 14 * 1.2 + 8 * blocks.aisle_width == pytest.approx(60)
     assert 24 * 1.2 + 3 * blocks.cross_aisle_width == pytest.approx(40, abs=0.01)
-    found = check(model)
-    assert not found.findings
-    assert found.calculation.power.chargers == 4
+    report = check(model)
+    assert not report.findings
+    assert report.calculation.power.chargers == 4
     kpis = dw.simulate(model.replace({"run": {"length": 7200}, "fleet.start_energy": 1})).kpis
     assert kpis["on_time"] > 0.95
     assert model.tasks.goods.due_within == 900
@@ -51,8 +51,8 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
 
 def test_a_draft_of_two_floors_has_shelves_on_both_and_works(tmp_path):
     file = str(tmp_path / "mezz.yaml")
-    said = call("new", file, *shlex.split("--size 30x20 --floors 2 --lifts 1 --orders 90/h"))
-    assert said.stdout.startswith("2 floors of 30 x 20 m, 5 aisles on each, 1 lift, 1 packing station, 6 robots, ")
+    output = call("new", file, *shlex.split("--size 30x20 --floors 2 --lifts 1 --orders 90/h")).stdout
+    assert output.startswith("2 floors of 30 x 20 m, 5 aisles on each, 1 lift, 1 packing station, 6 robots, ")
     model = dw.load(file)
     floor = model.floor
     assert floor.floor_titles == {0: "ground floor", 1: "floor 1"}
@@ -108,14 +108,14 @@ def test_every_draft_passes_the_check_without_errors(width, height, orders, robo
 @SOME
 @given(orders=st.integers(10, 300))
 def test_what_is_not_given_suffices_by_hand(orders):
-    found = check(model_of(Draft(size=(30, 20), orders=orders))).calculation
-    assert found.robots >= found.robots_busy
-    assert found.station_capacity >= found.rate
-    assert not found.power.short
+    calculation = check(model_of(Draft(size=(30, 20), orders=orders))).calculation
+    assert calculation.robots >= calculation.robots_busy
+    assert calculation.station_capacity >= calculation.rate
+    assert not calculation.power.short
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "expected"),
     [
         ("--size 60", "--size 60: not a floor, expected width x height such as 60x40 (metres) or 200x130ft"),
         ("--orders 5/x", "--orders 5/x: not a rate, expected orders an hour such as 200/h, or a day such as 1600/d"),
@@ -158,9 +158,9 @@ def test_what_is_not_given_suffices_by_hand(orders):
         ),
     ],
 )
-def test_what_cannot_be_is_said_at_its_option(tmp_path, words, said):
+def test_what_cannot_be_is_said_at_its_option(tmp_path, words, expected):
     status, _, message = pages.run_desim(f"desim new {tmp_path / 'w.yaml'} {words}")
-    assert (status, message.strip()) == (2, said)
+    assert (status, message.strip()) == (2, expected)
     assert not (tmp_path / "w.yaml").exists()
 
 
@@ -187,9 +187,9 @@ def test_bare_in_a_terminal_it_asks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert call("new").exit_code == 2
     monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
-    said = call("new", input="mine.yaml\n30x20\n60/h\n10\n\n\n\n\n\n4\n1\nmany\n5\n\n")
-    assert said.exit_code == 0, said.output
-    assert "many: not a number" in said.output
+    done = call("new", input="mine.yaml\n30x20\n60/h\n10\n\n\n\n\n\n4\n1\nmany\n5\n\n")
+    assert done.exit_code == 0, done.output
+    assert "many: not a number" in done.output
     model = dw.load("mine.yaml")
     assert (model.layout.blocks.columns, model.fleet.size) == (3, 5)
     assert (model.tasks.goods.poisson, model.tasks.goods.due_within) == (60, 600)
@@ -230,12 +230,12 @@ def test_an_answer_that_cannot_be_is_asked_again_at_once(tmp_path, monkeypatch):
 def test_asked_for_it_takes_a_working_day(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
-    said = call("new", input="day.yaml\n30x20\n60/h\n10\n07-19\n11-12x2\n2\n20/h\n\n4\n1\n5\n\n")
-    assert said.exit_code == 0, said.output
-    assert "2 packers" in said.output
+    done = call("new", input="day.yaml\n30x20\n60/h\n10\n07-19\n11-12x2\n2\n20/h\n\n4\n1\n5\n\n")
+    assert done.exit_code == 0, done.output
+    assert "2 packers" in done.output
     assert (
         "60 orders an hour from 07:00 to 19:00 with 2 times as many from 11:00 to 12:00 = 780 orders a day"
-        in said.output
+        in done.output
     )
     assert set(dw.load("day.yaml").tasks.flows) == {"orders", "inbound"}
 
@@ -279,9 +279,9 @@ def test_a_picture_of_no_known_kind_is_refused(tmp_path):
 @pytest.mark.parametrize("name", gallery())
 def test_a_warehouse_of_the_gallery_is_copied_and_small_enough_to_be_read(name, tmp_path):
     file = tmp_path / "mine.yaml"
-    said = call("new", str(file), "--like", name)
-    assert said.exit_code == 0
-    assert said.stdout.endswith(f"{file} is written; next: desim check {file}\n")
+    done = call("new", str(file), "--like", name)
+    assert done.exit_code == 0
+    assert done.stdout.endswith(f"{file} is written; next: desim check {file}\n")
     assert file.read_text(encoding="utf-8") == gallery()[name].read_text(encoding="utf-8")
     assert len(file.read_text(encoding="utf-8").splitlines()) <= 60
     assert "(!)" in file.read_text(encoding="utf-8")
@@ -293,11 +293,11 @@ def test_a_warehouse_of_the_gallery_is_copied_and_small_enough_to_be_read(name, 
 
 
 def test_words_beside_a_warehouse_of_the_gallery_are_refused(tmp_path):
-    said = CliRunner().invoke(
+    done = CliRunner().invoke(
         desim, ["new", str(tmp_path / "x.yaml"), "--like", "pallets", "--due", "3", "--robots", "4"]
     )
-    assert said.exit_code == 2
-    assert "--robots and --due: not with --like" in said.output
+    assert done.exit_code == 2
+    assert "--robots and --due: not with --like" in done.output
     assert not list(tmp_path.iterdir())
 
 

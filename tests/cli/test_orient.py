@@ -135,16 +135,16 @@ def test_a_preferred_direction_is_that_of_orient_and_bridges_have_none(file, aga
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
 
     base = dw.load(file)
-    found = orientation(base)
-    [(out, text)] = oriented_files(file, base, found, file.with_name("preferred.yaml"), against).items()
+    directions = orientation(base)
+    [(out, text)] = oriented_files(file, base, directions, file.with_name("preferred.yaml"), against).items()
     out.write_text(text, encoding="utf-8")
     model = dw.load(out)
     assert model.floor.graph.edges == base.floor.graph.edges
     counts = {edge: data.get("counts", 1) for edge, data in model.floor.graph.edges.items()}
-    assert {edge for edge, count in counts.items() if count == against} == {lane[::-1] for lane in found.kept}
+    assert {edge for edge, count in counts.items() if count == against} == {lane[::-1] for lane in directions.kept}
     assert set(counts.values()) == {1, against}
     assert "# a comment that stays" in text
-    assert oriented(base, found, against).floor.graph.edges == model.floor.graph.edges
+    assert oriented(base, directions, against).floor.graph.edges == model.floor.graph.edges
     assert model.layout.storage == base.layout.storage
 
 

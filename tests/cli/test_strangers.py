@@ -108,8 +108,8 @@ def test_names_do_not_steer_the_terminal(desim, command, tmp_path):
     (folder / "run.json").write_text(json.dumps(record))
     given = {"export": [str(folder), "--format", "csv"], "replay": [str(folder)], "report": [str(folder)]}
     more = {"plan": ["--target", "T <= 100"], "draw": ["-o", str(tmp_path / "x.png")]}
-    said = failing(desim, command, *given.get(command, [str(model), *more.get(command, [])]))
-    assert "control character" in said
+    message = failing(desim, command, *given.get(command, [str(model), *more.get(command, [])]))
+    assert "control character" in message
 
 
 def test_what_a_study_folder_says_does_not_steer_the_terminal(desim, tmp_path, monkeypatch):

@@ -23,11 +23,11 @@ def model():
 
 def test_the_time_left_is_said_once_a_hundredth_is_done(model):
     """A third of 900 s in 10 s leaves 20 s; of 5 s in 10 s nothing is told yet."""
-    said = Waiting("simulating", model)
-    said.clock = SimpleNamespace(now=300.0)
-    assert said.line(10.0) == "simulating: 33 % of 15 min, 10 s so far, 20 s left"
-    said.clock = SimpleNamespace(now=5.0)
-    assert said.line(10.0) == "simulating: 1 % of 15 min, 10 s so far"
+    progress = Waiting("simulating", model)
+    progress.clock = SimpleNamespace(now=300.0)
+    assert progress.line(10.0) == "simulating: 33 % of 15 min, 10 s so far, 20 s left"
+    progress.clock = SimpleNamespace(now=5.0)
+    assert progress.line(10.0) == "simulating: 1 % of 15 min, 10 s so far"
 
 
 def test_a_run_without_an_end_and_a_check_say_how_long_they_take(model):

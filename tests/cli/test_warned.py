@@ -90,8 +90,8 @@ def test_a_machine_that_is_too_busy_changes_no_warning(at, monkeypatch):
 
     monkeypatch.setattr(TimeLimit, "__enter__", over)
     changes = " ".join(f"--set {shlex.quote(f'{key}={value}')}" for key, value in FLAT_AT_NIGHT.items())
-    found = json.loads(pages.run_desim(f"desim check w.yaml --json {changes}")[1])["findings"]
-    codes = [item["code"] for item in found if item["level"] == "warning"]
+    findings = json.loads(pages.run_desim(f"desim check w.yaml --json {changes}")[1])["findings"]
+    codes = [item["code"] for item in findings if item["level"] == "warning"]
     assert codes == ["DEMAND_ABOVE_FLEET", "CHARGERS_SHORT", "NIGHT_FLAT"]
     err = pages.run_desim(f"desim run w.yaml {changes}")[2]
     assert err.startswith(f"3 warnings of the check: {', '.join(codes)} (")

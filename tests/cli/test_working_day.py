@@ -26,18 +26,18 @@ HALL = "--size 70x45 --orders 420/h --due 15min --shifts 06-22 --peak 11:30-13x1
 @pytest.fixture(scope="module")
 def drafted(tmp_path_factory):
     file = str(tmp_path_factory.mktemp("new") / "w.yaml")
-    said = CliRunner().invoke(desim, ("new", file, *shlex.split(HALL)), catch_exceptions=False)
-    return said.stdout, dw.load(file)
+    done = CliRunner().invoke(desim, ("new", file, *shlex.split(HALL)), catch_exceptions=False)
+    return done.stdout, dw.load(file)
 
 
 def test_the_sentence_repeats_everything_that_it_took(drafted):
-    said, model = drafted
+    sentence, model = drafted
     station = model.layout.stations["packing"]
     people = station.servers * len(station.at)
     counted = f"13 aisles, {len(station.at)} packing stations, {people} packers, {model.fleet.size} robots"
-    assert said.startswith(f"70 x 45 m, {counted}, ")
+    assert sentence.startswith(f"70 x 45 m, {counted}, ")
     day = "420 orders an hour from 06:00 to 22:00 with 1.6 times as many from 11:30 to 13:00 = 7,098 orders a day"
-    assert f"{day}, due in 15 min, 60 loads an hour = 960 a day put away." in said
+    assert f"{day}, due in 15 min, 60 loads an hour = 960 a day put away." in sentence
 
 
 def test_orders_come_by_the_clock_and_as_many_as_were_said(drafted):
@@ -74,9 +74,9 @@ def test_orders_of_a_day_come_in_its_hours(orders, shifts, peak, hourly):
 
 def test_a_draft_and_its_check_say_how_many_orders_a_day_has(tmp_path):
     words = "--size 40x30 --orders 1600/d --shifts 06-22 --inbound 400/d --robots 12 --chargers 4"
-    said = CliRunner().invoke(desim, ("new", str(tmp_path / "w.yaml"), *words.split()), catch_exceptions=False)
-    assert "100 orders an hour from 06:00 to 22:00 = 1,600 orders a day" in said.output
-    assert "25 loads an hour = 400 a day put away." in said.output
+    output = CliRunner().invoke(desim, ("new", str(tmp_path / "w.yaml"), *words.split()), catch_exceptions=False).output
+    assert "100 orders an hour from 06:00 to 22:00 = 1,600 orders a day" in output
+    assert "25 loads an hour = 400 a day put away." in output
     model = dw.load(tmp_path / "w.yaml")
     assert list(orders_a_day(model)) == ["demand: orders 1,600, inbound 400 = 2,000 orders a day"]
     around = model.replace({"tasks.flows": dw.UNSET, "tasks.goods": {"poisson": 50}, "tasks.unload_at": ["packing"]})
@@ -93,8 +93,7 @@ def test_check_has_no_remarks_on_a_draft(words, tmp_path):
 
 def test_fleet_and_packers_are_for_the_busiest_hour(drafted):
     _, model = drafted
-    found = check(model)
-    assert not found.findings
+    assert not check(model).findings
     bays = model.layout.bays["charging"]
     assert bays.total_chargers * 0.02 * 8 * 3600 >= 100 * model.fleet.size  # a night of eight hours fills them all
     station = model.layout.stations["packing"]
@@ -116,7 +115,7 @@ def test_a_draft_without_people_is_as_it_was():
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "expected"),
     [
         ("--shifts 22-22", "--shifts 22-22: not from one time to another"),
         ("--shifts 06-22 --peak 23-01x2", "--peak 23-01x2: outside the shifts"),
@@ -134,10 +133,10 @@ def test_a_draft_without_people_is_as_it_was():
         ("--inbound 20/h --stations 4 --aisles 4", "no aisle is left for goods in"),
     ],
 )
-def test_words_that_make_no_day_are_refused_with_the_option(tmp_path, words, said):
+def test_words_that_make_no_day_are_refused_with_the_option(tmp_path, words, expected):
     status, _, message = pages.run_desim(f"desim new {tmp_path / 'w.yaml'} {words}")
     assert status == 2
-    assert said in message
+    assert expected in message
 
 
 def test_packers_that_are_given_are_spread_evenly():
@@ -198,8 +197,8 @@ def test_a_night_shift_ends_on_the_next_day(text, shifts):
 
 
 def test_a_night_shift_has_its_orders_in_the_night(tmp_path):
-    said = pages.run_desim(f"desim new {tmp_path / 'n.yaml'} --shifts 10pm-6am --peak 01-03x2 --orders 800/d")[1]
-    assert "80 orders an hour from 22:00 to 06:00 with 2 times as many from 01:00 to 03:00 = 800 orders a day" in said
+    output = pages.run_desim(f"desim new {tmp_path / 'n.yaml'} --shifts 10pm-6am --peak 01-03x2 --orders 800/d")[1]
+    assert "80 orders an hour from 22:00 to 06:00 with 2 times as many from 01:00 to 03:00 = 800 orders a day" in output
     model = dw.load(str(tmp_path / "n.yaml"))
     assert (model.run.start, model.run.length) == ("22:00", 8 * 3600)
     assert model.tasks.flows["orders"].arrivals.profile.per_hour == (80, 160, 160, 80, 80, 80, *[0] * 16, 80, 80)

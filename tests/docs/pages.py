@@ -52,47 +52,47 @@ class Command:
 
 def blocks(path):
     """The fenced blocks of a page, each python block with the text block that follows it at once."""
-    found = []
+    fenced = []
     note, open_block, between = ("", ""), None, True
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         fence = _FENCE.match(line)
         if open_block is not None:
             if fence:
                 open_block.text = textwrap.dedent(open_block.text)
-                last = found[-1] if found else None
+                last = fenced[-1] if fenced else None
                 if open_block.kind == "text" and not between and last and last.kind == "python":
                     last.output, last.output_line = open_block.text, open_block.line
                 else:
-                    found.append(open_block)
+                    fenced.append(open_block)
                 open_block, between, note = None, False, ("", "")
             else:
                 open_block.text += line + "\n"
         elif fence:
             open_block = Block(fence["kind"], "", number + 1, note)
-        elif said := _NOTE.match(line):
-            note = (said["word"], said["rest"] or "")
+        elif match := _NOTE.match(line):
+            note = (match["word"], match["rest"] or "")
         elif line.strip():
             note, between = ("", ""), True
     assert open_block is None, f"{path.name}: a block that is not closed"
-    return found
+    return fenced
 
 
 def commands(block):
     """The commands of a console block; a line that ends with a backslash goes on."""
-    found = []
+    listed = []
     goes_on = False
     for line in block.text.splitlines():
         if goes_on:
-            found[-1].words += " " + line.strip().removesuffix("\\")
-            found[-1].lines.append(line)
+            listed[-1].words += " " + line.strip().removesuffix("\\")
+            listed[-1].lines.append(line)
         elif line.startswith("$ "):
-            found.append(Command(line[2:].removesuffix("\\"), [line]))
+            listed.append(Command(line[2:].removesuffix("\\"), [line]))
         else:
-            assert found, f"line {block.line}: a console block begins with `$ `"
-            found[-1].output.append(line)
+            assert listed, f"line {block.line}: a console block begins with `$ `"
+            listed[-1].output.append(line)
             continue
         goes_on = line.endswith("\\")
-    return found
+    return listed
 
 
 def same(want, got):

@@ -131,8 +131,8 @@ def _carry_out_page(page, copy, read_as, carried_out=0):
             assert all(hasattr(dw, public) for public in re.findall(r"\bdw\.([a-zA-Z]\w*)", block.text))
         elif block.kind == "python":
             printed = pages.run_python(block, names, page)
-            said = block.output is None or pages.same(block.output, printed)
-            assert said, f"{_name(page)}:{block.line} printed\n{printed}"
+            agrees = block.output is None or pages.same(block.output, printed)
+            assert agrees, f"{_name(page)}:{block.line} printed\n{printed}"
         elif block.kind == "console":
             for command in pages.commands(block):
                 daily = carried_out > 0 and noted in {"", "fails"}
@@ -170,10 +170,10 @@ def test_links_lead_somewhere(page):
         if re.match(r"[a-z]+:", target):
             continue
         path, _, anchor = target.partition("#")
-        found = page.parent / path if path else page
-        assert found.exists(), f"{_name(page)}: {target}: no such file"
+        file = page.parent / path if path else page
+        assert file.exists(), f"{_name(page)}: {target}: no such file"
         if anchor:
-            assert anchor in _anchors(found), f"{_name(page)}: {target}: no such heading"
+            assert anchor in _anchors(file), f"{_name(page)}: {target}: no such heading"
 
 
 def _anchors(page):
@@ -185,10 +185,10 @@ def _anchors(page):
 def test_commands_in_the_text_can_be_called(page):
     """The changelog and the history before it also name commands that are gone."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    known = pages.COMMANDS | (GONE if page.name in {"CHANGELOG.md", "history.md"} else {})
+    commands = pages.COMMANDS | (GONE if page.name in {"CHANGELOG.md", "history.md"} else {})
     for words in re.findall(r"`desim ([^`]+)`", text):
         name = shlex.split(words)[0]
-        assert name in known or name.startswith("-"), f"{_name(page)}: desim {words}: no such command"
+        assert name in commands or name.startswith("-"), f"{_name(page)}: desim {words}: no such command"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=_name)

@@ -42,14 +42,14 @@ def differences(model, few, many):
     # As long as the counted time, since chargers may be busier in every second hour, in all runs alike.
     hours = max(3 * hour, model.run.length - model.run.warm_up)
     later = counted(model.replace({"run.warm_up": 6 * hour, "run.length": 6 * hour + hours}), range(100, 100 + few))
-    found = {}
+    means = {}
     for name, least in TELLING.items():
         one, other = ([run[name] for run in runs if math.isfinite(run.get(name, math.nan))] for runs in (here, later))
         if len(one) > 1 and len(other) > 1:
             error = math.sqrt(variance(one) / len(one) + variance(other) / len(other))
             if abs(fmean(one) - fmean(other)) > least + 3 * error:
-                found[name] = fmean(one), fmean(other)
-    return found
+                means[name] = fmean(one), fmean(other)
+    return means
 
 
 @pytest.fixture
@@ -62,11 +62,11 @@ def folder(tmp_path, monkeypatch):
 
 def of_page(page, folder):
     """The short ones of a page, each once, by the command that has it."""
-    found = {}
+    short = {}
     for words, model in models(page, folder):
         if is_short(model):
-            found.setdefault(model.digest(), (words, model))
-    return list(found.values())
+            short.setdefault(model.digest(), (words, model))
+    return list(short.values())
 
 
 def test_the_chief_example_of_plans_is_as_hours_6_to_9(folder):
@@ -78,7 +78,7 @@ def test_the_chief_example_of_plans_is_as_hours_6_to_9(folder):
 @pytest.mark.long
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in ELSEWHERE], ids=lambda page: page.stem)
 def test_short_runs_of_pages_are_as_hours_6_to_9(page, folder):
-    assert {words: found for words, model in of_page(page, folder) if (found := differences(model, 8, 24))} == {}
+    assert {words: means for words, model in of_page(page, folder) if (means := differences(model, 8, 24))} == {}
 
 
 @pytest.mark.long

@@ -69,34 +69,34 @@ def model(number):
     return kind, drafted.replace(changes)
 
 
-def simulated(one, found):
+def simulated(one, calculation):
     """The indicators of a run that is long enough for the tasks wanted."""
     hour = one.units.hour
-    length = TASKS / found.capacity
+    length = TASKS / calculation.capacity
     if one.tasks.flows:
-        one = one.replace({"tasks.demand": 1.5 * found.capacity * hour / (len(one.tasks.flows) * FEW)})
+        one = one.replace({"tasks.demand": 1.5 * calculation.capacity * hour / (len(one.tasks.flows) * FEW)})
     return dw.simulate(one.replace({"run": {"length": max(1.25 * length, 2 * hour), "warm_up": 0.2 * length}}), 3).kpis
 
 
 def apart(number):
     """What the estimate of a draft says too much, in per cent, by name."""
     kind, whole = model(number)
-    hour, found = whole.units.hour, {}
+    hour, ratios = whole.units.hour, {}
     lone = whole.replace({"fleet.size": 1, "fleet.kinds": {}})
     for name, one in (("one robot", lone), ("fleet", whole)):
         told = estimate(one)
         kpis = simulated(one, told)
-        found[name] = told.capacity * hour / kpis["throughput_per_hour"]
+        ratios[name] = told.capacity * hour / kpis["throughput_per_hour"]
         if one is lone:
-            found["its energy"] = told.power.task * kpis["tasks"] / kpis["energy"]
+            ratios["its energy"] = told.power.task * kpis["tasks"] / kpis["energy"]
     if not whole.tasks.flows and kind != "tours":
         calm = whole.replace({"tasks.goods": {"poisson": 0.6 * kpis["throughput_per_hour"]}})
         told, kpis = estimate(calm), simulated(calm, told)
         counted = kpis["tasks"] / kpis["throughput_per_hour"] * hour
         busy = calm.fleet.size * counted * sum(kpis.get(f"share_{name}", 0.0) for name in WORKING) / kpis["tasks"]
-        found["busy at 60 %"] = told.cycle.time / busy
-        found["draws at 60 %"] = told.power.draws * counted / kpis["energy"]
-    return kind, {name: 100 * (ratio - 1) for name, ratio in found.items()}
+        ratios["busy at 60 %"] = told.cycle.time / busy
+        ratios["draws at 60 %"] = told.power.draws * counted / kpis["energy"]
+    return kind, {name: 100 * (ratio - 1) for name, ratio in ratios.items()}
 
 
 def main(first, last):
@@ -104,14 +104,14 @@ def main(first, last):
     every = {}
     for number in range(first, last):
         try:
-            kind, found = apart(number)
+            kind, errors = apart(number)
         except SimulationError as error:
             sys.stdout.write(f"{number}: {type(error).__name__}: {str(error)[:150]}\n")
             continue
-        said = ", ".join(f"{name} {value:+.1f}" for name, value in found.items())
-        sys.stdout.write(f"{number} ({kind}): {said}\n")
+        line = ", ".join(f"{name} {value:+.1f}" for name, value in errors.items())
+        sys.stdout.write(f"{number} ({kind}): {line}\n")
         sys.stdout.flush()
-        for name, value in found.items():
+        for name, value in errors.items():
             every.setdefault(name, []).append(value)
     for name, values in every.items():
         off = np.abs(values)

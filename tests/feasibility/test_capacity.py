@@ -66,9 +66,9 @@ def test_a_saturated_fleet_does_what_is_said(robots, chargers, start):
         "log": "tasks",
     }
     model = dw.Model.model_validate(read_yaml(draft(words), "draft").data).replace(changes)
-    found = estimate(model)
+    calculation = estimate(model)
     done = dw.simulate(model, 3).kpis["throughput_per_hour"]
-    assert found.capacity * 3600 == pytest.approx(done, rel=0.15)
+    assert calculation.capacity * 3600 == pytest.approx(done, rel=0.15)
 
 
 HALL = Draft(size=(30, 24), orders=200, robots=8, chargers=3, stations=1, packers=2)
@@ -102,9 +102,9 @@ def test_slots_of_stations_count_with_flows(length, below, above):
     tasks = {"load_time": 10, "unload_time": 20, "station_choice": "least-loaded", "flows": flows}
     one = {"layout.stations.packing.places": 1, "layout.stations.packing.servers": 1}
     model = hall({"tasks": tasks, **one, "run.length": length})
-    found = check(model).calculation
-    least, most = found.range
-    assert found.bottleneck == "the number of slots at the stations"
+    calculation = check(model).calculation
+    least, most = calculation.range
+    assert calculation.bottleneck == "the number of slots at the stations"
     done = dw.simulate(model, 2).kpis["throughput_per_hour"] / 3600
     assert (1 - below) * least <= done <= (1 + above) * most
 
@@ -140,11 +140,11 @@ def test_slots_that_let_too_few_robots_work_are_the_limit_of_any_fleet(by_flows)
     """Each robot needs one of 3 slots from the start of a task to its end: 3 x 45 = 135 tasks an hour, not 150."""
     drawn = {"load_time": 10, "unload_time": 10, "goods": {"poisson": 150}, "unload_at": ["packing"]}
     tasks = ROUND["tasks"] if by_flows else drawn
-    found = check(dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 3}))
-    assert found.calculation.range[1] * 3600 == pytest.approx(135)
-    assert found.calculation.robots_needed == math.inf
-    assert "\nWith the number of slots at the stations as the limit, 10 robots can do about " in str(found)
-    assert "Robots: no number is enough for 150 loads an hour.\n" in str(found)  # the limit is named once
+    report = check(dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 3}))
+    assert report.calculation.range[1] * 3600 == pytest.approx(135)
+    assert report.calculation.robots_needed == math.inf
+    assert "\nWith the number of slots at the stations as the limit, 10 robots can do about " in str(report)
+    assert "Robots: no number is enough for 150 loads an hour.\n" in str(report)  # the limit is named once
     enough = dw.load({**ROUND, "tasks": tasks}, {"fleet.size": 10, "layout.stations.packing.places": 4})
     assert measured(enough).robots_needed == pytest.approx(3.35, abs=0.1)
 
@@ -152,9 +152,9 @@ def test_slots_that_let_too_few_robots_work_are_the_limit_of_any_fleet(by_flows)
 def test_chargers_that_just_give_what_is_drawn_are_no_shortage():
     """Five robots that always draw 0.005 where one stands at its charger take the 0.02 that this one gives."""
     model = hall({"fleet.size": 5, "battery.consumption": 0.005, "layout.bays.charging.total_chargers": 1})
-    found = check(model.replace({"tasks.goods": {"poisson": 90}}))
-    assert "CHARGERS_SHORT" not in {item.code for item in found.findings}
-    assert found.calculation.capacity * 3600 > 60
+    report = check(model.replace({"tasks.goods": {"poisson": 90}}))
+    assert "CHARGERS_SHORT" not in {item.code for item in report.findings}
+    assert report.calculation.capacity * 3600 > 60
 
 
 def test_a_need_beyond_the_fleet_is_a_warning():
@@ -194,9 +194,9 @@ def test_slots_limit_nobody_where_tasks_end_elsewhere():
     tidy = {"from": "storage", "to": "storage", "arrivals": {"poisson": 20}}
     places = {"layout.stations.packing.places": 3}
     for flows in ({"tidy": tidy}, {**ROUND["tasks"]["flows"], "tidy": tidy}):
-        found = check(dw.load({**ROUND, "tasks": {**ROUND["tasks"], "flows": flows}}, places))
-        assert found.calculation.slots is None
-        assert "STATION_PLACES" not in {item.code for item in found.findings}
+        report = check(dw.load({**ROUND, "tasks": {**ROUND["tasks"], "flows": flows}}, places))
+        assert report.calculation.slots is None
+        assert "STATION_PLACES" not in {item.code for item in report.findings}
 
 
 def test_a_fleet_is_not_said_to_be_at_its_limit_where_one_robot_more_adds_a_third():
@@ -231,10 +231,10 @@ def test_robots_are_loaded_relative_to_what_they_do_where_they_can_choose_among_
     """Five robots, each of which takes whatever comes next, would do 144 an hour; those that choose do 155 to 174."""
     words = Draft((40, 30), orders=150, robots=5, chargers=3, stations=2)
     model = dw.Model.model_validate(read_yaml(draft(words), "draft").data)
-    found, hour = measured(model), 3600
-    least, likely, _ = found.measured
-    assert found.fleet_capacity * hour < 150 < least * hour
-    (robots,) = [load for load in loads(model, found) if load.group.kind == "robots"]
+    calculation, hour = measured(model), 3600
+    least, likely, _ = calculation.measured
+    assert calculation.fleet_capacity * hour < 150 < least * hour
+    (robots,) = [load for load in loads(model, calculation) if load.group.kind == "robots"]
     assert robots.mean == pytest.approx(150 / hour / likely)
     kpis = dw.simulate(model.replace({"run": {"length": "4 h", "warm_up": "1 h"}}), seed=1).kpis
     assert kpis["backlog"] < 15

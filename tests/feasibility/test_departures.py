@@ -22,9 +22,9 @@ def codes(due_at, **changes):
 
 
 def test_plain_hours_are_warned_of_where_the_run_starts_by_the_clock():
-    said = codes(["10 h", "14 h", "16 h"])
-    assert "36,000 s counts from the start of the run at 06:00: that is 16:00 by the clock" in said["DUE_CLOCK"]
-    assert "due_at: ['16:00', '20:00', '22:00']" in said["DUE_CLOCK"]
+    texts = codes(["10 h", "14 h", "16 h"])
+    assert "36,000 s counts from the start of the run at 06:00: that is 16:00 by the clock" in texts["DUE_CLOCK"]
+    assert "due_at: ['16:00', '20:00', '22:00']" in texts["DUE_CLOCK"]
     assert "DUE_CLOCK" in codes({"times": ["4 h"], "cut_off": "10 min"})
     assert "DUE_CLOCK" not in codes(["10 h"], run__start="00:00")
     assert "DUE_CLOCK" not in codes(["10:00"])
@@ -41,8 +41,8 @@ def test_plain_hours_are_warned_of_where_the_run_starts_by_the_clock():
     ],
 )
 def test_orders_after_the_last_departure_are_counted(due_at, late):
-    said = codes(due_at).get("LAST_DEPARTURE")
-    assert said is None if late is None else late in said
+    warning = codes(due_at).get("LAST_DEPARTURE")
+    assert warning is None if late is None else late in warning
 
 
 def test_the_first_departure_may_be_after_the_run_and_may_be_its_end():

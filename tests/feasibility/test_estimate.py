@@ -59,8 +59,8 @@ def test_a_task_on_the_ring():
 
 
 def test_a_task_s_energy_and_the_chargers_it_takes():
-    found = by_hand({"battery": BATTERY, "fleet.size": 4})
-    power = found.power
+    calculation = by_hand({"battery": BATTERY, "fleet.size": 4})
+    power = calculation.power
     # 67 empty at 1, 15 loaded at 2, 15 of handling at 0.25
     assert power.task == pytest.approx(67 + 30 + 3.75)
     assert power.share == pytest.approx(100.75 / 10000)
@@ -70,36 +70,37 @@ def test_a_task_s_energy_and_the_chargers_it_takes():
     drawn = 100.75 / 97
     assert power.needed == 1
     assert power.draws == pytest.approx((4 - 4 * drawn / (9 + drawn)) * drawn, rel=0.002)
-    assert found.charging == pytest.approx(100.75 / 9, rel=0.002)
-    assert found.fleet_capacity == pytest.approx(4 / (97 + 100.75 / 9), rel=0.002)
+    assert calculation.charging == pytest.approx(100.75 / 9, rel=0.002)
+    assert calculation.fleet_capacity == pytest.approx(4 / (97 + 100.75 / 9), rel=0.002)
 
 
 def test_a_robot_that_finds_no_task_drives_home_and_back():
     """With next to no demand it begins in its bay and ends there, on the ring a round more than from task to task."""
-    found = by_hand({"battery": BATTERY, "fleet.size": 4, "tasks.goods": {"poisson": 0.1}})
-    assert found.cycle.calm_time > found.cycle.time
-    assert found.cycle.calm_energy > found.cycle.energy
-    quiet = found.rate * found.cycle.calm_energy
-    assert found.power.draws == pytest.approx(quiet, rel=0.01)  # all bays have chargers, where robots draw nothing
+    calculation = by_hand({"battery": BATTERY, "fleet.size": 4, "tasks.goods": {"poisson": 0.1}})
+    assert calculation.cycle.calm_time > calculation.cycle.time
+    assert calculation.cycle.calm_energy > calculation.cycle.energy
+    quiet = calculation.rate * calculation.cycle.calm_energy
+    # all bays have chargers, where robots draw nothing
+    assert calculation.power.draws == pytest.approx(quiet, rel=0.01)
 
 
 def test_demand_stations_and_knee_are_as_worked_by_hand():
     room = {"layout.stations.pack.places": 80, "fleet.size": 3}
-    found = by_hand({"tasks.goods": {"poisson": 72}, **room})
-    assert found.rate == pytest.approx(0.02)
-    assert found.robots_busy == pytest.approx(0.02 * 97)
+    calculation = by_hand({"tasks.goods": {"poisson": 72}, **room})
+    assert calculation.rate == pytest.approx(0.02)
+    assert calculation.robots_busy == pytest.approx(0.02 * 97)
     # two robots: 10 s of service, and 10/97 of the time another is served: 97 + 10 * 10 / 97 for two tasks
     two, one = 2 / (97 + 100 / 97), 1 / 97
-    assert found.throughput(2) == pytest.approx(two)
-    assert found.robots_needed == pytest.approx(1 + (0.02 - one) / (two - one))
-    [station] = found.stations
+    assert calculation.throughput(2) == pytest.approx(two)
+    assert calculation.robots_needed == pytest.approx(1 + (0.02 - one) / (two - one))
+    [station] = calculation.stations
     assert (station.share, station.capacity, station.busy) == pytest.approx((1, 0.1, 0.2))
-    assert found.station_capacity == pytest.approx(0.1)
+    assert calculation.station_capacity == pytest.approx(0.1)
     # the station serves 0.1 a second, 9.7 robots' work; C is passed once loaded and never else
-    robots, limit = found.knee
+    robots, limit = calculation.knee
     assert limit == "unloading at C"
-    assert found.throughput(2 * robots) < 1.1 * found.throughput(robots)
-    assert found.throughput(2 * (robots - 1)) >= 1.1 * found.throughput(robots - 1)
+    assert calculation.throughput(2 * robots) < 1.1 * calculation.throughput(robots)
+    assert calculation.throughput(2 * (robots - 1)) >= 1.1 * calculation.throughput(robots - 1)
     # with quick unloading the lanes of 60 / 1 - 4 places are the limit before the intersection
     quick = by_hand({"tasks.unload_time": 0, **room})
     assert quick.knee == (quick.lanes_hold, "the room in the lanes") == (4 * 19, "the room in the lanes")
@@ -107,24 +108,25 @@ def test_demand_stations_and_knee_are_as_worked_by_hand():
 
 def test_a_fleet_of_two_speeds_does_most_tasks_with_the_fast_ones():
     kinds = {"fleet.size": 2, "fleet.kinds": {"fast": {"count": 1, "speed": 2}}}
-    found = by_hand(kinds)
+    calculation = by_hand(kinds)
     # 97 and 17 + 80 / 2 = 57: 1/97 + 1/57 tasks a second
-    assert found.fleet_capacity == pytest.approx(1 / 97 + 1 / 57)
+    assert calculation.fleet_capacity == pytest.approx(1 / 97 + 1 / 57)
 
 
 def test_the_floor_is_also_given_in_metres():
-    found = by_hand({"units": {"length": "mm"}})
-    assert (found.width, found.height, found.metre) == (20, 20, 0.001)
-    assert "floor: 20 x 20 mm (0.02 x 0.02 m)" in of_estimate(found, load(RING, {"units": {"length": "mm"}}).units)[0]
+    in_mm = {"units": {"length": "mm"}}
+    calculation = by_hand(in_mm)
+    assert (calculation.width, calculation.height, calculation.metre) == (20, 20, 0.001)
+    assert "floor: 20 x 20 mm (0.02 x 0.02 m)" in of_estimate(calculation, load(RING, in_mm).units)[0]
     assert by_hand({"units": {"length": "px"}}).metre is None
 
 
 def test_the_most_that_a_robot_waiting_for_a_server_cannot_change():
     """More robots than station places: only as many work as have one."""
-    found = by_hand({"fleet.size": 4, "layout.stations.pack.places": 2})
-    assert (found.at_work, found.robots) == (2, 4)
-    assert (found.fleet_capacity, found.most) == pytest.approx((4 / 97, 2 / 97))
-    assert found.bottleneck == "the number of slots at the stations"
+    calculation = by_hand({"fleet.size": 4, "layout.stations.pack.places": 2})
+    assert (calculation.at_work, calculation.robots) == (2, 4)
+    assert (calculation.fleet_capacity, calculation.most) == pytest.approx((4 / 97, 2 / 97))
+    assert calculation.bottleneck == "the number of slots at the stations"
 
 
 ALONE = {
@@ -160,13 +162,13 @@ CASES = {
 def test_a_robot_alone_takes_the_time_and_the_energy_of_the_estimate(name, length):
     base, changes = CASES[name]
     model = load(base, {**ALONE, **changes, **length})
-    found = estimate(model)
+    calculation = estimate(model)
     run = dw.simulate(model, seed=5)
     busy = sum(run.robots[state].sum() for state in ("empty", "loading", "loaded", "unloading"))
     assert run.kpis["tasks"] > 200
-    assert busy / run.kpis["tasks"] == pytest.approx(found.cycle.time, rel=0.02)
+    assert busy / run.kpis["tasks"] == pytest.approx(calculation.cycle.time, rel=0.02)
     assert run.robots[["returning", "idle", "queueing"]].sum(axis=1).iloc[0] < 0.01 * busy
-    assert run.kpis["energy"] / run.kpis["tasks"] == pytest.approx(found.power.task, rel=0.02)
+    assert run.kpis["energy"] / run.kpis["tasks"] == pytest.approx(calculation.power.task, rel=0.02)
 
 
 LENGTHS = {"models/tutorial.yaml": (20_000, 60_000), "models/multibots.yaml": (60_000, 200_000)}
@@ -188,22 +190,22 @@ def test_no_run_does_more_than_the_bounds_allow(base, length, robots):
     changes = {**ALONE, "battery": None, "fleet.size": robots, "run": {"length": length, "warm_up": 2000}}
     stations = {"layout.stations.packing.places": 30} if "tutorial" in base else {"tasks.unload_at": ["M"]}
     model = load(base, {**changes, **stations})
-    found = estimate(model)
+    calculation = estimate(model)
     done = dw.simulate(model, seed=2).kpis["throughput_per_hour"] / model.units.hour
-    assert done <= 1.05 * min(found.most, found.crossing_capacity)
+    assert done <= 1.05 * min(calculation.most, calculation.crossing_capacity)
     if robots == 1:
-        assert done >= 0.97 * found.capacity
+        assert done >= 0.97 * calculation.capacity
 
 
 @pytest.mark.long
 def test_a_station_is_as_busy_as_rate_times_unloading():
     model = load("models/mir250.yaml", {"battery": None, "run": {"length": 200000, "warm_up": 7200}})
-    found = estimate(model)
+    calculation = estimate(model)
     run = dw.simulate(model, seed=3)
-    servers = sum(item.servers for item in found.stations)
+    servers = sum(item.servers for item in calculation.stations)
     counted = 200000 - 7200
     busy = run.robots["unloading"].sum() / (servers * counted)
-    mean = sum(item.busy * item.servers for item in found.stations) / servers
+    mean = sum(item.busy * item.servers for item in calculation.stations) / servers
     assert busy == pytest.approx(mean, rel=0.02)
 
 
@@ -230,5 +232,5 @@ def test_a_place_is_named_by_what_is_done_there():
             "run": {"length": "4 h"},
         }
     )
-    said = {one.node: one.doing for one in estimate(model).stations}
-    assert said == {"L": "loading at L", "U": "unloading at U", "Y": "loading and unloading at Y"}
+    work = {one.node: one.doing for one in estimate(model).stations}
+    assert work == {"L": "loading at L", "U": "unloading at U", "Y": "loading and unloading at Y"}

@@ -33,8 +33,8 @@ def slips(model, level=("warning", "note")):
 
 
 def errors_and_slips(model):
-    found = check(model).findings
-    return [str(item) for item in found if item.level == "error" or item.code in SLIPS]
+    findings = check(model).findings
+    return [str(item) for item in findings if item.level == "error" or item.code in SLIPS]
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,8 @@ def test_no_warning_of_a_model_of_a_page(page, tmp_path, monkeypatch):
         shutil.copytree(pages.ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.chdir(tmp_path)
     for words, model in pages.models(page, tmp_path):
-        found = slips(model, ("warning",))
-        assert set(found) <= MEANT.get(words.strip(), set()), (words, found)
+        codes = slips(model, ("warning",))
+        assert set(codes) <= MEANT.get(words.strip(), set()), (words, codes)
 
 
 def test_pages_have_models(tmp_path, monkeypatch):

@@ -79,9 +79,9 @@ def test_chargers_that_give_less_than_a_fleet_draws_at_rest_are_short_for_work_t
     A task draws half a unit, so 500 are done without a charge, and 5,000 are not.
     """
     few, many = ({**DEFAULTS, "tasks.goods": {"random": count}, "run": {}} for count in (500, 5000))
-    found = codes(many)["CHARGERS_SHORT"]
-    assert "at rest, 8 robots without a charger draw 0.04 per s, and 4 chargers supply 0.036: the batt" in found.text
-    assert "need at least 5 chargers" in found.cure
+    finding = codes(many)["CHARGERS_SHORT"]
+    assert "at rest, 8 robots without a charger draw 0.04 per s, and 4 chargers supply 0.036: the batt" in finding.text
+    assert "need at least 5 chargers" in finding.cure
     assert "CHARGERS_SHORT" not in codes(few)
     assert "CHARGERS_SHORT" not in codes({**many, "layout.bays.chargers.at": ["A", "C", "F", "H", "I"]})
 
@@ -100,9 +100,9 @@ def test_a_charger_is_idle_while_the_next_robot_drives_up(changes, short):
     fleet = {**RING["fleet"], "size": 3, "start": ["rest"]}
     battery = {**RING["battery"], "charge_rate": 25, "reserve": 1000}
     model = dw.load(RING, {"layout.bays": bays, "fleet": fleet, "battery": battery, "tasks.goods": 20 * [0], **changes})
-    found = [item.text for item in check(model).findings if item.code == "CHARGERS_SHORT"]
-    assert bool(found) == short
-    assert all("the next has to drive up: the batteries fall" in text for text in found)
+    texts = [item.text for item in check(model).findings if item.code == "CHARGERS_SHORT"]
+    assert bool(texts) == short
+    assert all("the next has to drive up: the batteries fall" in text for text in texts)
 
 
 @pytest.mark.parametrize(
@@ -125,18 +125,18 @@ THREE = {**TWO, "layout.bays.chargers.at": ["A", "D", "H"], "layout.bays.parking
 
 
 def test_two_chargers_are_too_few_and_three_are_enough():
-    found = codes(TWO)["CHARGERS_SHORT"]
-    assert found.text.split("2 chargers give ")[1].startswith(("0.03", "0.04"))  # 0.02 each, but for the probe
-    assert "need at least 3 chargers" in found.cure
+    finding = codes(TWO)["CHARGERS_SHORT"]
+    assert finding.text.split("2 chargers give ")[1].startswith(("0.03", "0.04"))  # 0.02 each, but for the probe
+    assert "need at least 3 chargers" in finding.cure
     assert "CHARGERS_SHORT" not in codes(THREE)
 
 
 @pytest.mark.long
 def test_two_chargers_do_not_last_though_a_shift_looks_well():
-    found = codes(TWO)["CHARGERS_SHORT"]
-    assert "2 chargers give 0.03999 per s" in found.text  # 0.02 each, but for a rounding of the probe
-    assert "up to 0.06" in found.text
-    assert "need at least 3 chargers" in found.cure
+    finding = codes(TWO)["CHARGERS_SHORT"]
+    assert "2 chargers give 0.03999 per s" in finding.text  # 0.02 each, but for a rounding of the probe
+    assert "up to 0.06" in finding.text
+    assert "need at least 3 chargers" in finding.cure
     shift = dw.simulate(planner({**TWO, "run.length": 28800}), seed=1)
     assert shift.kpis["on_time"] == 1
     with pytest.raises(BatteryError):
@@ -153,9 +153,9 @@ def test_a_robot_at_the_charger_of_another_keeps_that_one_from_it(gives, short):
     }
     calm = {"tasks.goods": {"poisson": 5}, "policies": {"parking": "home"}, "fleet.start": 3 * ["A", "B", "D", "E"]}
     model = planner({**calm, "layout.bays": bays, "battery.charge_rate": gives})
-    found = check(model)
-    assert found.calculation.power.draws == pytest.approx(0.045, rel=0.01)
-    assert ("CHARGERS_SHORT" in {item.code for item in found.findings}) == short
+    report = check(model)
+    assert report.calculation.power.draws == pytest.approx(0.045, rel=0.01)
+    assert ("CHARGERS_SHORT" in {item.code for item in report.findings}) == short
 
 
 def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
@@ -172,9 +172,9 @@ def test_without_chargers_batteries_that_last_by_the_bound_alone_are_a_warning()
     """Standing draws a tenth of driving: certain is only what tasks cost that are asked for, without empty drives."""
     states = {"standing": 0.001, "empty": 0.02, "loaded": 0.01, "handling": 0.01}
     changes = {"layout.bays.chargers.chargers": 0, "run.warm_up": 0, "battery.consumption": states}
-    found = codes({**changes, "run.length": 16_000})
-    assert "NEVER_CHARGED" in found
-    assert "the run draws about" in found["NEVER_CHARGED"].text
+    findings = codes({**changes, "run.length": 16_000})
+    assert "NEVER_CHARGED" in findings
+    assert "the run draws about" in findings["NEVER_CHARGED"].text
     done = dw.simulate(planner({**changes, "run.length": 16_000}))
     assert max(done.record.energy) < 25  # where they stop working
     assert "NEVER_CHARGED" not in codes({**changes, "run.length": 4_000})
@@ -236,41 +236,41 @@ def test_what_nothing_can_be_simulated_without_is_not_accepted():
 
 
 def test_check_gives_the_verdict_first():
-    said = desim_says("check", PLANNER, *NONE).stdout.splitlines()
-    assert said[0] == "1 error: this model would be refused"
-    assert said[1].startswith("error: layout.bays: no bay has a charger, and the batteries do not last")
-    said = desim_says("check", PLANNER, *NONE, "--accept", "NO_CHARGER")
-    assert said.exit_code == 0
-    assert said.stdout.startswith("no errors, 1 error accepted\naccepted error: layout.bays: no bay has a charger")
-    said = desim_says("check", PLANNER, "--set", "fleet.robot.speed=5.4").stdout
-    assert said.startswith("no errors, 1 warning\nwarning: fleet.robot.speed: a robot drives 5.4 m/s (19.44 km/h)")
+    lines = desim_says("check", PLANNER, *NONE).stdout.splitlines()
+    assert lines[0] == "1 error: this model would be refused"
+    assert lines[1].startswith("error: layout.bays: no bay has a charger, and the batteries do not last")
+    done = desim_says("check", PLANNER, *NONE, "--accept", "NO_CHARGER")
+    assert done.exit_code == 0
+    assert done.stdout.startswith("no errors, 1 error accepted\naccepted error: layout.bays: no bay has a charger")
+    output = desim_says("check", PLANNER, "--set", "fleet.robot.speed=5.4").stdout
+    assert output.startswith("no errors, 1 warning\nwarning: fleet.robot.speed: a robot drives 5.4 m/s (19.44 km/h)")
 
 
 def test_check_prints_json():
     done = desim_says("check", PLANNER, *NONE, "--json")
     assert done.exit_code == 2
-    found = json.loads(done.stdout)
-    assert found["refused"]
-    assert found["verdict"] == "1 error: this model would be refused"
-    [finding] = [one for one in found["findings"] if one["level"] == "error"]
+    answer = json.loads(done.stdout)
+    assert answer["refused"]
+    assert answer["verdict"] == "1 error: this model would be refused"
+    [finding] = [one for one in answer["findings"] if one["level"] == "error"]
     assert finding["code"] == "NO_CHARGER"
     assert finding["level"] == "error"
     assert not finding["accepted"]
     assert finding["cure"].startswith("give layout.bays.chargers.chargers")
-    assert found["calculation"]["power"]["needed"] == 3
-    assert found["calculation"]["rate"] == pytest.approx(200 / 3600)
+    assert answer["calculation"]["power"]["needed"] == 3
+    assert answer["calculation"]["rate"] == pytest.approx(200 / 3600)
 
 
 def test_a_layout_with_errors_has_no_hand_calculation():
-    found = json.loads(desim_says("check", PLANNER, "--set", "fleet.start=[I]", "--json").stdout)
-    assert found["calculation"] is None
-    assert found["findings"][0]["code"] == "START_WITHOUT_BAY"
+    answer = json.loads(desim_says("check", PLANNER, "--set", "fleet.start=[I]", "--json").stdout)
+    assert answer["calculation"] is None
+    assert answer["findings"][0]["code"] == "START_WITHOUT_BAY"
 
 
 def test_swaps_that_take_no_time_have_no_bound_in_json():
     swap = "policies.charging={name: swap, time: 0}"
-    found = json.loads(desim_says("check", PLANNER, "--set", swap, "--json").stdout)
-    assert found["calculation"]["power"]["gives"] is None
+    answer = json.loads(desim_says("check", PLANNER, "--set", swap, "--json").stdout)
+    assert answer["calculation"]["power"]["gives"] is None
 
 
 def test_the_cause_of_a_flat_battery_names_all_that_a_robot_may_have_waited_for():
@@ -283,8 +283,8 @@ def test_the_cause_of_a_flat_battery_names_all_that_a_robot_may_have_waited_for(
     }
     plain, wide = (dw.load(SQUARE, {"battery": lasts, "fleet.size": 2, **over}) for over in ({}, more))
     assert "waited longer than its battery lasts, in traffic or for a charger; " in cause(plain, plain.floor)
-    said = cause(wide, wide.floor)
-    assert "in traffic, for a repair, for a station to open, for a lane to open, for people or for a charger; " in said
+    text = cause(wide, wide.floor)
+    assert "in traffic, for a repair, for a station to open, for a lane to open, for people or for a charger; " in text
 
 
 # Charging that ends below a full battery
@@ -313,8 +313,8 @@ def ring(capacity, **changes):
 @pytest.mark.parametrize("capacity", [235, 240])
 def test_a_battery_that_lasts_only_before_it_is_charged_is_refused(capacity):
     """Full it has 235, of which 210 are drawn and 23.5 kept; charged to 95 % it has 223.25."""
-    said = rf"policies\.charging: good 0 draws at least 210, .* ends charging at {0.95 * capacity:.4g} of {capacity}: "
-    with pytest.raises(CheckError, match=said):
+    fault = rf"policies\.charging: good 0 draws at least 210, .* ends charging at {0.95 * capacity:.4g} of {capacity}: "
+    with pytest.raises(CheckError, match=fault):
         dw.simulate(ring(capacity))
     assert (
         dw.simulate(ring(capacity, **{"policies.charging": {"name": "four-thresholds", "full": 1}})).kpis["tasks"] == 6
@@ -323,13 +323,13 @@ def test_a_battery_that_lasts_only_before_it_is_charged_is_refused(capacity):
 
 def test_a_battery_that_lasts_when_it_is_charged_is_not():
     """0.95 x 250 = 237.5 is 235 and what is over; what is said of it is that 250 last for four minutes."""
-    assert [found.code for found in check(ring(250)).findings if found.level != "note"] == ["BATTERY_RATES"]
+    assert [finding.code for finding in check(ring(250)).findings if finding.level != "note"] == ["BATTERY_RATES"]
     assert dw.simulate(ring(250)).kpis["tasks"] == 6
 
 
 def test_where_its_first_charge_may_do_it_is_a_warning():
     model = ring(240, **{"tasks.goods": [0]})
-    assert [found.code for found in check(model).findings if found.level == "warning"] == [
+    assert [finding.code for finding in check(model).findings if finding.level == "warning"] == [
         "CHARGED_TOO_LOW",
         "BATTERY_RATES",
     ]
@@ -348,10 +348,10 @@ def test_a_run_that_stalls_names_what_robots_have_and_need_and_nothing_that_does
 
 def test_slots_beside_chargers_without_one_are_noted():
     bays = {"at": ["A", "C", "F", "H"], "places": 2, "total_chargers": 6}
-    found = codes({"layout.bays.chargers": bays})["CHARGER_SLOTS"]
-    assert found.level == "note"
-    assert "2 slots beside chargers without one" in found.text
-    assert "charger: least-loaded" in found.cure
+    finding = codes({"layout.bays.chargers": bays})["CHARGER_SLOTS"]
+    assert finding.level == "note"
+    assert "2 slots beside chargers without one" in finding.text
+    assert "charger: least-loaded" in finding.cure
     spread = {"layout.bays.chargers": bays, "policies.charging": {"name": "threshold", "charger": "least-loaded"}}
     assert "least-loaded" not in codes(spread)["CHARGER_SLOTS"].cure
     assert "CHARGER_SLOTS" not in codes({"layout.bays.chargers": {**bays, "places": None}})

@@ -109,19 +109,19 @@ def test_a_flow_asks_for_its_rate_in_its_hours_only():
 def test_hours_that_end_where_work_ends_by_itself_count_until_they_end():
     """An hour in which station and robots work, and ten tasks at once."""
     changes = {"tasks.goods": {"random": 10}, "run": {}, "calendars.once": {"between": [[0, 3600]]}}
-    found = by_hand({**changes, "layout.stations.desk.hours": "once", "fleet.hours": "once"})
-    assert (found.stations[0].open, found.on_duty) == (1, 1)
+    calculation = by_hand({**changes, "layout.stations.desk.hours": "once", "fleet.hours": "once"})
+    assert (calculation.stations[0].open, calculation.on_duty) == (1, 1)
     flow = {"from": "storage", "to": "desk", "arrivals": {"schedule": [{"at": 0, "tasks": 10}]}}
     flows = {"load_time": 5, "unload_time": 30, "flows": {"some": flow}}
-    found = by_hand({**changes, "tasks": flows, "tasks.goods": None, "layout.stations.desk.hours": "once"})
-    assert found.stations[0].busy == pytest.approx(10 * 30 / 3600)
+    calculation = by_hand({**changes, "tasks": flows, "tasks.goods": None, "layout.stations.desk.hours": "once"})
+    assert calculation.stations[0].busy == pytest.approx(10 * 30 / 3600)
 
 
 @pytest.mark.parametrize("place", ["layout.stations.desk.hours", "fleet.hours", "tasks.goods.hours"])
 def test_nothing_is_worked_out_for_hours_that_never_come(place):
     changes = {"tasks.goods": {"poisson": 60}, "calendars.late": {"between": [[90_000, 91_000]]}}
-    found = check(dw.load(LIFELONG, {**changes, place: "late"}))
-    assert (found.findings[0].code, found.calculation, found.lines) == ("NEVER_OPEN", None, [])
+    report = check(dw.load(LIFELONG, {**changes, place: "late"}))
+    assert (report.findings[0].code, report.calculation, report.lines) == ("NEVER_OPEN", None, [])
 
 
 def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_same_rates():
@@ -137,10 +137,10 @@ def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_sam
     over = {**calendar, "run.length": 86_400}
     models = [dw.load({**LIFELONG, "tasks": {**tasks, "flows": {name: flow}}}, over) for name, flow in flows.items()]
     models.append(dw.load(LIFELONG, {**over, "tasks.goods": {"poisson": 60, "hours": "evening"}}))
-    found = [check(model) for model in models]
-    assert [one.calculation.rate * 3600 for one in found] == [pytest.approx(15)] * 3
-    assert [one.calculation.peak * 3600 for one in found] == [pytest.approx(60)] * 3
-    for one in found:
+    reports = [check(model) for model in models]
+    assert [one.calculation.rate * 3600 for one in reports] == [pytest.approx(15)] * 3
+    assert [one.calculation.peak * 3600 for one in reports] == [pytest.approx(60)] * 3
+    for one in reports:
         assert "the 15 demanded need 0.3125 robots; the 60 of the busiest hour need 1.345 robots" in " ".join(one.lines)
         assert "PEAK_ABOVE_FLEET" in {item.code for item in one.findings}
 
@@ -148,19 +148,19 @@ def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_sam
 def test_in_the_busiest_hour_all_robots_are_taken_to_be_at_work():
     """Robots work when orders come, and do 96 an hour then, 48 on average: they keep up with 60 in the busiest hour."""
     over = {"calendars.half": {"every": 28_800, "lasts": 14_400}, "run.length": 86_400, "fleet.hours": "half"}
-    found = check(dw.load(LIFELONG, {**over, "fleet.size": 2, "tasks.goods": {"poisson": 60, "hours": "half"}}))
-    assert found.calculation.fleet_capacity * 3600 == pytest.approx(48)
-    estimate = found.calculation
+    report = check(dw.load(LIFELONG, {**over, "fleet.size": 2, "tasks.goods": {"poisson": 60, "hours": "half"}}))
+    assert report.calculation.fleet_capacity * 3600 == pytest.approx(48)
+    estimate = report.calculation
     # 75 s for a task each are 1.25 robots, which never wait; with queues as of robots that come at random, 1.345
     assert estimate.robots_needed == pytest.approx(1.3, abs=0.06)
     assert estimate.busiest_hour.robots_needed == pytest.approx(estimate.robots_needed)
-    assert "PEAK_ABOVE_FLEET" not in {item.code for item in found.findings}
+    assert "PEAK_ABOVE_FLEET" not in {item.code for item in report.findings}
 
 
 def test_check_says_that_opening_hours_are_too_short():
-    found = check(dw.load(LIFELONG, {"layout.stations.desk.hours": "eighth", "fleet.size": 9}))
-    said = {item.code: item.text for item in found.findings}
-    assert "% of the opening time of its 1 server" in said["DEMAND_ABOVE_STATIONS"]
+    report = check(dw.load(LIFELONG, {"layout.stations.desk.hours": "eighth", "fleet.size": 9}))
+    texts = {item.code: item.text for item in report.findings}
+    assert "% of the opening time of its 1 server" in texts["DEMAND_ABOVE_STATIONS"]
 
 
 def test_handling_times_of_a_station_are_in_the_cycle():

@@ -72,25 +72,25 @@ MISTAKES = {
 
 def test_there_are_36_of_them_and_the_warehouse_itself_is_sound():
     assert len(MISTAKES) == 36
-    [found] = check(dw.load(PLANNER)).findings
-    assert (found.code, found.level) == ("START_ENERGY", "note")  # all batteries start full
+    [finding] = check(dw.load(PLANNER)).findings
+    assert (finding.code, finding.level) == ("START_ENERGY", "note")  # all batteries start full
     assert check(dw.load(PLANNER, {"fleet.start_energy": "settled"})).findings == []
 
 
 @pytest.mark.parametrize("mistake", some(MISTAKES, 2))
 def test_a_mistake_is_named_with_its_cure(mistake):
-    changes, said = MISTAKES[mistake]
-    if said is ModelError:
+    changes, code = MISTAKES[mistake]
+    if code is ModelError:
         with pytest.raises(ModelError, match="expected"):
             dw.load(PLANNER, changes)
         return
     model = dw.load(PLANNER, changes)
     report = check(model)
-    found = {item.code: item for item in report.findings}
-    assert said in found
-    assert found[said].cure
-    if CODES[said].level == "error":
+    findings = {item.code: item for item in report.findings}
+    assert code in findings
+    assert findings[code].cure
+    if CODES[code].level == "error":
         kind = LayoutError if report.calculation is None else CheckError
         with pytest.raises(kind) as error:
             dw.simulate(model)
-        assert found[said].problem in error.value.problems
+        assert findings[code].problem in error.value.problems

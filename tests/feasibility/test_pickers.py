@@ -146,9 +146,9 @@ def test_orders_that_come_when_pickers_have_gone_home_are_late_with_any_fleet(fl
     """
     changes = {"calendars.shift": {"between": [[0, 900]]}, "pickers.hours": "shift", "fleet.size": 3}
     model = dw.load(RING, {**FLOWS, **changes, **flows}).replace({"tasks.flows.out.due_within": 300})
-    said = {one.code: one.text for one in clashes.warnings(model, model.floor)}
-    assert ("BREAK_BEYOND_DUE" in said) == warned
-    assert not warned or said["BREAK_BEYOND_DUE"] == (
+    texts = {one.code: one.text for one in clashes.warnings(model, model.floor)}
+    assert ("BREAK_BEYOND_DUE" in texts) == warned
+    assert not warned or texts["BREAK_BEYOND_DUE"] == (
         "no robot or no picker works, or no station is open, for up to 45 min; tasks that arrive in the first 40 min "
         "of this break cannot be done within 5 min, with any fleet (66.67 % of the time)"
     )

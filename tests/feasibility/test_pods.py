@@ -54,8 +54,8 @@ def test_the_hall_itself_is_sound():
 @pytest.mark.parametrize("mistake", some(MISTAKES, 3))
 def test_a_mistake_is_named(mistake):
     changes, code, place = MISTAKES[mistake]
-    found = [item for item in check(dw.load(HALL, changes)).findings if item.code == code]
-    assert [(item.place, item.level) for item in found if item.place == place] == [(place, CODES[code].level)]
+    findings = [item for item in check(dw.load(HALL, changes)).findings if item.code == code]
+    assert [(item.place, item.level) for item in findings if item.place == place] == [(place, CODES[code].level)]
 
 
 def test_bundles_that_bring_as_much_as_is_picked_make_stock_last():
@@ -63,9 +63,9 @@ def test_bundles_that_bring_as_much_as_is_picked_make_stock_last():
     flows = {"picks": HALL_PICKS, "bundles": {"from": "picking", "to": "storage", "arrivals": {"poisson": 90}}}
     flows["bundles"]["stop_time"] = 5
     changes = {"pods.stock": 1, "run.length": "8 h", "tasks.flows": flows}
-    said = {bundle: codes({**changes, "pods.bundle": bundle}) for bundle in (1, 6)}
-    assert "STOCK_RUNS_OUT" in said[1]
-    assert "STOCK_RUNS_OUT" not in said[6]
+    by_bundle = {bundle: codes({**changes, "pods.bundle": bundle}) for bundle in (1, 6)}
+    assert "STOCK_RUNS_OUT" in by_bundle[1]
+    assert "STOCK_RUNS_OUT" not in by_bundle[6]
 
 
 HALL_PICKS = {"from": "storage", "to": "picking", "lines": [1, 4], "arrivals": {"poisson": 180}, "stop_time": 5}
@@ -89,10 +89,10 @@ def test_what_is_of_single_loads_is_not_said():
 
 def test_stations_are_limited_by_their_pickers():
     """Two pickers, a line in 10 s: 720 an hour, of which 450 are 62.5 %."""
-    found = estimate(dw.load(HALL))
-    assert found.station_capacity * 3600 == pytest.approx(720)
-    assert [item.busy for item in found.stations] == pytest.approx([0.625, 0.625])
-    assert found.places_limit["picking at r5c1"] * 3600 == pytest.approx(720)
+    calculation = estimate(dw.load(HALL))
+    assert calculation.station_capacity * 3600 == pytest.approx(720)
+    assert [item.busy for item in calculation.stations] == pytest.approx([0.625, 0.625])
+    assert calculation.places_limit["picking at r5c1"] * 3600 == pytest.approx(720)
 
 
 def test_priorities_are_for_a_pod_policy_of_your_own(tmp_path):
@@ -147,7 +147,7 @@ def test_the_policy_that_the_model_names_is_estimated():
     models = [dw.load(HALL, {**many, "policies.pod": name}) for name in ("random", "most-lines")]
     random, most = (check(model).calculation for model in models)
     assert most.pile_on.many > 1.2 * random.pile_on.many
-    for model, found in zip(models, (random, most), strict=True):
+    for model, calculation in zip(models, (random, most), strict=True):
         done = dw.simulate(model, 2).kpis
-        assert done["throughput_per_hour"] == pytest.approx(found.capacity * 3600, rel=0.1)
-        assert done["pile_on"] == pytest.approx(found.pile_on.many, rel=0.1)
+        assert done["throughput_per_hour"] == pytest.approx(calculation.capacity * 3600, rel=0.1)
+        assert done["pile_on"] == pytest.approx(calculation.pile_on.many, rel=0.1)

@@ -42,8 +42,8 @@ def test_the_warehouses_themselves_have_no_slips(name):
 @pytest.mark.parametrize("slip", some(BANK, 8))
 def test_a_slip_is_said_with_its_cure(slip):
     name, changes, code, cure = BANK[slip]
-    found = [item for item in check(base(name).replace(changes)).findings if item.code == code]
-    assert any(cure in item.problem for item in found), [str(item) for item in found]
+    findings = [item for item in check(base(name).replace(changes)).findings if item.code == code]
+    assert any(cure in item.problem for item in findings), [str(item) for item in findings]
 
 
 MOST_SILENT = 6
@@ -58,10 +58,10 @@ def said_of_base(name):
 def is_said(name, changes):
     """Whether a change is refused, warned of, or noted as a slip, or as something that is not used for it."""
     try:
-        found = check(base(name).replace(changes)).findings
+        findings = check(base(name).replace(changes)).findings
     except ModelError:
         return True
-    new = [item for item in found if str(item) not in said_of_base(name)]
+    new = [item for item in findings if str(item) not in said_of_base(name)]
     return any(item.level != "note" or item.code in (*SLIPS, "NOT_USED") for item in new)
 
 
@@ -81,7 +81,7 @@ def test_hardly_any_of_sixty_fresh_slips_is_silent():
         )
     assert min(Counter(kind for kind, _ in told).values()) >= 4
     assert len(told) >= 60
-    silent = [slip for slip, said in told.items() if not said]
+    silent = [slip for slip, noticed in told.items() if not noticed]
     assert len(silent) <= MOST_SILENT, silent
 
 
@@ -101,8 +101,8 @@ def orders(tmp_path, rows, **flow):
     file = tmp_path / "orders.csv"
     file.write_text("\n".join(("release,from,to", *rows)) + "\n", encoding="utf-8")
     picks = {"from": "storage", "to": "packing", **flow, "arrivals": {"orders": {"file": str(file)}}}
-    found = check(base("flows").replace({"tasks.flows": {"picks": picks}})).findings
-    return {item.code: item.text for item in found if item.place == "tasks.flows.picks.arrivals.orders"}
+    findings = check(base("flows").replace({"tasks.flows": {"picks": picks}})).findings
+    return {item.code: item.text for item in findings if item.place == "tasks.flows.picks.arrivals.orders"}
 
 
 def test_rows_that_go_the_other_way_are_counted(tmp_path):
@@ -117,8 +117,8 @@ def test_rows_that_go_the_other_way_are_counted(tmp_path):
 
 
 def test_releases_as_parts_of_a_day_are_asked_about(tmp_path):
-    said = orders(tmp_path, ["0.26,0,packing", "0.5,1,packing", "0.75,2,packing"])
-    assert said == {"UNUSUAL": "all orders are released within 0.75 s"}
+    texts = orders(tmp_path, ["0.26,0,packing", "0.5,1,packing", "0.75,2,packing"])
+    assert texts == {"UNUSUAL": "all orders are released within 0.75 s"}
     assert orders(tmp_path, ["26,0,packing", "3600,1,packing"]) == {}
 
 
@@ -197,11 +197,11 @@ def test_a_cycle_time_is_held_against_the_times_of_its_flow_and_of_stations_that
 
 
 def test_a_due_time_of_300_minutes_is_asked_about(tmp_path):
-    said = CliRunner().invoke(desim, ["new", str(tmp_path / "w.yaml"), "--due", "300"])
-    assert "300 is 300 min; for seconds write 300s" in said.stderr
+    done = CliRunner().invoke(desim, ["new", str(tmp_path / "w.yaml"), "--due", "300"])
+    assert "300 is 300 min; for seconds write 300s" in done.stderr
     for right in ("300s", "5h", "20"):
-        said = CliRunner().invoke(desim, ["new", str(tmp_path / "w.yaml"), "--force", "--due", right])
-        assert said.stderr == "", right
+        done = CliRunner().invoke(desim, ["new", str(tmp_path / "w.yaml"), "--force", "--due", right])
+        assert done.stderr == "", right
 
 
 # What is usual
@@ -219,9 +219,9 @@ def usual_of_the_model():
 
 
 def test_every_range_can_be_read():
-    found = list(usual_of_the_model())
-    assert len(found) > 40
-    for section, usual in found:
+    ranges = list(usual_of_the_model())
+    assert len(ranges) > 40
+    for section, usual in ranges:
         for kind in ("time", "length", "speed", "acceleration", "share"):
             try:
                 low, high = usual.between(kind)
@@ -249,14 +249,14 @@ def test_a_time_is_held_against_seconds_only_where_the_model_says_how_long_its_u
         slips.BREAKS: {"every": 1e6, "repair": 40},
         "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"],
     }
-    found = check(base("goods").replace(changes)).findings
-    assert any("repair" in item.place and "is unusual" in item.text for item in found) is is_unusual
+    findings = check(base("goods").replace(changes)).findings
+    assert any("repair" in item.place and "is unusual" in item.text for item in findings) is is_unusual
 
 
 def test_prices_in_other_currencies_are_not_judged():
     yen = slips.prices(currency="JPY", robot=600_000, station_hour=2_500, late_order=1_500)
-    found = check(base("goods").replace(yen)).findings
-    assert not [item for item in found if item.code == "UNUSUAL"]
+    findings = check(base("goods").replace(yen)).findings
+    assert not [item for item in findings if item.code == "UNUSUAL"]
 
 
 def drafts(count):
@@ -282,5 +282,5 @@ def drafts(count):
 def test_nothing_is_said_of_random_drafts(count):
     for words, changes in drafts(count):
         model = Model.model_validate(read_yaml(draft(words), "draft").data).replace(changes)
-        found = [str(item) for item in check(model).findings if item.code in SLIPS]
-        assert found == [], (words, changes)
+        findings = [str(item) for item in check(model).findings if item.code in SLIPS]
+        assert findings == [], (words, changes)

@@ -89,13 +89,13 @@ def spur(places, size):
 @pytest.mark.parametrize(("places", "size", "told"), [(1, 2, True), (1, 6, True), (2, 2, False), (1, 1, False)])
 def test_one_slot_for_a_fleet_is_a_warning_with_what_it_costs(places, size, told):
     findings = check(spur(places, size)).findings
-    found = [one for one in findings if one.code == "ONE_AT_WORK"]
-    assert bool(found) == told
+    warnings = [one for one in findings if one.code == "ONE_AT_WORK"]
+    assert bool(warnings) == told
     assert not (told and any(one.code == "STATION_PLACES" for one in findings))  # said once
     if told:
-        assert found[0].level == "warning"
-        assert found[0].text.startswith(f"1 slot for {size} robots: 1 of {size} works at a time")
-        parts = found[0].text.split(" tasks an hour; with a slot for each they do ")
+        assert warnings[0].level == "warning"
+        assert warnings[0].text.startswith(f"1 slot for {size} robots: 1 of {size} works at a time")
+        parts = warnings[0].text.split(" tasks an hour; with a slot for each they do ")
         does, could = (float(part.split()[-1]) for part in parts)
         assert could > 1.5 * does
         assert does == pytest.approx(39, abs=2)  # as simulated

@@ -42,19 +42,19 @@ def test_a_stop_on_the_way_is_driven_to_and_handled():
     _, alone = checked()
     assert (alone.cycle.empty, alone.cycle.loaded, alone.cycle.unload) == pytest.approx((40, 40, 6))
     # by A: from the dock at B on round to A 60, handled for 3, and on round to D 60
-    _, found = checked({**FLOW, "via": ["A"], "stop_time": 3})
-    assert (found.cycle.empty, found.cycle.loaded, found.cycle.unload) == pytest.approx((40, 120, 9))
-    shares = {item.node: item.share for item in found.stations}
+    _, calculation = checked({**FLOW, "via": ["A"], "stop_time": 3})
+    assert (calculation.cycle.empty, calculation.cycle.loaded, calculation.cycle.unload) == pytest.approx((40, 120, 9))
+    shares = {item.node: item.share for item in calculation.stations}
     assert shares == pytest.approx({"B": 1, "D": 1, "A": 1}, rel=0.01)
-    capacity = {item.node: 1 / item.capacity for item in found.stations}
+    capacity = {item.node: 1 / item.capacity for item in calculation.stations}
     assert capacity == pytest.approx({"B": 4, "D": 6, "A": 3})
 
 
 def test_a_tour_shares_its_drives():
-    _, found = checked(fleet__robot__capacity=4, policies__batching="fixed-size")
-    assert found.cycle.time == pytest.approx((40 + 40) / 4 + 4 + 6)
-    assert found.fleet_capacity == pytest.approx(1 / 30)
-    assert found.robots_busy == pytest.approx(30 / 3600 * 30)
+    _, calculation = checked(fleet__robot__capacity=4, policies__batching="fixed-size")
+    assert calculation.cycle.time == pytest.approx((40 + 40) / 4 + 4 + 6)
+    assert calculation.fleet_capacity == pytest.approx(1 / 30)
+    assert calculation.robots_busy == pytest.approx(30 / 3600 * 30)
 
 
 def test_a_run_does_what_the_estimate_says():

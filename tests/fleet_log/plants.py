@@ -76,12 +76,12 @@ def real(rng, size, edges):
 
 def known(truth):
     """The true value of every figure that has an interval, by the key of the estimate."""
-    found = {key: truth[key] for key in truth if isinstance(truth[key], float | np.floating)}
-    found |= {key: next(iter(truth[key].values()))["mean"] for key in ("tasks.load_time", "tasks.unload_time")}
-    found |= {f"battery.consumption.{state}": rate for state, rate in truth["battery.consumption"].items()}
+    figures = {key: truth[key] for key in truth if isinstance(truth[key], float | np.floating)}
+    figures |= {key: next(iter(truth[key].values()))["mean"] for key in ("tasks.load_time", "tasks.unload_time")}
+    figures |= {f"battery.consumption.{state}": rate for state, rate in truth["battery.consumption"].items()}
     faults = truth["fleet.robot.breakdowns"]
-    found["fleet.robot.breakdowns.every"] = faults["every"]["exponential"]
-    found["fleet.robot.breakdowns.repair"] = faults["repair"]["lognormal"]["mean"]
+    figures["fleet.robot.breakdowns.every"] = faults["every"]["exponential"]
+    figures["fleet.robot.breakdowns.repair"] = faults["repair"]["lognormal"]["mean"]
     for zone in truth.get("traffic.slow", {}).values():
-        found["slow"] = zone["speed"]
-    return found
+        figures["slow"] = zone["speed"]
+    return figures

@@ -20,7 +20,7 @@ from tests.fleet_log.test_reading import message
 
 
 @pytest.fixture(scope="module")
-def found(a_plant):
+def calibration(a_plant):
     return calibrate(a_plant.sheet, [a_plant.log])
 
 
@@ -28,8 +28,8 @@ def by_key(calibration):
     return {one.key: one for one in calibration.estimates}
 
 
-def test_figures_are_those_of_the_fleet_not_of_the_sheet(found, a_plant):
-    estimates, truth = by_key(found), plants.known(a_plant.truth)
+def test_figures_are_those_of_the_fleet_not_of_the_sheet(calibration, a_plant):
+    estimates, truth = by_key(calibration), plants.known(a_plant.truth)
     for key, near in (("fleet.robot.speed", 0.003), ("fleet.robot.speed_loaded", 0.003), ("traffic.node_time", 0.03)):
         assert estimates[key].mean == pytest.approx(truth[key], rel=near, abs=0.02), key
     for key in ("tasks.load_time", "tasks.unload_time", "battery.charge_rate", "battery.consumption.loaded"):
@@ -44,20 +44,20 @@ def test_slow_edges_are_found_edge_for_edge(tmp_path):
     assert sorted(edge for zone in zones for edge in zone.value["members"]) == sorted(members)
 
 
-def test_what_a_second_between_messages_hides_is_said(found):
-    estimates = by_key(found)
+def test_what_a_second_between_messages_hides_is_said(calibration):
+    estimates = by_key(calibration)
     for key in ("fleet.robot.acceleration", "fleet.robot.delays", "battery.taper"):
         assert not estimates[key].identified
         assert estimates[key].why
-        assert key not in found.overrides
+        assert key not in calibration.overrides
 
 
-def test_the_file_says_where_each_figure_comes_from(found, a_plant):
+def test_the_file_says_where_each_figure_comes_from(calibration, a_plant):
     out = a_plant.sheet.with_name("calibrated.yaml")
-    files = found.files(out)
+    files = calibration.files(out)
     for path, text in files.items():
         path.write_text(text, encoding="utf-8")
-    assert dw.load(out).digest() == found.model.digest()
+    assert dw.load(out).digest() == calibration.model.digest()
     text = files[out]
     assert "# robots" in text  # the comments of the file stay
     assert "stretches on an edge" in text
@@ -68,30 +68,31 @@ def test_the_file_says_where_each_figure_comes_from(found, a_plant):
         assert dw.load(out, {key: ranges[key]["low"]}), key  # every range is of a key that can be set
 
 
-def test_estimates_print_as_lines_and_as_a_table(found):
-    lines = str(found).splitlines()
+def test_estimates_print_as_lines_and_as_a_table(calibration):
+    lines = str(calibration).splitlines()
     assert "day.jsonl: 8 robots" in lines[0]
     head = lines.index(next(line for line in lines if line.startswith("figure")))
     assert lines[head].split("  ")[-1] == "from"
     assert lines[head + 1].startswith("Speed (m per s)")
     assert lines[head + 1].endswith(" stretches on an edge")
     assert lines[-1].startswith("a log does not show who is sent where")
-    known = sum(one.identified for one in found.estimates)
-    assert repr(found) == f"Calibration({found.base.name}: {known} of {len(found.estimates)} figures identified)"
-    assert list(found.table["key"]) == [one.key for one in found.estimates]
-    assert found.table["mean"].notna().sum() >= known
+    identified = sum(one.identified for one in calibration.estimates)
+    share = f"{identified} of {len(calibration.estimates)} figures identified"
+    assert repr(calibration) == f"Calibration({calibration.base.name}: {share})"
+    assert list(calibration.table["key"]) == [one.key for one in calibration.estimates]
+    assert calibration.table["mean"].notna().sum() >= identified
 
 
 def test_a_model_in_memory_is_calibrated_as_a_file_is(tmp_path):
     """200 trips that begin half a minute after each other: 120 loads an hour."""
     trips = tmp_path / "trips.csv"
     trips.write_text("robot,pick,drop,start,end\n" + "".join(f"R1,A,G,{30 * n},{30 * n + 20}\n" for n in range(200)))
-    found = calibrate(example(), [trips])
+    calibration = calibrate(example(), [trips])
     out = tmp_path / "calibrated.yaml"
-    out.write_text(found.files(out)[out], encoding="utf-8")
+    out.write_text(calibration.files(out)[out], encoding="utf-8")
     assert "Calibrated by desim calibrate" in out.read_text(encoding="utf-8")
     assert dw.load(out).tasks.goods.poisson == pytest.approx(120, rel=0.01)
-    assert dw.load(out).digest() == found.model.digest()
+    assert dw.load(out).digest() == calibration.model.digest()
 
 
 def test_orders_are_taken_as_they_are(a_plant, tmp_path):
@@ -99,23 +100,23 @@ def test_orders_are_taken_as_they_are(a_plant, tmp_path):
     orders.write_text("release,from\n0,1\n60,2\n")
     log = tmp_path / "short.jsonl"
     log.write_text("\n".join(a_plant.log.read_text(encoding="utf-8").splitlines()[:2000]))
-    found = calibrate(a_plant.sheet, [log], orders=orders)
-    assert list(found.model.tasks.flows) == ["orders"]
-    assert found.model.tasks.flows["orders"].when.orders.file == str(orders)
+    calibration = calibrate(a_plant.sheet, [log], orders=orders)
+    assert list(calibration.model.tasks.flows) == ["orders"]
+    assert calibration.model.tasks.flows["orders"].when.orders.file == str(orders)
     out = a_plant.sheet.with_name("with_orders.yaml")
-    out.write_text(found.files(out)[out], encoding="utf-8")
+    out.write_text(calibration.files(out)[out], encoding="utf-8")
     assert "file: ../" in out.read_text(encoding="utf-8")  # named from the folder of the model
     written = dw.load(out).tasks.flows["orders"].when.orders
-    assert written.sha256 == found.model.tasks.flows["orders"].when.orders.sha256
+    assert written.sha256 == calibration.model.tasks.flows["orders"].when.orders.sha256
 
 
 def test_trips_alone_give_the_demand(a_plant, tmp_path):
     trips = tmp_path / "trips.csv"
     rows = [f"R1,A,G,{30 * n},{30 * n + 20}" for n in range(200)]
     trips.write_text("\n".join(["robot,pick,drop,start,end", *rows]))
-    found = calibrate(a_plant.sheet, [trips])
-    assert list(found.overrides) == ["tasks.goods.poisson"]
-    assert found.overrides["tasks.goods.poisson"] == pytest.approx(120, rel=0.01)
+    calibration = calibrate(a_plant.sheet, [trips])
+    assert list(calibration.overrides) == ["tasks.goods.poisson"]
+    assert calibration.overrides["tasks.goods.poisson"] == pytest.approx(120, rel=0.01)
 
 
 def test_demand_that_changes_by_the_hour_becomes_a_profile(a_plant, tmp_path):

@@ -96,8 +96,8 @@ def test_a_log_in_one_line(tmp_path):
     log = log_of(tmp_path, lines)
     assert log.in_short().endswith("log.jsonl: 4 robots, from 2026-03-02 06:00 on, 0.9 h, charge 35.5 to 80 %")
     shares = [line | {"batteryState": {"batteryCharge": 0.8, "charging": False}} for line in lines]
-    said = "charge 0.8 to 0.8 %, doubtful, as messages have per cent and not shares"
-    assert log_of(tmp_path, shares).in_short().endswith(said)
+    ending = "charge 0.8 to 0.8 %, doubtful, as messages have per cent and not shares"
+    assert log_of(tmp_path, shares).in_short().endswith(ending)
 
 
 @pytest.mark.parametrize(

@@ -47,21 +47,21 @@ def day(ring):
 def test_storage_at_nodes_is_calibrated(ring, day):
     model = dw.load(ring)
     assert [place.edge for place in model.floor.storage] == [("B", "B"), ("C", "C")]
-    found = calibrate(ring, [day])
-    [popularity] = [one for one in found.estimates if one.key == "tasks.popularity"]
+    calibration = calibrate(ring, [day])
+    [popularity] = [one for one in calibration.estimates if one.key == "tasks.popularity"]
     at_b, at_c = popularity.value["weights"]
     assert at_c / at_b == pytest.approx(5, rel=0.35)
-    assert found.model.floor.storage == model.floor.storage
+    assert calibration.model.floor.storage == model.floor.storage
 
 
 def test_measures_of_a_day_with_storage_at_nodes_are_its_indicators(ring):
     model = dw.load(ring, {"run.length": 3600, "log": "all", **OFTEN_AT_C})
     run = dw.simulate(model, 5)
     one = from_run(run)
-    found = measured(model, one, parts_of(model, one)).figures
+    measures = measured(model, one, parts_of(model, one)).figures
     for name in ("share_loading", "share_unloading"):
-        assert found[name] == pytest.approx(run.kpis[name], abs=0.005)
-    assert sum(share for name, share in found.items() if name.startswith("share_")) == pytest.approx(1)
+        assert measures[name] == pytest.approx(run.kpis[name], abs=0.005)
+    assert sum(share for name, share in measures.items() if name.startswith("share_")) == pytest.approx(1)
 
 
 @pytest.mark.long
@@ -88,7 +88,7 @@ def test_right_models_stay_unrefuted_and_wrong_ones_are_refuted(ring):
     wrong = figures(dw.load(ring, true | {"tasks.unload_time": 20}), range(39))  # for 15
     refuted = []
     for pool in (right, wrong):
-        known = np.isfinite(real).all(axis=0) & np.isfinite(pool).all(axis=0) & (pool.std(axis=0) > 0)
-        refuted.append(sum(ranked(one[None, known], pool[None][:, :, known]).p_value <= LEVEL for one in real))
+        usable = np.isfinite(real).all(axis=0) & np.isfinite(pool).all(axis=0) & (pool.std(axis=0) > 0)
+        refuted.append(sum(ranked(one[None, usable], pool[None][:, :, usable]).p_value <= LEVEL for one in real))
     assert refuted[0] <= 3
     assert refuted[1] >= 18

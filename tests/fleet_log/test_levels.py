@@ -56,15 +56,15 @@ def day(seed, rounding, hours=6.0, robots=3):
 
 def held(model, seeds, rounding):
     """Of each figure whether its interval holds what is true, by how much its mean is off, and its half-width."""
-    found = {}
+    checks = {}
     for seed in seeds:
         log, truth = day(seed, rounding)
         for one in energy(lay_over(model, [log])):
             if one.key in truth and one.identified:
                 true = truth[one.key]
-                said = one.low <= true <= one.high, one.mean / true - 1, (one.high - one.low) / 2 / true
-                found.setdefault(one.key, []).append(said)
-    return {key: np.array(rows, float) for key, rows in found.items()}
+                row = one.low <= true <= one.high, one.mean / true - 1, (one.high - one.low) / 2 / true
+                checks.setdefault(one.key, []).append(row)
+    return {key: np.array(rows, float) for key, rows in checks.items()}
 
 
 @pytest.mark.parametrize("rounding", some(ROUNDINGS, 4))

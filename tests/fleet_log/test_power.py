@@ -50,12 +50,12 @@ def power(real, pool, days):
     Where both are the same days, those that are real are none of the simulated ones.
     """
     rng = np.random.default_rng(days)
-    known = np.isfinite(real).all(axis=0) & np.isfinite(pool).all(axis=0)
+    finite = np.isfinite(real).all(axis=0) & np.isfinite(pool).all(axis=0)
     refuted = 0
     for _ in range(SAMPLES):
         chosen = np.array([rng.permutation(len(pool))[: RUNS + 1] for _ in range(days)])
         ours = pool[chosen[:, 0]] if pool is real else real[rng.choice(len(real), days, replace=False)]
-        refuted += ranked(ours[:, known], pool[chosen[:, 1:]][:, :, known]).p_value <= LEVEL
+        refuted += ranked(ours[:, finite], pool[chosen[:, 1:]][:, :, finite]).p_value <= LEVEL
     return refuted / SAMPLES
 
 

@@ -89,10 +89,10 @@ STRANGE = {
 
 @pytest.mark.parametrize("name", STRANGE)
 def test_a_line_that_is_no_state_message_is_one_line_of_place_and_cure(tmp_path, name):
-    line, said = STRANGE[name]
+    line, fault = STRANGE[name]
     log = log_of(tmp_path, [message(0), message(1), line, message(3)])
     [problem] = log.notes.problems
-    assert f"log.jsonl:3: {said}" in problem or f"log.jsonl:3: batteryState.{said}" in problem
+    assert f"log.jsonl:3: {fault}" in problem or f"log.jsonl:3: batteryState.{fault}" in problem
     assert log.table["time"].tolist() == [0, 1, 3]
 
 
@@ -126,8 +126,8 @@ def test_a_log_whose_messages_all_have_one_time_is_refused(tmp_path):
 
 def test_a_robot_whose_clock_is_years_ahead_is_named(tmp_path):
     ahead = [message(second, "R7", timestamp=f"2031-03-02T06:00:{second:02}Z") for second in range(30)]
-    said = r"1,826 days, 2026-03-02 \('?R1'?\) to 2031-03-02 \('?R7'?\), expected 31 at most; split"
-    with pytest.raises(ReportError, match=said):
+    fault = r"1,826 days, 2026-03-02 \('?R1'?\) to 2031-03-02 \('?R7'?\), expected 31 at most; split"
+    with pytest.raises(ReportError, match=fault):
         log_of(tmp_path, [*map(message, range(30)), *ahead])
 
 
@@ -264,7 +264,7 @@ def test_robots_of_two_makers_with_one_serial_number_are_two(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "fault"),
     [
         ({"payload": "not JSON"}, "expected a state message of VDA 5050"),
         ({"payload": {}}, "no 'timestamp', which every state message has"),
@@ -274,6 +274,6 @@ def test_robots_of_two_makers_with_one_serial_number_are_two(tmp_path):
         (message(2, manufacturer=7), "manufacturer: expected text (got 7)"),
     ],
 )
-def test_what_is_wrong_within_a_wrapper_is_a_bad_row(tmp_path, line, said):
+def test_what_is_wrong_within_a_wrapper_is_a_bad_row(tmp_path, line, fault):
     (problem,) = log_of(tmp_path, [message(0), line]).notes.problems
-    assert said in problem
+    assert fault in problem

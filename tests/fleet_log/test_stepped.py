@@ -52,10 +52,10 @@ def log_of(setting, path):
 def test_the_figures_of_the_paper_are_found_again(tmp_path):
     goods = tuple((7 * n) % 80 for n in range(24))
     log_of(stepped.Setting(robots=3, goods=goods, consumption=0.006), tmp_path / "log.jsonl")
-    found = {one.key: one for one in calibrate("models/multibots.yaml", [tmp_path / "log.jsonl"]).estimates}
-    assert found["fleet.robot.speed"].mean == pytest.approx(4, rel=0.001)
-    node = found["traffic.node_time"]  # what drives are rounded up by, in whole steps, is spent at nodes, too
+    estimates = {one.key: one for one in calibrate("models/multibots.yaml", [tmp_path / "log.jsonl"]).estimates}
+    assert estimates["fleet.robot.speed"].mean == pytest.approx(4, rel=0.001)
+    node = estimates["traffic.node_time"]  # what drives are rounded up by, in whole steps, is spent at nodes, too
     assert node.mean == pytest.approx(stepped.TURN_STEPS + stepped.ROUNDED, abs=0.1)
-    assert found["tasks.load_time"].mean == pytest.approx(10, abs=0.1)
-    assert not found["battery.charge_rate"].identified  # there they are full at once
-    assert not found["tasks.unload_time"].identified  # nothing that can be seen tells it from waiting
+    assert estimates["tasks.load_time"].mean == pytest.approx(10, abs=0.1)
+    assert not estimates["battery.charge_rate"].identified  # there they are full at once
+    assert not estimates["tasks.unload_time"].identified  # nothing that can be seen tells it from waiting

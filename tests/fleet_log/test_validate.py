@@ -23,9 +23,9 @@ def test_a_right_model_is_refuted_at_the_level_however_skewed_its_figures():
     refuted = 0
     for _ in range(600):
         days = rng.lognormal(0, 1, (2, 40, 6))
-        found = ranked(days[:, 0], days[:, 1:])
-        refuted += found.p_value <= 0.05
-        assert found.bound > 1.9
+        ranks = ranked(days[:, 0], days[:, 1:])
+        refuted += ranks.p_value <= 0.05
+        assert ranks.bound > 1.9
     assert 0.025 <= refuted / 600 <= 0.07
 
 
@@ -33,10 +33,10 @@ def test_an_error_in_all_days_is_seen_though_no_day_shows_it():
     rng = np.random.default_rng(1)
     days = rng.normal(0, 1, (16, 60, 8))
     days[:, 0, 3] += 1.5
-    found = ranked(days[:, 0], days[:, 1:])
-    assert found.p_value <= 0.05
-    assert found.off[3] > found.bound
-    assert np.abs(np.delete(found.off, 3)).max() < found.bound + 1
+    ranks = ranked(days[:, 0], days[:, 1:])
+    assert ranks.p_value <= 0.05
+    assert ranks.off[3] > ranks.bound
+    assert np.abs(np.delete(ranks.off, 3)).max() < ranks.bound + 1
 
 
 @pytest.fixture(scope="module")
@@ -60,12 +60,12 @@ def test_the_right_model_is_not_refuted(days):
 
 def test_measures_of_a_run_are_its_indicators(days):
     model, day = days
-    found = measured(model, day, parts_of(model, day)).figures
-    assert set(found) == set(MEASURES)
+    figures = measured(model, day, parts_of(model, day)).figures
+    assert set(figures) == set(MEASURES)
     run = dw.simulate(model, 77)
     for ours, theirs in (("share_loading", "share_loading"), ("share_charging", "share_charging")):
-        assert found[ours] == pytest.approx(run.kpis[theirs], abs=0.005)
-    assert sum(found[name] for name in MEASURES if name.startswith("share_")) == pytest.approx(1)
+        assert figures[ours] == pytest.approx(run.kpis[theirs], abs=0.005)
+    assert sum(figures[name] for name in MEASURES if name.startswith("share_")) == pytest.approx(1)
 
 
 def test_too_few_runs_and_orders_are_refused(a_plant):
@@ -103,12 +103,12 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path, with_page):
     (tmp_path / "short.jsonl").write_text("\n".join(lines))  # six minutes
     page = tmp_path / "page.html"
     shown = ("--page", str(page)) if with_page else ()
-    said = told(a_plant.sheet, tmp_path / "short.jsonl", "--set", "fleet.robot.speed=9", *shown)
-    first, *then = said.splitlines()
+    output = told(a_plant.sheet, tmp_path / "short.jsonl", "--set", "fleet.robot.speed=9", *shown)
+    first, *then = output.splitlines()
     assert first.startswith("refuted by")
     assert "time driving with a load" in first
     assert any(line.startswith("look at time driving with a load: speed with a load") for line in then)
-    assert "OUTSIDE" in said
+    assert "OUTSIDE" in output
     if with_page:
         assert then[-1].endswith("page.html: open it in a browser")
         assert "Look at time driving with a load: speed with a load" in page.read_text(encoding="utf-8")
@@ -118,8 +118,8 @@ def test_the_command_writes_a_page_of_trips(a_plant, tmp_path):
     trips = [f"R1,A,G,{60 * n},{60 * n + 20}" for n in range(5)]
     (tmp_path / "trips.csv").write_text("\n".join(["robot,pick,drop,start,end", *trips]))
     page = tmp_path / "page.html"
-    said = told(a_plant.sheet, tmp_path / "trips.csv", "--page", str(page))
-    first, *_, last = said.splitlines()
+    output = told(a_plant.sheet, tmp_path / "trips.csv", "--page", str(page))
+    first, *_, last = output.splitlines()
     assert last.endswith("page.html: open it in a browser")
     assert f"{first[0].upper()}{first[1:]}." in page.read_text(encoding="utf-8").replace("\u00a0", " ")
 
@@ -128,8 +128,12 @@ def test_a_fleet_of_another_size_is_said_before_any_time_is_blamed(days):
     """Of a log with fewer robots every share of time differs: the load time of the model is not to be looked at."""
     model, day = days
     robots = model.fleet.size
-    found = validate(model.replace({"fleet.size": robots + 1}), [day], runs=39)
-    assert found.unlike == (f"{day.name} has {robots} robots, the model {robots + 1} (fleet.size)",)
-    wrong = replace(found, measures=replace(found.measures, p_value=0.01)) if not found.refuted else found
-    assert wrong.lines()[1] == f"first of all: {found.unlike[0]}"
+    validation = validate(model.replace({"fleet.size": robots + 1}), [day], runs=39)
+    assert validation.unlike == (f"{day.name} has {robots} robots, the model {robots + 1} (fleet.size)",)
+    wrong = (
+        replace(validation, measures=replace(validation.measures, p_value=0.01))
+        if not validation.refuted
+        else validation
+    )
+    assert wrong.lines()[1] == f"first of all: {validation.unlike[0]}"
     assert not any("look at" in line for line in wrong.lines())

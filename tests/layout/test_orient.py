@@ -28,21 +28,21 @@ def oriented(graph, lanes, trials=100):
     return orient_lanes(graph, lanes, dict.fromkeys(graph, 1.0), [next(iter(graph))], lambda _: 1.0, trials)
 
 
-def without(graph, found):
+def without(graph, directions):
     """What is left of the floor."""
     left = graph.copy()
-    left.remove_edges_from((head, tail) for tail, head in found.kept)
+    left.remove_edges_from((head, tail) for tail, head in directions.kept)
     return left
 
 
 def test_a_ring_of_four_lanes_is_driven_round():
     graph = floor(nx.grid_2d_graph(2, 2))
-    found = oriented(graph, [("0.0", "1.0"), ("0.0", "0.1"), ("1.0", "1.1"), ("0.1", "1.1")])
-    left = without(graph, found)
-    assert found.bridges == ()
+    directions = oriented(graph, [("0.0", "1.0"), ("0.0", "0.1"), ("1.0", "1.1"), ("0.1", "1.1")])
+    left = without(graph, directions)
+    assert directions.bridges == ()
     assert sorted(map(len, nx.simple_cycles(left))) == [4]
     # Out and back is 4 for each of the three others, and 0 for the station itself: 12 against 2 + 2 + 4 two-way.
-    assert found.stretch == pytest.approx(12 / 8)
+    assert directions.stretch == pytest.approx(12 / 8)
 
 
 def test_a_spur_stays_two_way():
@@ -51,9 +51,9 @@ def test_a_spur_stays_two_way():
     graph.add_edge("1.0", "tip")
     graph.add_edge("tip", "1.0")
     lanes = [("tip", "1.0"), ("0.0", "1.0"), ("0.0", "0.1"), ("1.0", "1.1"), ("0.1", "1.1")]
-    found = oriented(graph, lanes)
-    assert found.bridges == (("tip", "1.0"),)
-    assert nx.is_strongly_connected(without(graph, found))
+    directions = oriented(graph, lanes)
+    assert directions.bridges == (("tip", "1.0"),)
+    assert nx.is_strongly_connected(without(graph, directions))
 
 
 def test_one_way_edges_that_are_there_stay_as_they_are():
@@ -77,13 +77,13 @@ def test_any_floor_stays_strongly_connected_and_only_bridges_stay_two_way(width,
     graph = floor(grid)
     lanes = [(f"{a}.{b}", f"{c}.{d}") for (a, b), (c, d) in grid.edges]
     lanes = [lane if order >> rank & 1 else lane[::-1] for rank, lane in enumerate(lanes)]
-    found = oriented(graph, lanes, trials=40)
+    directions = oriented(graph, lanes, trials=40)
     bridges = {frozenset((f"{a}.{b}", f"{c}.{d}")) for (a, b), (c, d) in nx.bridges(nx.Graph(grid))}
-    assert {frozenset(lane) for lane in found.bridges} == bridges
-    assert len(found.kept) + len(found.bridges) == len(lanes)
-    assert nx.is_strongly_connected(without(graph, found))
-    assert found.stretch >= 1 - 1e-9
-    assert found.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
+    assert {frozenset(lane) for lane in directions.bridges} == bridges
+    assert len(directions.kept) + len(directions.bridges) == len(lanes)
+    assert nx.is_strongly_connected(without(graph, directions))
+    assert directions.stretch >= 1 - 1e-9
+    assert directions.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
 
 
 @given(st.data())
@@ -117,21 +117,21 @@ def test_any_floor_without_bridges_is_oriented_all_over_and_never_worse_than_at_
     if not lanes:
         return
     graph.add_edges_from([lane[::-1] for lane in loose])
-    found = oriented(graph, lanes, trials=60)
-    assert found.bridges == ()
-    assert {frozenset(lane) for lane in found.kept} == {frozenset(lane) for lane in lanes}
-    assert nx.is_strongly_connected(without(graph, found))
-    assert 1 - 1e-9 <= found.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
+    directions = oriented(graph, lanes, trials=60)
+    assert directions.bridges == ()
+    assert {frozenset(lane) for lane in directions.kept} == {frozenset(lane) for lane in lanes}
+    assert nx.is_strongly_connected(without(graph, directions))
+    assert 1 - 1e-9 <= directions.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
 
 
 @pytest.mark.long
 def test_a_grid_of_fifty_thousand_nodes_is_oriented():
     graph = floor(nx.grid_2d_graph(230, 218))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
-    found = oriented(graph, lanes, trials=2)
-    assert len(found.kept) == len(lanes) == 99_832
-    assert nx.is_strongly_connected(without(graph, found))
-    assert found.stretch < 1.05
+    directions = oriented(graph, lanes, trials=2)
+    assert len(directions.kept) == len(lanes) == 99_832
+    assert nx.is_strongly_connected(without(graph, directions))
+    assert directions.stretch < 1.05
 
 
 def test_of_a_small_floor_the_best_ways_that_there_are():
@@ -139,7 +139,7 @@ def test_of_a_small_floor_the_best_ways_that_there_are():
     graph = floor(nx.grid_2d_graph(3, 3))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
     ends = {node: 1.0 + rank for rank, node in enumerate(graph)}
-    found = orient_lanes(graph, lanes, ends, ["1.1"], lambda _: 1.0)
+    directions = orient_lanes(graph, lanes, ends, ["1.1"], lambda _: 1.0)
 
     def mean(left):
         there, back = (nx.single_source_shortest_path_length(way, "1.1") for way in (left, left.reverse()))
@@ -150,7 +150,7 @@ def test_of_a_small_floor_the_best_ways_that_there_are():
         left = nx.DiGraph([lane[::-1] if turned else lane for lane, turned in zip(lanes, turns, strict=True)])
         if nx.is_strongly_connected(left):
             every.append(mean(left))
-    assert mean(without(graph, found)) == min(every)
+    assert mean(without(graph, directions)) == min(every)
 
 
 def test_annealing_goes_on_where_turning_one_at_a_time_ends():

@@ -36,41 +36,41 @@ def model():
 
 
 def test_lanes_between_two_junctions_are_one_unit_and_a_spur_is_none(model):
-    found = turnable(model.floor)
-    chains = {frozenset(frozenset(lane) for lane in unit) for unit in found.units}
+    choices = turnable(model.floor)
+    chains = {frozenset(frozenset(lane) for lane in unit) for unit in choices.units}
     sides = [["EF", "FA", "AB"], ["BC", "CD"], ["DE"], ["BE"]]
     assert chains == {frozenset(frozenset(lane) for lane in side) for side in sides}
-    assert sorted(map(len, found.ways)) == [2, 2, 2, 5]
-    assert set(found.fixed) == {("D", "G"), ("G", "D")}
+    assert sorted(map(len, choices.ways)) == [2, 2, 2, 5]
+    assert set(choices.fixed) == {("D", "G"), ("G", "D")}
 
 
 def test_a_design_is_connected_or_not(model):
-    found = turnable(model.floor)
-    assert found.is_connected(found.drawn)
-    place = {frozenset(unit[0]): number for number, unit in enumerate(found.units)}
-    one = list(found.drawn)
+    choices = turnable(model.floor)
+    assert choices.is_connected(choices.drawn)
+    place = {frozenset(unit[0]): number for number, unit in enumerate(choices.units)}
+    one = list(choices.drawn)
     one[place[frozenset("DE")]] = "back"  # D is entered by C and E, and left for nowhere
-    assert not found.is_connected(one)
-    for number, ways in enumerate(found.ways):  # turned as a whole, and the chord closed one way
+    assert not choices.is_connected(one)
+    for number, ways in enumerate(choices.ways):  # turned as a whole, and the chord closed one way
         one[number] = "back" if len(ways) == 2 else "along"
-    assert found.is_connected(one)
+    assert choices.is_connected(one)
 
 
 def test_goods_of_a_turned_lane_stay_where_they_are(model):
-    found = turnable(model.floor)
-    back = tuple("back" for _ in found.units)
-    turned = model.replace(changes(model, found.lanes(back)))
+    choices = turnable(model.floor)
+    back = tuple("back" for _ in choices.units)
+    turned = model.replace(changes(model, choices.lanes(back)))
     assert {("B", "A"), ("E", "B"), ("D", "C")} <= set(turned.floor.graph.edges)
     assert not {("A", "B"), ("B", "E")} & set(turned.floor.graph.edges)
     for old, new in zip(model.floor.storage, turned.floor.storage, strict=True):
         assert model.floor.position(old.edge, old.offset) == turned.floor.position(new.edge, new.offset)
-    assert sorted(found.turned(back)) == ["B>A>F>E", "D>C>B", "E>B", "E>D"]
+    assert sorted(choices.turned(back)) == ["B>A>F>E", "D>C>B", "E>B", "E>D"]
 
 
 @pytest.mark.parametrize(("way", "edges"), [("along", 1), ("back", 1), ("both", 2), ("rather along", 2)])
 def test_a_two_way_lane_has_all_ways(model, way, edges):
-    found = turnable(model.floor)
-    (lane,) = (unit[0] for unit, ways in zip(found.units, found.ways, strict=True) if len(ways) > 2)
+    choices = turnable(model.floor)
+    (lane,) = (unit[0] for unit, ways in zip(choices.units, choices.ways, strict=True) if len(ways) > 2)
     graph = model.replace(changes(model, {lane: way})).floor.graph
     both = [edge for edge in (lane, lane[::-1]) if edge in graph.edges]
     assert len(both) == edges
@@ -81,13 +81,13 @@ def test_a_two_way_lane_has_all_ways(model, way, edges):
 
 def test_rows_and_columns_of_blocks_are_turned_as_a_whole():
     model = dw.load("models/tutorial.yaml")
-    found = turnable_blocks(model.layout.blocks)
-    assert len(found.units) == 2 + 3
+    choices = turnable_blocks(model.layout.blocks)
+    assert len(choices.units) == 2 + 3
     assert set(turnable_blocks(model.layout.blocks).drawn) == {"along"}
-    assert model.replace(changes(model, found.lanes(found.drawn))).floor.graph.edges == model.floor.graph.edges
-    middle = next(n for n, unit in enumerate(found.units) if unit[0] in {("B", "E"), ("E", "B")})
+    assert model.replace(changes(model, choices.lanes(choices.drawn))).floor.graph.edges == model.floor.graph.edges
+    middle = next(n for n, unit in enumerate(choices.units) if unit[0] in {("B", "E"), ("E", "B")})
     design = tuple("back" if number == middle else "along" for number in range(5))
-    turned = model.replace(changes(model, found.lanes(design)))
+    turned = model.replace(changes(model, choices.lanes(design)))
     assert set(turned.floor.graph.edges) ^ set(model.floor.graph.edges) == {("B", "E"), ("E", "B")}
 
 

@@ -17,11 +17,11 @@ HOUR = 3600.0
 
 def opens(hours, count):
     """The first stretches of a run, in hours."""
-    found, time = [], 0.0
+    stretches, time = [], 0.0
     for _ in range(count):
         begin, time = hours.following(time)
-        found.append((begin / HOUR, time / HOUR))
-    return found
+        stretches.append((begin / HOUR, time / HOUR))
+    return stretches
 
 
 def test_a_shift_with_a_break_on_a_run_that_starts_within_it():
@@ -67,11 +67,11 @@ MANY = st.one_of(
         st.integers(0, 30).map(float),
     ),
     st.lists(st.tuples(st.integers(0, 40), st.integers(1, 9)), min_size=1, max_size=4).map(
-        lambda found: Stretches(between=tuple((float(a), float(a + b)) for a, b in found)).hours("00:00", 1.0)
+        lambda pairs: Stretches(between=tuple((float(a), float(a + b)) for a, b in pairs)).hours("00:00", 1.0)
     ),
     st.tuples(st.integers(0, 11), st.integers(12, 23), st.integers(0, 23)).map(
-        lambda found: Shifts(open=(f"{found[0]:02}:00-{found[1]:02}:00",), days=("mon", "thu")).hours(
-            f"{found[2]:02}:00", 1 / 3600
+        lambda times: Shifts(open=(f"{times[0]:02}:00-{times[1]:02}:00",), days=("mon", "thu")).hours(
+            f"{times[2]:02}:00", 1 / 3600
         )
     ),
 )

@@ -44,8 +44,8 @@ def time(written):
 
 @pytest.mark.parametrize("name", CONTINUOUS)
 def test_mean_and_cv_are_scipys(name):
-    written, known = CONTINUOUS[name]
-    mean, variance = known.stats("mv")
+    written, reference = CONTINUOUS[name]
+    mean, variance = reference.stats("mv")
     assert time(written).mean == pytest.approx(float(mean))
     assert time(written).variance == pytest.approx(float(variance))
     assert time(written).cv == pytest.approx(math.sqrt(variance) / mean)
@@ -53,10 +53,10 @@ def test_mean_and_cv_are_scipys(name):
 
 @pytest.mark.parametrize("name", CONTINUOUS)
 def test_draws_follow_the_distribution(name):
-    written, known = CONTINUOUS[name]
+    written, reference = CONTINUOUS[name]
     generator, given = np.random.default_rng(7), time(written)
     drawn = [given.draw(generator) for _ in range(DRAWS)]
-    assert stats.kstest(drawn, known.cdf).pvalue > UNLIKELY
+    assert stats.kstest(drawn, reference.cdf).pvalue > UNLIKELY
     assert min(drawn) >= 0
 
 

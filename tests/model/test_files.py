@@ -51,17 +51,17 @@ OUTSIDE = ["../secret.csv", "link.csv", "elsewhere/secret.csv", "below/../../sec
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_beside_reads_only_below_the_folder_of_the_model(at, key, name):
     name = name.replace(".csv", ".py") if key.startswith("policies") else name
-    said = refusal(at, {key: NAMED[key](name)}, files="beside")
-    assert "not a file below the folder of the model" in said
-    assert "very secret" not in said
-    assert "root:" not in said
+    message = refusal(at, {key: NAMED[key](name)}, files="beside")
+    assert "not a file below the folder of the model" in message
+    assert "very secret" not in message
+    assert "root:" not in message
 
 
 @pytest.mark.parametrize("key", NAMED)
 def test_none_reads_no_file_at_all(at, key):
     for name in ("below/weights.csv", "below/mine.py", "../secret.csv"):
-        said = refusal(at, {key: NAMED[key](name)}, files="none")
-        assert "expected none here (files: none)" in said
+        message = refusal(at, {key: NAMED[key](name)}, files="none")
+        assert "expected none here (files: none)" in message
 
 
 def test_beside_and_none_refuse_modules_too(at):
@@ -96,9 +96,9 @@ def test_content_without_a_folder_names_no_file_beside_it(at):
 
 @pytest.mark.parametrize("key", [key for key in NAMED if not key.startswith("policies")])
 def test_no_message_shows_a_line_of_a_file_that_is_no_table(at, key):
-    said = refusal(at, {key: NAMED[key]("../secret.csv")})
-    assert "secret.csv" in said
-    assert "very secret" not in said
+    message = refusal(at, {key: NAMED[key]("../secret.csv")})
+    assert "secret.csv" in message
+    assert "very secret" not in message
 
 
 def test_another_word_is_refused(at):

@@ -29,8 +29,8 @@ def test_every_value_in_a_model_is_of_a_kind_that_cannot_be_changed():
         for item in inner:
             yield from kinds(item)
 
-    found = {kind for kind in kinds(load(MULTIBOTS, POLICY)) if not issubclass(kind, Part)}
-    assert found == {str, int, float, bool, tuple, FrozenMap, type(None)}
+    types = {kind for kind in kinds(load(MULTIBOTS, POLICY)) if not issubclass(kind, Part)}
+    assert types == {str, int, float, bool, tuple, FrozenMap, type(None)}
 
 
 def test_a_field_cannot_be_set():
@@ -166,7 +166,7 @@ def test_a_problem_of_a_value_that_was_not_replaced_is_named_after_the_model():
 def test_the_digest_does_not_depend_on_the_process(seeds):
     code = "import sys, desim_warehouse.model as m; print(m.load(sys.argv[1]).digest())"
     root = MULTIBOTS.parents[1]
-    found = {
+    digests = {
         subprocess.run(
             [sys.executable, "-c", code, str(MULTIBOTS)],
             cwd=root,
@@ -177,4 +177,4 @@ def test_the_digest_does_not_depend_on_the_process(seeds):
         ).stdout
         for seed in seeds
     }
-    assert found == {load(MULTIBOTS).digest() + "\n"}
+    assert digests == {load(MULTIBOTS).digest() + "\n"}

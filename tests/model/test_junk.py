@@ -75,18 +75,18 @@ def assigned(text):
 @relaxed
 @given(spoilt())
 def test_a_spoilt_model_is_read_or_refused_in_single_lines(data):
-    found = answer(data)
-    assert isinstance(found, Model) or all(
+    outcome = answer(data)
+    assert isinstance(outcome, Model) or all(
         line.startswith("<mapping>: ") and "\n" not in line and ("expected" in line or "should" in line or "?" in line)
-        for line in found
+        for line in outcome
     )
 
 
 @relaxed
 @given(st.dictionaries(st.sampled_from([".".join(map(str, path)) for path in paths(BLOCKS) if path]), JUNK, max_size=3))
 def test_junk_in_overrides_is_read_or_refused(overrides):
-    found = answer(BLOCKS, overrides)
-    assert isinstance(found, Model) or found
+    outcome = answer(BLOCKS, overrides)
+    assert isinstance(outcome, Model) or outcome
 
 
 @relaxed
@@ -97,12 +97,12 @@ def test_a_damaged_file_is_read_or_refused_with_its_place(tmp_path_factory, data
     cut = text[:start] + data.draw(st.binary(max_size=3)) + text[start + data.draw(st.integers(0, 40)) :]
     file = tmp_path_factory.mktemp("damaged") / "model.yaml"
     file.write_bytes(cut)
-    found = answer(file)
-    assert isinstance(found, Model) or all(line.startswith(f"{file}:") for line in found)
+    outcome = answer(file)
+    assert isinstance(outcome, Model) or all(line.startswith(f"{file}:") for line in outcome)
 
 
 @relaxed
 @given(st.text(max_size=20))
 def test_an_assignment_is_read_or_refused(text):
-    found = assigned(text)
-    assert found == text.partition("=")[0].strip() or found.startswith("--set ")
+    outcome = assigned(text)
+    assert outcome == text.partition("=")[0].strip() or outcome.startswith("--set ")

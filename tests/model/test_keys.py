@@ -30,10 +30,10 @@ def test_every_key_of_the_schema_is_known():
 
 def test_every_quantity_has_a_unit_and_a_label():
     for key, annotation in KEYS.items():
-        known, unit = about(key), words.factor_unit(key, Units(length="cm", time="min"))
-        assert known.label.strip(" ,"), key
-        assert known.kind == kind_of(annotation), key
-        assert bool(unit) == (known.kind not in {"", "share"}), key
+        quantity, unit = about(key), words.factor_unit(key, Units(length="cm", time="min"))
+        assert quantity.label.strip(" ,"), key
+        assert quantity.kind == kind_of(annotation), key
+        assert bool(unit) == (quantity.kind not in {"", "share"}), key
 
 
 def test_labels_are_words_that_do_not_repeat_the_key():

@@ -117,9 +117,9 @@ def test_a_table_that_never_ends_or_is_none(file, tmp_path):
         file = str(tmp_path / "large.csv")
         with Path(file).open("wb") as large:
             large.truncate(LIMITS["bytes"][0] + 1)
-    said = one_message(TUTORIAL, {"tasks.popularity": {"file": file}})
-    assert "tasks.popularity.file: cannot be read (got '" in said
-    assert "expected a CSV file" in said
+    message = one_message(TUTORIAL, {"tasks.popularity": {"file": file}})
+    assert "tasks.popularity.file: cannot be read (got '" in message
+    assert "expected a CSV file" in message
 
 
 def test_a_model_file_that_never_ends():
@@ -174,17 +174,17 @@ def test_the_program_says_so_in_one_line(tmp_path):
 )
 def test_events_without_end_are_refused(overrides, key, what):
     """In work that ends as well, which has no run.length: each of these ran until somebody stopped it."""
-    said = one_message(TUTORIAL, overrides)
-    assert key in said
-    assert re.search(rf"about \d+ {what}.* in an hour, expected at most 10,000,000; is the unit right\?", said)
+    message = one_message(TUTORIAL, overrides)
+    assert key in message
+    assert re.search(rf"about \d+ {what}.* in an hour, expected at most 10,000,000; is the unit right\?", message)
 
 
 def test_the_limit_on_events_is_by_the_length_of_the_run():
     """Three robots, 60 s from one breakdown to the next: 10 million of them in 200 million seconds, and no more."""
     work = {"tasks.goods": {"poisson": 1e-6}, "fleet.robot.breakdowns": {"every": 50, "repair": 10}}
     assert load(TUTORIAL, {**work, "run.length": 2e8}).run.length == 2e8
-    said = one_message(TUTORIAL, {**work, "run.length": 2.2e8})
-    assert "fleet.robot.breakdowns.every: about 11000000 breakdowns in run.length, expected at most 10,000,000" in said
+    error = one_message(TUTORIAL, {**work, "run.length": 2.2e8})
+    assert "fleet.robot.breakdowns.every: about 11000000 breakdowns in run.length, expected at most 10,000,000" in error
 
 
 def test_a_shift_system_of_a_month_with_many_robots_is_within_the_limits():
@@ -220,8 +220,8 @@ def test_coordinates_of_hundreds_of_digits_are_one_message_and_tiny_ones_are_har
         layout["nodes"]["B"][axis] = sign * value
         assert simulate(load({**SQUARE, "layout": layout})).kpis["tasks"] == 1
     layout["nodes"]["B"][axis] = sign * 10**400
-    said = one_message({**SQUARE, "layout": layout})
-    assert said == f"<mapping>: layout.nodes.B.{axis}: too large a number (got a number of about 401 digits)"
+    message = one_message({**SQUARE, "layout": layout})
+    assert message == f"<mapping>: layout.nodes.B.{axis}: too large a number (got a number of about 401 digits)"
 
 
 @pytest.mark.parametrize(

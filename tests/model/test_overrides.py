@@ -157,8 +157,7 @@ def test_problems_stand_in_the_order_of_the_file_and_those_of_overrides_last(tmp
 
 
 def test_a_section_that_an_override_makes_is_named_after_it():
-    found = problems({"battery": None, "battery.capacity": 3})
-    assert found == [
+    assert problems({"battery": None, "battery.capacity": 3}) == [
         (
             "override battery.capacity: battery.consumption: missing, expected a number of at least 0, "
             "or a section with standing, empty, loaded and handling"
@@ -186,9 +185,9 @@ def test_a_section_that_an_override_makes_is_named_after_it():
     ],
 )
 def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
-    found = parse_assignment(text)
-    assert found == (key, value)
-    assert type(found[1]) is type(value)
+    assignment = parse_assignment(text)
+    assert assignment == (key, value)
+    assert type(assignment[1]) is type(value)
 
 
 @pytest.mark.parametrize(

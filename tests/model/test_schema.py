@@ -68,10 +68,10 @@ def places(error):
 def test_editors_underline_a_mistake_where_reading_finds_it(name, validator):
     """The messages of reading are beside the file: file:line:column: key: what is wrong."""
     read_so = (BAD / f"{name}.txt").read_text(encoding="utf-8")
-    said = set(re.findall(r"^\S+?:\d+:\d+: ([\w.]+): ", read_so, re.MULTILINE))
+    keys = set(re.findall(r"^\S+?:\d+:\d+: ([\w.]+): ", read_so, re.MULTILINE))
     underlined = [places(best_match([error])) for error in validator.iter_errors(read(BAD / f"{name}.yaml"))]
-    assert said
-    assert said <= set().union(*underlined)
+    assert keys
+    assert keys <= set().union(*underlined)
 
 
 @pytest.mark.parametrize("name", ["consumption_states", "goods_poisson"])
@@ -100,9 +100,9 @@ def every_key(outline, keys=()):
 
 
 def test_messages_can_say_what_every_key_expects():
-    said = {keys: OUTLINE.expected(keys) for keys in every_key(OUTLINE)}
-    assert len(said) > 200
-    assert said["tasks", "load_time", "constant"] == "a number (the time, always the same)"
+    expected = {keys: OUTLINE.expected(keys) for keys in every_key(OUTLINE)}
+    assert len(expected) > 200
+    assert expected["tasks", "load_time", "constant"] == "a number (the time, always the same)"
 
 
 def test_the_schema_is_a_copy_that_may_be_changed():

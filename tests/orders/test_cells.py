@@ -26,8 +26,8 @@ def refused(folder, model, content, name="day.csv", **options):
 
 
 def test_a_heading_that_is_there_twice_is_refused(hall, tmp_path):
-    said = refused(tmp_path, hall, "release,release,order\n60,120,1\n")
-    assert "column 'release' given twice, expected it once" in said
+    message = refused(tmp_path, hall, "release,release,order\n60,120,1\n")
+    assert "column 'release' given twice, expected it once" in message
     assert "column 'Menge' given twice" in refused(tmp_path, hall, "Anlagedatum;Menge;Menge\n60;1;2\n")
     assert read(tmp_path, hall, "release,note,note\n60,a,b\n").problems == ()  # nobody reads them
 
@@ -59,8 +59,8 @@ def test_of_headings_that_mean_the_same_those_that_are_left_are_named(hall, tmp_
 def test_a_column_has_one_reading_of_points_and_commas(hall, tmp_path, cells, releases, wrong):
     day = read(tmp_path, hall, "release;from\n" + "".join(f"{cell};1\n" for cell in cells))
     assert [line.release for line in day.lines] == releases
-    said = "release: a decimal point and a decimal comma in one column (got '{}'), expected the same in all rows"
-    assert [problem.split("row 2, ")[1] for problem in day.problems] == [said.format(cell) for cell in wrong]
+    message = "release: a decimal point and a decimal comma in one column (got '{}'), expected the same in all rows"
+    assert [problem.split("row 2, ")[1] for problem in day.problems] == [message.format(cell) for cell in wrong]
     assert ("points in 'release' stand between thousands" in day.assumed) == (cells == ["1.234", "2.000"])
 
 
@@ -99,8 +99,8 @@ def test_which_priority_is_first_is_said(hall, tmp_path):
 
 
 def test_a_sheet_is_of_excel_alone(hall, tmp_path):
-    said = refused(tmp_path, hall, "release\n60\n", sheet="orders")
-    assert "sheet (got 'orders') of a file that is no Excel file, expected none" in said
+    message = refused(tmp_path, hall, "release\n60\n", sheet="orders")
+    assert "sheet (got 'orders') of a file that is no Excel file, expected none" in message
 
 
 def parquet(**columns):
@@ -112,13 +112,13 @@ def parquet(**columns):
 def test_bytes_in_parquet_are_text_or_refused(hall, tmp_path):
     day = read(tmp_path, hall, parquet(release=[b"60", b"07:30"], **{"from": [b"1", b"2"]}), "day.parquet")
     assert [(line.release, line.source) for line in day.lines] == [(60, 1), (5400, 2)]
-    said = refused(tmp_path, hall, parquet(release=[60, 70], order=[b"\xff\xfe\x00", b"\x80"]), "day.parquet")
-    assert "cannot be read (column 'order' has bytes that are no text)" in said
+    message = refused(tmp_path, hall, parquet(release=[60, 70], order=[b"\xff\xfe\x00", b"\x80"]), "day.parquet")
+    assert "cannot be read (column 'order' has bytes that are no text)" in message
     frame = pd.DataFrame({"release": [60, 70], "order": pd.Categorical([b"a", b"b"])})
     frame.to_parquet(tmp_path / "kinds.parquet")
     assert [line.order for line in order_day(tmp_path / "kinds.parquet", hall).lines] == ["a", "b"]
-    said = refused(tmp_path, hall, parquet(release=[60, 70], order=[[1], [2]]), "day.parquet")
-    assert "column 'order' has list<element: int64>, expected text, numbers or times" in said
+    message = refused(tmp_path, hall, parquet(release=[60, 70], order=[[1], [2]]), "day.parquet")
+    assert "column 'order' has list<element: int64>, expected text, numbers or times" in message
 
 
 def test_text_in_parquet_that_is_none_is_refused(hall, tmp_path):
@@ -194,8 +194,8 @@ def test_a_workbook_with_a_damaged_part_is_refused(hall, tmp_path, part):
 
 
 def test_a_table_of_more_columns_than_a_table_has_is_refused(hall, tmp_path):
-    said = refused(tmp_path, hall, "release," + ",".join(f"c{number}" for number in range(1000)) + "\n60\n")
-    assert "cannot be read (1,001 columns, expected at most 1,000)" in said
+    message = refused(tmp_path, hall, "release," + ",".join(f"c{number}" for number in range(1000)) + "\n60\n")
+    assert "cannot be read (1,001 columns, expected at most 1,000)" in message
 
 
 def of_articles(cells):

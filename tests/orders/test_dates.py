@@ -290,10 +290,10 @@ def test_trips_with_times_of_day_cross_midnight(tmp_path):
 
 
 def test_how_times_of_trips_are_read_is_said(tmp_path):
-    said = read_log(trips(tmp_path, *TRIPS["excel"])).notes.lines()
-    assert said == ["times: each column counts days, as Excel does"]
-    said = read_log(trips(tmp_path, "02/25/2026 10:00 PM", "02/25/2026 10:02 PM")).notes.lines()
-    assert said == ["times: each column has the month first, as some of its dates can be read in no other way"]
+    lines = read_log(trips(tmp_path, *TRIPS["excel"])).notes.lines()
+    assert lines == ["times: each column counts days, as Excel does"]
+    lines = read_log(trips(tmp_path, "02/25/2026 10:00 PM", "02/25/2026 10:02 PM")).notes.lines()
+    assert lines == ["times: each column has the month first, as some of its dates can be read in no other way"]
 
 
 def due_of(folder, rows, start="06:00", **options):

@@ -26,12 +26,12 @@ pytestmark = pytest.mark.usefixtures("brief_probes")
 
 def rows(form, separator=";", header="Auftragsnr;Angelegt am;Von Platz;Ziel;Menge", places=range(8)):
     """Sixteen lines of eight orders, two an hour from 06:05 on, each of three pieces."""
-    found = [header.replace(";", separator)]
+    lines = [header.replace(";", separator)]
     for number in range(16):
         time = MORNING + dt.timedelta(minutes=30 * number)
         cells = [f"{4711 + number // 2}", time.strftime(form), str(places[number % 8]), "pack", "3"]
-        found.append(separator.join(cells))
-    return found
+        lines.append(separator.join(cells))
+    return lines
 
 
 MORNING = pd.Timestamp("2026-03-02 06:05").to_pydatetime()
@@ -247,7 +247,7 @@ def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
         f"{path}, Lagerplatz: no such place (90 rows from row 20 on, 3 values: '999', '1234', 'R-17-B')"
         in told.replace("'R-17-B', '999', '1234'", "'999', '1234', 'R-17-B'")
     )
-    for said in (
+    for problem in (
         "Auftragsnr: the same row as one before (3 rows from row 17 on",
         "row 110, Lagerplatz: nothing there",
         "row 111, Anlagedatum: not a time (got 'soon')",
@@ -255,7 +255,7 @@ def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
         "row 113: a total (got 'Summe",
         "--skip-bad leaves out 97 rows",
     ):
-        assert said in told, said
+        assert problem in told, problem
     assert not out.exists()
     done = CliRunner().invoke(desim, [*asked, "--skip-bad"])
     assert done.exit_code == 0, done.output
@@ -342,14 +342,14 @@ HOSTILE = {
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_files_are_refused_in_few_lines(name, hall, tmp_path):
-    file, content, said = HOSTILE[name]
+    file, content, expected = HOSTILE[name]
     if file.endswith("xlsx"):
         pytest.importorskip("openpyxl")
     path = tmp_path / file
     path.write_bytes(content)
     refused = CliRunner().invoke(desim, ["orders", str(path), "--model", str(hall)]).exception
     assert isinstance(refused, dw.ModelError)
-    assert any(one in str(refused) for one in said.split("|")), refused
+    assert any(one in str(refused) for one in expected.split("|")), refused
     assert len(str(refused)) < 3000
     with pytest.raises(dw.ModelError):
         dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(path)}})

@@ -19,10 +19,10 @@ def plant_file(name):
 
 def with_enough_chargers(model):
     """The same with half as many chargers again as check asks for, at least, where it says that they are too few."""
-    found = check(model)
-    if "CHARGERS_SHORT" not in {finding.code for finding in found.findings}:
+    report = check(model)
+    if "CHARGERS_SHORT" not in {finding.code for finding in report.findings}:
         return model
-    return model.replace({"layout.bays.chargers.chargers": math.ceil(1.5 * found.calculation.power.needed)})
+    return model.replace({"layout.bays.chargers.chargers": math.ceil(1.5 * report.calculation.power.needed)})
 
 
 def remarks(made, what):

@@ -92,7 +92,7 @@ def carried(model, form):
     layout = build(model.layout)
     graph, fastest = layout.graph, max(robot.speed for robot in model.fleet.robots())
     joined = set() if form in {"csv", "graphml"} else side_by_side(graph, form)
-    found = {
+    content = {
         "name": None if form == "csv" else model.name,
         "nodes": {
             name: (round(at["x"], 3), round(at["y"], 3))
@@ -119,25 +119,25 @@ def carried(model, form):
         "parking": {bay.node for bay in layout.bays.values() if not bay.chargers},
     }
     if form == "opentcs":
-        found["fleet"] = sorted((round(robot.radius, 4), robot.speed) for robot in model.fleet.robots())
-        battery = model.battery if found["chargers"] else None  # without chargers robots never need charging
-        found["threshold"] = battery and battery.threshold / battery.capacity
-        found["zones"] = {
+        content["fleet"] = sorted((round(robot.radius, 4), robot.speed) for robot in model.fleet.robots())
+        battery = model.battery if content["chargers"] else None  # without chargers robots never need charging
+        content["threshold"] = battery and battery.threshold / battery.capacity
+        content["zones"] = {
             (frozenset(one if isinstance(one, str) else frozenset(one) for one in zone.members), zone.rule)
             for zone in model.traffic.zones.values()
         }
-    return found
+    return content
 
 
 def side_by_side(graph, form):
     """Lanes beside one back that are taken for one two-way lane by readers: where their lengths are alike, or lost."""
-    found = set()
+    lanes = set()
     for a, b in graph.edges:
         if (b, a) in graph.edges and not graph.edges[a, b]["two_way"] and "takes" not in graph.edges[a, b]:
             lengths = [graph.edges[edge]["length"] for edge in ((a, b), (b, a))]
             if form in STRAIGHT or max(lengths) - min(lengths) <= 0.05 * max(lengths) + 0.002:
-                found |= {(a, b), (b, a)}
-    return found
+                lanes |= {(a, b), (b, a)}
+    return lanes
 
 
 def straight(graph, edge):

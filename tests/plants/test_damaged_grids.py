@@ -124,25 +124,25 @@ def refused(path, **options):
 
 @pytest.mark.parametrize("case", DAMAGED)
 def test_a_damaged_file_gives_one_message_with_its_place(tmp_path, case):
-    content, said = DAMAGED[case]
+    content, expected = DAMAGED[case]
     name = f"x{'.json' if case.startswith('g ') else '.grid' if case.startswith('r ') else '.map'}"
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else b"")
     if not isinstance(content, bytes):
         written(tmp_path, name, content)
     message = refused(path)
-    assert said in message
+    assert expected in message
     assert name in message
 
 
 @pytest.mark.parametrize("case", PROBLEMS)
 def test_a_damaged_problem_gives_one_message_that_names_the_file(tmp_path, case):
-    changes, files, said = PROBLEMS[case]
-    assert said in refused(problem(tmp_path, changes, **files))
+    changes, files, expected = PROBLEMS[case]
+    assert expected in refused(problem(tmp_path, changes, **files))
 
 
 @pytest.mark.parametrize("case", TASK_FILES)
 def test_damaged_tasks_give_one_message_with_the_line(tmp_path, case):
-    content, said = TASK_FILES[case]
+    content, expected = TASK_FILES[case]
     files = written(tmp_path, "small.map", KIVA), written(tmp_path, "small.task", content)
-    assert said in refused(files[0], tasks=files[1])
+    assert expected in refused(files[0], tasks=files[1])

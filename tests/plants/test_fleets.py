@@ -85,10 +85,10 @@ def test_batteries_of_an_imported_plant_start_settled_as_full_ones_would_fall(tm
 @pytest.mark.long  # that they start so is seen every day, and what plan makes of it in tests/study
 def test_batteries_of_an_imported_plant_are_settled_so_that_plan_names_a_fleet(tmp_path):
     model = import_layout(DRAWN["opentcs"](tmp_path)).model.replace({"fleet.kinds": {}, "fleet.size": 4})
-    found = dw.plan(
+    plan = dw.plan(
         model, target="throughput_per_hour >= 100", robots=[4], chargers=[1], search=dw.Search(first=2, cap=3)
     )
-    assert (found.today.best.robots, found.today.best.chargers) == (4, 1)
+    assert (plan.today.best.robots, plan.today.best.chargers) == (4, 1)
 
 
 def test_a_robot_that_never_rests_does_not_keep_the_only_charger(tmp_path):
@@ -129,10 +129,10 @@ def test_size_of_a_plant_with_too_few_chargers_names_them_and_not_the_range(tmp_
     asked = ["yard.yaml", "--range", "3..5", "--target", "throughput_per_hour >= 20", "--set", "fleet.kinds={}"]
     short = ["--set", slow, "--set", "run.length=20min", "--first", "4", "--cap", "4", "--search", "scan", "--quiet"]
     with contextlib.chdir(tmp_path):
-        said = CliRunner().invoke(desim, ["size", *asked, *short]).output
-    assert said.count("cannot last") == 3
-    assert "3 robots  batteries fall by " in said
-    assert "within --range 3..5: more chargers, which desim plan looks for, too, or ask for less" in said
+        output = CliRunner().invoke(desim, ["size", *asked, *short]).output
+    assert output.count("cannot last") == 3
+    assert "3 robots  batteries fall by " in output
+    assert "within --range 3..5: more chargers, which desim plan looks for, too, or ask for less" in output
 
 
 @needs_plants

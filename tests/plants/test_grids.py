@@ -190,10 +190,10 @@ def test_a_road_network_leads_one_way(tmp_path):
     ],
 )
 def test_other_spellings_are_read_all_the_same(tmp_path, name, text, plain):
-    found, expected = read_plant(written(tmp_path, name, text)), read_plant(written(tmp_path, "plain", plain))
-    assert list(found.points) == list(expected.points)
-    assert [(link.source, link.target) for link in found.links] == [(one.source, one.target) for one in expected.links]
-    assert [place.operations for place in found.locations] == [place.operations for place in expected.locations]
+    plant, expected = read_plant(written(tmp_path, name, text)), read_plant(written(tmp_path, "plain", plain))
+    assert list(plant.points) == list(expected.points)
+    assert [(link.source, link.target) for link in plant.links] == [(one.source, one.target) for one in expected.links]
+    assert [place.operations for place in plant.locations] == [place.operations for place in expected.locations]
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 2), (2, 1), (40, 3), (7, 90)])

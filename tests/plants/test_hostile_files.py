@@ -40,8 +40,7 @@ def test_every_drawn_plant_can_be_checked_and_driven_on(name, tmp_path):
         path.write_text(text)
     model = dw.load(tmp_path / "model.yaml")
     assert model.layout == made.model.layout
-    found = check(model)
-    assert not [finding for finding in found.findings if finding.level == "error"]
+    assert not [finding for finding in check(model).findings if finding.level == "error"]
     assert dw.simulate(model.replace({"run.length": 1800, "fleet.start_energy": 0.9})).kpis["tasks"] > 0
 
 

@@ -372,10 +372,10 @@ HOSTILE = {
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_file_is_one_message(tmp_path, name):
-    text, said = HOSTILE[name]
+    text, expected = HOSTILE[name]
     path = tmp_path / "hostile.lif"
     path.write_bytes(text.encode("latin-1"))
-    assert said in one_message(path)
+    assert expected in one_message(path)
 
 
 STRANGE = [None, True, 5, -1.5, "", "x", [], {}, [[]], {"a": 1}, 1e308, "9" * 30, "\u2028", 0]

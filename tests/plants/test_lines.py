@@ -220,8 +220,8 @@ def test_lines_on_layers_whose_names_say_nothing(tmp_path):
     for layer in ("0", "A-101"):
         document.modelspace().add_line((0, 0), (50, 50), dxfattribs={"layer": layer})
     document.saveas(tmp_path / "plan.dxf")
-    said = r"which lines are lanes\? Choose layers with --lanes, of 0 \(1 lines\) and A-101 \(1 lines\)"
-    with pytest.raises(dw.ModelError, match=said):
+    message = r"which lines are lanes\? Choose layers with --lanes, of 0 \(1 lines\) and A-101 \(1 lines\)"
+    with pytest.raises(dw.ModelError, match=message):
         dw.read_layout(tmp_path / "plan.dxf")
 
 
@@ -244,8 +244,8 @@ def test_what_is_no_drawing_is_one_message(tmp_path, content, message):
 def test_without_ezdxf_the_message_says_how_to_get_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     (tmp_path / "plan.dxf").write_bytes(b"0\nEOF\n")
-    said = r"plan\.dxf: a DXF drawing, which needs the package ezdxf; install it: pip install 'desim-warehouse\[dxf\]'"
-    with pytest.raises(dw.ModelError, match=said):
+    error = r"plan\.dxf: a DXF drawing, which needs the package ezdxf; install it: pip install 'desim-warehouse\[dxf\]'"
+    with pytest.raises(dw.ModelError, match=error):
         dw.read_layout(tmp_path / "plan.dxf")
 
 

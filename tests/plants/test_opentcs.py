@@ -302,7 +302,7 @@ def test_plants_of_others_can_be_driven_on(name):
     outside = sum(
         len(remark.names) for remark in made.remarks if (remark.what, remark.kind) == ("unreachable", "point")
     )
-    found = (
+    counts = (
         len(made.plant.points),
         len(made.plant.links),
         model.fleet.size,
@@ -310,7 +310,7 @@ def test_plants_of_others_can_be_driven_on(name):
         len(layout.two_way),
         outside,
     )
-    assert found == FOREIGN[name]
+    assert counts == FOREIGN[name]
     for fleet in (model, dw.read_layout(plant_file(name), robots=12)):
         run = dw.simulate(fleet.replace({"run.length": 1800, "fleet.start_energy": 0.9}))
         assert run.kpis["tasks"] > 0

@@ -50,8 +50,8 @@ def test_a_stop_between_is_on_the_way(orders):
 
 def test_what_an_order_says_and_a_task_cannot_is_said(orders):
     made = import_layout(YARD, tasks=orders)
-    found = {(remark.kind, remark.names, remark.positions) for remark in made.remarks if "order" in remark.kind}
-    assert found == {
+    remarks = {(remark.kind, remark.names, remark.positions) for remark in made.remarks if "order" in remark.kind}
+    assert remarks == {
         ("transport order", ("order 1",), ("orders.xml, line 3",)),  # two tasks
         ("transport order", ("order 3",), ("orders.xml, line 14",)),  # out of reach
         ("transport order", ("order 3", "order 4"), ("orders.xml, line 14", "orders.xml, line 18")),  # nothing to do
@@ -78,13 +78,13 @@ DAMAGED = [
 
 @pytest.mark.parametrize("case", DAMAGED, ids=[case[-1] for case in DAMAGED])
 def test_damaged_orders_are_one_message(orders, case):
-    *changes, said = case
+    *changes, expected = case
     text = ORDERS
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)
     orders.write_text(text)
-    assert said in one_message(YARD, tasks=orders).replace("'TOMORROW'", "TOMORROW")
+    assert expected in one_message(YARD, tasks=orders).replace("'TOMORROW'", "TOMORROW")
 
 
 def test_a_model_is_no_list_of_tasks(tmp_path):

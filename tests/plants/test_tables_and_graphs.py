@@ -121,11 +121,11 @@ def test_both_tables_must_be_there(tmp_path):
 
 def test_graphml_with_defaults_and_edges_without_direction(tmp_path):
     made = import_layout(graphml(tmp_path))
-    found = lanes(made.model)
-    assert found["B", "C"] == (9.5, 1, False, False)
-    assert found["C", "D"] == (None, 0.5, False, False)
-    assert found["C", "pack"] == (None, 1, True, False)
-    assert found["D", "plug"] == (None, 1, True, False)
+    edges = lanes(made.model)
+    assert edges["B", "C"] == (9.5, 1, False, False)
+    assert edges["C", "D"] == (None, 0.5, False, False)
+    assert edges["C", "pack"] == (None, 1, True, False)
+    assert edges["D", "plug"] == (None, 1, True, False)
     assert set(made.model.layout.stations) == {"table 1"}
     assert [str(one) for one in made.remarks if one.what == "left out"] == [
         "left out: 1 attribute of nodes: nothing that a layout has: colour"

@@ -35,13 +35,13 @@ def floor(seed, *, directed=True, lengths=None):
 
 def edges_of(graph):
     """Each directed edge with its length, which is the straight one where none is given."""
-    found = {}
+    lengths = {}
     for a, b, data in graph.edges(data=True):
         straight = math.dist(*((float(graph.nodes[end]["x"]), float(graph.nodes[end]["y"])) for end in (a, b)))
         length = float(data.get("length", data.get("weight", straight)))
         for ends in [(str(a), str(b))] + [(str(b), str(a))] * (not graph.is_directed()):
-            found[ends] = pytest.approx(length, abs=2e-3)
-    return found
+            lengths[ends] = pytest.approx(length, abs=2e-3)
+    return lengths
 
 
 def ours(path, **options):

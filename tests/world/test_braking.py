@@ -130,5 +130,5 @@ def test_the_price_that_the_how_to_page_states(robots, distance, braking):
     model = dw.load("models/medium.yaml").replace({"run.length": 3600, "run.warm_up": 600, "fleet.size": robots})
     for keeps, stated in (("distance", distance), ("braking", braking)):
         kept = model.replace({"fleet.robot.keeps": keeps})
-        found = [dw.simulate(kept, seed).kpis["throughput_per_hour"] for seed in range(5)]
-        assert round(sum(found) / 5) == stated
+        rates = [dw.simulate(kept, seed).kpis["throughput_per_hour"] for seed in range(5)]
+        assert round(sum(rates) / 5) == stated

@@ -233,13 +233,13 @@ def test_a_robot_breaks_down_at_the_same_times_in_a_larger_fleet():
 def test_check_says_what_estimates_leave_out():
     kinds = {"old": {"count": 1, "breakdowns": {"every": 3600, "repair": 400}}}
     facts = check(ring(**{"fleet.size": 2, "fleet.kinds": kinds})).facts
-    said = "robots of kind old fail every 3,600 s and take 400 s to repair: 90 % of their time is left"
-    assert [fact for fact in facts if "repair" in fact] == [said]
+    sentence = "robots of kind old fail every 3,600 s and take 400 s to repair: 90 % of their time is left"
+    assert [fact for fact in facts if "repair" in fact] == [sentence]
 
 
 def test_the_report_says_how_often_robots_broke_down():
-    said = sentences(dw.simulate(ring({"every": 20, "repair": 7})))
-    assert "Robots broke down 6 times; their availability was 75.3 %." in said
+    answer = sentences(dw.simulate(ring({"every": 20, "repair": 7})))
+    assert "Robots broke down 6 times; their availability was 75.3 %." in answer
     assert "broke down" not in " ".join(sentences(dw.simulate(ring())))
 
 
@@ -404,8 +404,8 @@ def test_tasks_to_which_all_ways_lead_past_a_broken_robot_wait_for_its_repair(re
 
 def test_check_warns_of_lanes_that_are_blocked_for_long():
     def said(**breakdowns):
-        found = check(ring({"every": 1e5, **breakdowns})).findings
-        return [(item.place, item.text) for item in found if item.code == "LANES_BLOCKED"]
+        findings = check(ring({"every": 1e5, **breakdowns})).findings
+        return [(item.place, item.text) for item in findings if item.code == "LANES_BLOCKED"]
 
     text = "a robot that breaks down blocks its lane for 600 s on average, until it is repaired"
     assert said(repair=600) == [("fleet.robot.breakdowns.repair", text)]

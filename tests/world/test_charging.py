@@ -296,12 +296,12 @@ def test_a_battery_of_which_a_part_is_usable_is_a_smaller_one(battery, alike):
 def test_a_usable_part_of_a_battery_is_a_share_above_0_and_holds_the_threshold():
     assert load(RING, {"battery.usable": "80 %"}).battery.capacity == 160
     assert "usable" not in load(RING).battery.content()  # kept runs keep their digest
-    for wrong, said in (
+    for wrong, message in (
         ("0 %", "greater than 0"),
         ("120 %", "less than or equal to 1"),
         ("8 %", r"expected a level below the usable part of battery\.capacity, 16"),
     ):
-        with pytest.raises(ModelError, match=said):
+        with pytest.raises(ModelError, match=message):
             load(RING, {"battery.usable": wrong})
     kind = {"large": {"count": 1, "battery": {**RING["battery"], "usable": 0.75}}}
     assert load(RING, {"fleet.kinds": kind}).fleet.kinds["large"].battery.capacity == 150

@@ -167,10 +167,10 @@ def no_spare_slot(changes):
 
 def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_runs_flat_while_all_rest():
     # Robot 3 rests at D, without a charger. The one at B keeps its slot, as that at D is not free: flat at 400 / 1.
-    [found] = no_spare_slot({})
-    assert found.place == "layout.bays.rest.places"
-    assert "4 slots for 4 robots, and at most 3 robots can rest at chargers of their kind" in found.text
-    assert "one more slot in all" in found.cure
+    [finding] = no_spare_slot({})
+    assert finding.place == "layout.bays.rest.places"
+    assert "4 slots for 4 robots, and at most 3 robots can rest at chargers of their kind" in finding.text
+    assert "one more slot in all" in finding.cure
     with pytest.raises(dw.BatteryError, match="robot 3 ran flat at time 400, in the bay at D, too low to work"):
         dw.simulate(load(RING, {**SHARED, "tasks.goods": [{"good": 0, "release": 1900}]}), 0)
 
@@ -218,7 +218,7 @@ def test_chargers_are_scarce_for_those_who_share_them():
 
 def test_errors_say_where_and_what_instead():
     kind = {"count": 1, "battery": LARGE}
-    for changes, said in (
+    for changes, message in (
         ({"battery": None, "fleet.kinds": {"large": kind}}, "kinds.large.battery: a battery for these robots"),
         ({"layout.bays.home.kinds": ["tall"]}, r"bays.home.kinds: no such kind of robot \(got 'tall'\)"),
         ({"fleet.kinds.large.charging": "mine.py:Mine"}, "a policy of ours here; your own, as policies.charging"),
@@ -228,16 +228,16 @@ def test_errors_say_where_and_what_instead():
             "kinds.large.battery.threshold: missing, expected the level",
         ),
     ):
-        with pytest.raises(ModelError, match=said):
+        with pytest.raises(ModelError, match=message):
             load(RING, {**TWO, **changes})
 
 
 def test_check_names_the_kind_whose_battery_is_too_small_and_refuses_where_no_kind_has_one():
     weak = {**LARGE, "capacity": 150}
     model = load(RING, {**TWO, "fleet.kinds.large.battery": weak})
-    found = {item.code: item for item in examine(model, model.floor, estimate)[0]}
-    assert found["BATTERY_OF_KIND"].place == "fleet.kinds.large.battery.capacity"
-    assert found["BATTERY_OF_KIND"].text.startswith(f"kind large: good 0 draws at least {2 * NEED}")
+    findings = {item.code: item for item in examine(model, model.floor, estimate)[0]}
+    assert findings["BATTERY_OF_KIND"].place == "fleet.kinds.large.battery.capacity"
+    assert findings["BATTERY_OF_KIND"].text.startswith(f"kind large: good 0 draws at least {2 * NEED}")
     with pytest.raises(CheckError, match=r"kind large: .*\n.*robots of no kind: "):
         World(model.replace({"battery.capacity": 90}))
 
@@ -269,14 +269,14 @@ def test_the_energy_balance_by_kind():
     # 400, and is charged at 20 from 20 to 400; the other 95 of its 200 at 10. A robot at work draws 2 or 1, so it must
     # charge the part c of its time for which c * 20 = (1 - c) * 2, or c * 10 = (1 - c): 1/11 both, 2/11 chargers.
     model = load(RING, {**TWO, "tasks.goods": {"saturated": 2}, "run.length": 36000})
-    found = estimate(model)
-    power = found.power
-    cycle = found.cycle.time
+    calculation = estimate(model)
+    power = calculation.power
+    cycle = calculation.cycle.time
     assert power is not None
     assert power.kinds["large"].task == pytest.approx(2 * cycle)
     assert power.kinds[""].task == pytest.approx(cycle)
     assert power.task == pytest.approx(1.5 * cycle)
-    assert found.charging == pytest.approx(cycle / 10, rel=0.002)
+    assert calculation.charging == pytest.approx(cycle / 10, rel=0.002)
     assert (power.kinds["large"].needed, power.kinds[""].needed, power.needed) == (1, 1, 1)
     many = model.replace({"fleet.size": 66, "fleet.kinds.large.count": 33, "layout.bays.home": {"at": ["A"]}})
     power = estimate(many).power
@@ -287,10 +287,10 @@ def test_the_energy_balance_by_kind():
 def test_the_report_has_a_row_for_each_kind():
     from desim_warehouse.questions.run.page import kinds_of_robots
 
-    said = str(kinds_of_robots(dw.simulate(load(RING, TWO), 0)))
-    assert "kind large" in said
-    assert "robots of no kind" in said
-    assert "52" in said  # 208 of 400
+    table = str(kinds_of_robots(dw.simulate(load(RING, TWO), 0)))
+    assert "kind large" in table
+    assert "robots of no kind" in table
+    assert "52" in table  # 208 of 400
 
 
 def test_plan_adds_chargers_for_robots_of_no_kind():
@@ -349,8 +349,8 @@ def test_plan_says_which_robots_of_its_fleet_are_never_charged():
     """Batteries of 200 last for a run of 60, but no longer."""
     short = {"tasks.goods": {"saturated": 2}, "run.length": 60}
     model = load(RING, {**TWO, **LARGE_ALONE, **short})
-    found = plan_fleet(model, "robots_busy >= 1 %", robots="3", chargers="2", strategies={}, search=dw.Search(cap=2))
-    [note] = found.answer.notes
+    plan = plan_fleet(model, "robots_busy >= 1 %", robots="3", chargers="2", strategies={}, search=dw.Search(cap=2))
+    [note] = plan.answer.notes
     assert note.startswith("With 3 robots and 2 chargers, no bay has a charger for 1 robot of no kind: give bays for ")
 
 
@@ -368,11 +368,11 @@ def test_kinds_that_share_no_charger_need_one_each():
             "fleet.start": [],
         }
     )
-    said = "1 for kind large and 1 for kind small"
-    assert f"Chargers: 2 are enough, {said}; you have 2." in chargers_in_words(apart)
+    needed = "1 for kind large and 1 for kind small"
+    assert f"Chargers: 2 are enough, {needed}; you have 2." in chargers_in_words(apart)
     lacking = apart.replace({"layout.bays.home.total_chargers": 2, "layout.bays.mine.total_chargers": 0})
     have = "2 for kind large and none for kind small"
-    assert f"Chargers: 2 are needed, {said}; you have {have}." in chargers_in_words(lacking)
+    assert f"Chargers: 2 are needed, {needed}; you have {have}." in chargers_in_words(lacking)
 
 
 def chargers_in_words(model):

@@ -394,8 +394,8 @@ def test_a_robot_on_its_way_turns_off_at_the_next_node_and_the_task_waits():
     layout["edges"] = [*layout["edges"], ["u", "w"], ["w", "A"]]
     over = {"policies.routing": "shortest", "layout": layout}
     run = dw.simulate(behind(FORK, (5, 200), members=BOTH, **over))
-    found = rows(run, "assigned", "returned", "parked", "loading")
-    assert found[:5] == [(0, "assigned"), (5, "returned"), (40, "parked"), (200, "assigned"), (235, "loading")]
+    events = rows(run, "assigned", "returned", "parked", "loading")
+    assert events[:5] == [(0, "assigned"), (5, "returned"), (40, "parked"), (200, "assigned"), (235, "loading")]
     assert run.kpis["waiting_closed"] == 0
     assert audit(run) == differences(run) == []
 
@@ -445,11 +445,13 @@ def test_while_a_station_is_cut_off_nothing_is_fetched_for_it():
 def test_check_says_what_is_cut_off_and_for_how_long(tasks, message):
     closure = {"works": {"members": [["C", "D"]], "hours": "works", "tasks": tasks}}
     over = {"traffic.closures": closure, "run.length": 1000}
-    [found] = [item for item in check(behind(LOOP, (100, 400), (900, 1200), **over)).findings if "works" in item.place]
-    assert found.code == "CLOSED_GOODS"
-    assert "closed 6.667 min of the run and up to 5 min at a time: " in found.text
-    assert "1 storage place, with 100 % of the tasks, and D cannot be reached" in found.text
-    assert message in found.text
+    [finding] = [
+        item for item in check(behind(LOOP, (100, 400), (900, 1200), **over)).findings if "works" in item.place
+    ]
+    assert finding.code == "CLOSED_GOODS"
+    assert "closed 6.667 min of the run and up to 5 min at a time: " in finding.text
+    assert "1 storage place, with 100 % of the tasks, and D cannot be reached" in finding.text
+    assert message in finding.text
 
 
 def test_check_counts_what_is_put_away_behind_a_closure_and_how_often_flows_go_there():
@@ -462,8 +464,8 @@ def test_check_counts_what_is_put_away_behind_a_closure_and_how_often_flows_go_t
     tasks = {"flows": flows, "load_time": 1, "unload_time": 1}
     over = {"layout.storage": storage, "tasks": tasks, "run.length": 1000}
     model = behind(LOOP, (100, 400), members=[("C", "D")], **over)
-    found = next(item for item in check(model).findings if item.code == "CLOSED_GOODS")
-    assert "1 storage place, with 25 % of the visits to storage, and " in found.text
+    finding = next(item for item in check(model).findings if item.code == "CLOSED_GOODS")
+    assert "1 storage place, with 25 % of the visits to storage, and " in finding.text
 
 
 HALL = {
@@ -498,10 +500,10 @@ HALL = {
 def test_robots_that_work_only_while_the_way_is_closed_are_refused_before_a_run(fleet, closure, tasks, refused):
     over = {"fleet.hours": fleet, "traffic.closures.x.hours": closure, "traffic.closures.x.tasks": tasks}
     model = dw.load(HALL, over)
-    found = [item.text for item in check(model).errors]
-    assert bool(found) is refused
+    errors = [item.text for item in check(model).errors]
+    assert bool(errors) is refused
     if refused:
-        assert "these never meet: fleet.hours, 'c'; traffic.closures.x.hours, 'c'" in found[0]
+        assert "these never meet: fleet.hours, 'c'; traffic.closures.x.hours, 'c'" in errors[0]
         with pytest.raises(dw.CheckError, match="HOURS_NEVER_MEET"):
             dw.simulate(model)
     else:
@@ -517,8 +519,8 @@ def test_three_calendars_of_which_each_two_meet_are_refused_too():
     }
     closures = {"x": {"members": [["B", "C"]], "hours": "shut"}}
     three = {"fleet.hours": "early", "layout.stations.w.hours": "short", "traffic.closures": closures}
-    [found] = check(dw.load(HALL, {"calendars": calendars, **three})).errors
-    assert "never meet: fleet.hours, 'early'; layout.stations.w.hours, 'short'; traffic.closures.x" in found.text
+    [error] = check(dw.load(HALL, {"calendars": calendars, **three})).errors
+    assert "never meet: fleet.hours, 'early'; layout.stations.w.hours, 'short'; traffic.closures.x" in error.text
     for key in three:
         two = {**three, key: {} if key == "traffic.closures" else None}
         assert not check(dw.load(HALL, {"calendars": calendars, **two})).errors, key

@@ -438,10 +438,12 @@ def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
             tasks, others = ([good for _, good, _ in some] for some in (tasks, others))
             tasks, others = tasks[: len(others)], others[: len(tasks)]
         assert others == tasks
-        for state, known in times.items():
-            both = known.keys() & other_times[state].keys()
+        for state, durations in times.items():
+            both = durations.keys() & other_times[state].keys()
             assert len(both) > 60
-            assert {nth: other_times[state][nth] for nth in both} == pytest.approx({nth: known[nth] for nth in both})
+            assert {nth: other_times[state][nth] for nth in both} == pytest.approx(
+                {nth: durations[nth] for nth in both}
+            )
 
 
 def test_of_tasks_that_are_always_open_the_nth_is_the_same(plain):
@@ -459,12 +461,12 @@ def arrivals(written, seed=1, until=24 * 3600.0, **changes):
     """The times of a flow's tasks, without the warehouse."""
     model = dw.load(RING, {"tasks.flows": {"f": {"from": "dock", "to": "pack", "arrivals": written}}, **changes})
     flow = _Flow("f", model.tasks.flows["f"], model, build(model.layout), Streams(seed))
-    found = []
+    times = []
     for time in flow.arrivals():
         if time >= until:
-            return found
-        found.append(time)
-    return found
+            return times
+        times.append(time)
+    return times
 
 
 LONG = {"run.length": 24 * 3600}
@@ -525,7 +527,7 @@ FROM_TO = {"from": "dock", "to": "pack"}
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"tasks.flows": {"f": {**FROM_TO, "arrivals": {"saturated": 2}}}, "run.length": 9}, "no rate to multiply"),
         ({"tasks.goods": [0], "tasks.flows": {}, "tasks.unload_at": ["pack"]}, "there is no rate to multiply"),
@@ -535,10 +537,10 @@ FROM_TO = {"from": "dock", "to": "pack"}
         ),
     ],
 )
-def test_demand_that_multiplies_nothing_is_refused(changes, said, tmp_path, monkeypatch):
+def test_demand_that_multiplies_nothing_is_refused(changes, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.csv").write_text("release\n0\n", encoding="utf-8")
-    with pytest.raises(ModelError, match=said):
+    with pytest.raises(ModelError, match=message):
         dw.load(RING, {**changes, "tasks.demand": 1.2})
 
 
@@ -589,17 +591,17 @@ def test_a_cell_of_the_matrix_that_is_no_rate_is_named(tmp_path):
     flows = {"all": {"from_to": {"file": str(tmp_path / "from_to.csv")}}}
     with pytest.raises(ModelError) as refused:
         dw.load(dict(RING, tasks={**RING["tasks"], "flows": flows}), {"run.length": 3600})
-    said = "\n".join(refused.value.problems)
-    assert "from_to.csv:2:6: tasks.flows.all.from_to.0.per_hour: should be a number (got 'many')" in said
-    assert "from_to.csv:2:11: tasks.flows.all.from_to.1.to.0: no such node or station (got 'nowhere')" in said
+    message = "\n".join(refused.value.problems)
+    assert "from_to.csv:2:6: tasks.flows.all.from_to.0.per_hour: should be a number (got 'many')" in message
+    assert "from_to.csv:2:11: tasks.flows.all.from_to.1.to.0: no such node or station (got 'nowhere')" in message
 
 
 def test_what_may_hold_a_day_up_is_asked_of_flows_too(plain):
-    found = {suspect.name: suspect.overrides for suspect in suspects(plain)}
-    assert found["demand"] == {"tasks.demand": 0.95}
-    assert found["handling"]["tasks.load_time"].mean == pytest.approx(8 * 0.9)
-    assert {"places of dock", "places of pack"} <= found.keys()
-    for change in found.values():
+    reliefs = {suspect.name: suspect.overrides for suspect in suspects(plain)}
+    assert reliefs["demand"] == {"tasks.demand": 0.95}
+    assert reliefs["handling"]["tasks.load_time"].mean == pytest.approx(8 * 0.9)
+    assert {"places of dock", "places of pack"} <= reliefs.keys()
+    for change in reliefs.values():
         plain.model.replace(change)
 
 
@@ -622,15 +624,15 @@ DAY_RATES = [0] * 6 + [200] * 16 + [0] * 2
 def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, every, start, expected):
     """Of eight hours; by the run the first six of a day have no orders."""
     profile = Profile(per_hour=rates, every=None if every is None else every * 3600)
-    found = Rates(profile, 3600, start)
-    assert found.expected(8 * 3600) == pytest.approx(expected)
+    demand = Rates(profile, 3600, start)
+    assert demand.expected(8 * 3600) == pytest.approx(expected)
     for tasks in (0.5, expected / 2, expected - 0.5, expected + 0.5, 1000.5):
-        assert found.expected(found.when(tasks)) == pytest.approx(tasks)
+        assert demand.expected(demand.when(tasks)) == pytest.approx(tasks)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("rates", "length", "said"),
+    ("rates", "length", "ending"),
     [
         ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
         ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: the rate of that hour comes first"),
@@ -639,7 +641,7 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
         ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
     ],
 )
-def test_check_says_by_which_clock_a_profile_goes(rates, length, said):
+def test_check_says_by_which_clock_a_profile_goes(rates, length, ending):
     over = {
         "tasks.goods": dw.UNSET,
         "tasks.unload_at": dw.UNSET,
@@ -647,8 +649,8 @@ def test_check_says_by_which_clock_a_profile_goes(rates, length, said):
         "tasks.flows": {"o": {"from": "storage", "to": "packing", "arrivals": {"profile": {"per_hour": rates}}}},
         "run": {"start": "06:00", "length": length},
     }
-    found = [
+    texts = [
         item.text for item in dw.check(dw.load("models/people.yaml", over)).findings if item.code == "PROFILE_CLOCK"
     ]
-    assert len(found) == (said is not None)
-    assert all(text.endswith(str(said)) for text in found)
+    assert len(texts) == (ending is not None)
+    assert all(text.endswith(str(ending)) for text in texts)

@@ -104,5 +104,5 @@ def test_work_goes_on_and_everything_adds_up_with_free_nodes_anywhere(part):
         except dw.ModelError:
             continue  # a block layout with other names
         run = dw.simulate(model, number)
-        found = [*standstill(run), *endless(run), *differences(run), *faults(run)]
-        assert not found, (number, found[:3])
+        problems = [*standstill(run), *endless(run), *differences(run), *faults(run)]
+        assert not problems, (number, problems[:3])

@@ -44,8 +44,8 @@ def test_handling_takes_as_long_as_is_drawn(plain):
     loading, unloading = times(plain, "loading"), times(plain, "unloading")
     assert sorted(loading) == sorted(unloading) == list(range(60))
     sigma = np.sqrt(np.log1p(0.16))
-    known = stats.lognorm(sigma, scale=8 / np.exp(sigma**2 / 2))
-    assert stats.kstest(list(loading.values()), known.cdf).pvalue > 0.001
+    lognormal = stats.lognorm(sigma, scale=8 / np.exp(sigma**2 / 2))
+    assert stats.kstest(list(loading.values()), lognormal.cdf).pvalue > 0.001
     assert stats.kstest(list(unloading.values()), stats.uniform(5, 10).cdf).pvalue > 0.001
     assert abs(np.corrcoef([loading[n] for n in loading], [unloading[n] for n in loading])[0, 1]) < 0.4
 

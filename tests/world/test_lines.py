@@ -77,7 +77,7 @@ def test_lines_of_an_order_have_one_priority():
     for task in [*world.dispatcher.open.values(), *(robot.job for robot in world.robots if robot.job)]:
         of.setdefault(task.order, set()).add(task.priority)
     assert len(of) == 30
-    assert all(len(found) == 1 for found in of.values())
+    assert all(len(priorities) == 1 for priorities in of.values())
     assert set.union(*of.values()) == {0, 9}
 
 
@@ -109,14 +109,14 @@ def test_a_rate_of_orders_brings_as_many_lines_as_the_hand_figures_say(hours, ne
 @pytest.mark.slow
 def test_check_says_orders_lines_and_trips():
     facts = dw.check(model([1, 4], {"poisson": 40}, run__length=7200)).facts
-    said = "flow flow: 40 orders an hour of 2.5 lines on average: 100 lines, each a task, in "
-    assert f"{said}100 trips" in facts
+    opening = "flow flow: 40 orders an hour of 2.5 lines on average: 100 lines, each a task, in "
+    assert f"{opening}100 trips" in facts
     tours = {"fleet__robot__capacity": 2, "run__length": 7200}
     # 1, 2, 3 or 4 lines are 1, 1, 2 or 2 trips of two
     facts = dw.check(model([1, 4], {"poisson": 40}, **tours, policies__batching="by-order")).facts
-    assert f"{said}60 trips" in facts
+    assert f"{opening}60 trips" in facts
     facts = dw.check(model([1, 4], {"poisson": 40}, **tours, policies__batching="fixed-size")).facts
-    assert f"{said}at least 50 trips" in facts
+    assert f"{opening}at least 50 trips" in facts
     assert in_words(model(2, {"poisson": 40}, run__length=60).tasks.flows["flow"], 1) == (
         "storage to D, 40 orders an hour, 2 lines each"
     )

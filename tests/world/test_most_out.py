@@ -99,9 +99,9 @@ def test_robots_whose_batteries_want_a_charger_do_not_wait_for_the_cap(charging,
 def test_the_hand_calculation_knows_the_cap(tmp_path):
     path = tmp_path / "floor.json"
     path.write_text(json.dumps(crowded(60)))
-    said = CliRunner().invoke(desim, ["check", str(path), "--set", "traffic.most_out=30", "--details"]).stdout
-    assert "robots: 60 robots, at most 30 of them under way, can do 3,878 to 4,336 tasks an hour" in said
-    assert "At most 30 of them are under way at a time (traffic.most_out)." in said
+    output = CliRunner().invoke(desim, ["check", str(path), "--set", "traffic.most_out=30", "--details"]).stdout
+    assert "robots: 60 robots, at most 30 of them under way, can do 3,878 to 4,336 tasks an hour" in output
+    assert "At most 30 of them are under way at a time (traffic.most_out)." in output
 
 
 @pytest.mark.long
@@ -113,8 +113,8 @@ def test_size_finds_the_best_cap_and_the_smallest_that_meets_a_target(tmp_path):
     assert "Robots out at once 30 is the smallest that does as much, within 1 % of the most" in best
     # Halving would look at 30 and 60 first, and never at what lies below a value that fails.
     target = ["--range", "10,20,60", "--target", "throughput_per_hour >= 3700"]
-    found = CliRunner().invoke(desim, [*size, *target], catch_exceptions=False).stdout
-    assert "Robots out at once 20 is the smallest value shown to be enough: " in found
+    smallest = CliRunner().invoke(desim, [*size, *target], catch_exceptions=False).stdout
+    assert "Robots out at once 20 is the smallest value shown to be enough: " in smallest
 
 
 def test_a_search_is_for_a_target(tmp_path):

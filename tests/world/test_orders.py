@@ -50,7 +50,7 @@ def test_every_column_of_a_file_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("release", "start", "seconds", "found"),
+    ("release", "start", "seconds", "expected"),
     [
         ("600", "06:00", 1, 600),
         ("06:10", "06:00", 1, 600),
@@ -60,10 +60,10 @@ def test_every_column_of_a_file_is_read(tmp_path):
         ("2026-03-03T05:00:00", "2026-03-02T06:00", 1, 23 * 3600),
     ],
 )
-def test_times_are_read_in_seconds_from_the_start(tmp_path, release, start, seconds, found):
+def test_times_are_read_in_seconds_from_the_start(tmp_path, release, start, seconds, expected):
     path = written(tmp_path / "orders.csv", f"release\n{release}\n")
     (line,) = lines(path, Reading(HOW.names, 2, start, seconds))
-    assert line.release == pytest.approx(found)
+    assert line.release == pytest.approx(expected)
 
 
 def test_parquet_is_read_like_csv(tmp_path):
@@ -198,12 +198,12 @@ def test_a_quantity_is_so_many_tasks(tmp_path):
 
 def day_of(rates):
     """Orders of two rows, so many in each hour, evenly."""
-    found = []
+    day = []
     for hour, rate in enumerate(rates):
         for n in range(rate):
             at, name = 3600.0 * hour + 3600 * n / rate, f"{hour}-{n}"
-            found += [OrderLine(at, n, None, at + 60, None, 1, name), OrderLine(at, n, "D", None, None, 1, name)]
-    return found
+            day += [OrderLine(at, n, None, at + 60, None, 1, name), OrderLine(at, n, "D", None, None, 1, name)]
+    return day
 
 
 def test_resampling_keeps_the_pattern_of_the_day_and_whole_orders():

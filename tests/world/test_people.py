@@ -25,12 +25,12 @@ def with_people(*, robots=ONE, **people):
 def visits(model, seed=0, until=1e5):
     """All visits of a model's people: begin, end and first edge."""
     layout = build(model.layout)
-    found = []
+    arrivals = []
     for source in sources(model, layout, ()):
         source.start(Streams(seed), model.hours(source.spec.hours), model.units.hour)
         source.come(until)
-        found += [(visit.begin, visit.end, visit.edges[0]) for visit in source.visits]
-    return found
+        arrivals += [(visit.begin, visit.end, visit.edges[0]) for visit in source.visits]
+    return arrivals
 
 
 def test_a_robot_waits_before_an_aisle_until_all_have_left():
@@ -118,21 +118,21 @@ def test_people_come_alike_whatever_robots_do():
 def test_they_come_at_random_at_their_rate_and_stay_as_long_as_their_distribution_says(hours, near):
     """Ten an hour: gaps and stays are exponential, and aisles are as likely; within three standard deviations."""
     model = with_people(aisles=[["B", "C"], ["D", "E"]], per_hour=10, stay={"exponential": 30})
-    found = visits(model, until=3600 * hours)
-    begins = np.array([begin for begin, *_ in found])
-    stays = np.array([end - begin for begin, end, _ in found])
-    assert len(found) == pytest.approx(10 * hours, rel=near)
+    arrivals = visits(model, until=3600 * hours)
+    begins = np.array([begin for begin, *_ in arrivals])
+    stays = np.array([end - begin for begin, end, _ in arrivals])
+    assert len(arrivals) == pytest.approx(10 * hours, rel=near)
     assert stats.kstest(np.diff(begins), "expon", (0, 360)).pvalue > 0.01
     assert stats.kstest(stays, "expon", (0, 30)).pvalue > 0.01
-    assert sum(edge == ("B", "C") for *_, edge in found) == pytest.approx(5 * hours, rel=1.5 * near)
+    assert sum(edge == ("B", "C") for *_, edge in arrivals) == pytest.approx(5 * hours, rel=1.5 * near)
 
 
 def test_they_come_only_in_their_hours():
     calendars = {"day": {"every": 1000, "lasts": 250}}
     people = {"aisles": [["B", "C"]], "per_hour": 100, "hours": "day", "stay": 1}
-    found = visits(dw.load(LOOP, {**ONE, "calendars": calendars, "people": {"p": people}}), until=3.6e6)
-    assert all(begin % 1000 < 250 for begin, *_ in found)
-    assert len(found) == pytest.approx(25_000, rel=0.03)
+    arrivals = visits(dw.load(LOOP, {**ONE, "calendars": calendars, "people": {"p": people}}), until=3.6e6)
+    assert all(begin % 1000 < 250 for begin, *_ in arrivals)
+    assert len(arrivals) == pytest.approx(25_000, rel=0.03)
 
 
 def test_by_default_they_come_to_storage_as_demand_does():
@@ -209,8 +209,8 @@ def test_where_goods_lie_at_nodes_people_must_be_told_their_aisles():
 
 @pytest.mark.slow
 def test_aisles_that_are_hardly_ever_free_are_warned_of():
-    found = check(with_people(aisles=[["B", "C"]], per_hour=100, stay=100)).findings
-    assert [item.text for item in found if item.code == "AISLES_OCCUPIED"] == [
+    findings = check(with_people(aisles=[["B", "C"]], per_hour=100, stay=100)).findings
+    assert [item.text for item in findings if item.code == "AISLES_OCCUPIED"] == [
         "an aisle has somebody in it for 93.8 % of the time on average"
     ]
 

@@ -151,8 +151,8 @@ def test_of_lines_that_are_open_at_the_end_one_is_picked():
 
 def test_a_run_says_how_many_lines_a_visit_served():
     run = with_pods_at([0], [(0, 2)])
-    said = "A pod served 2 lines a visit; pickers had nothing to pick 86.2 % of the time."  # 20 of 145 s
-    assert sentences(run)[-1] == said
+    sentence = "A pod served 2 lines a visit; pickers had nothing to pick 86.2 % of the time."  # 20 of 145 s
+    assert sentences(run)[-1] == sentence
     nothing = dw.simulate(dw.load(RING, {"run.length": 20}))  # no pod was put down
     assert "A pod served" not in " ".join(sentences(nothing))
 

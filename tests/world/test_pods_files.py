@@ -89,12 +89,12 @@ def test_rows_without_an_item_count_by_popularity(files):
 
 def test_bundles_of_a_file_bring_the_items_that_it_names(files, tmp_path):
     """Two lines of milk, of which pods hold 1: a bundle of milk makes up for it, and one of tea does not."""
-    for item, said in (("milk", ""), ("tea", "in this run 2 units of item milk are picked")):
+    for item, shortage in (("milk", ""), ("tea", "in this run 2 units of item milk are picked")):
         (tmp_path / "bundles.csv").write_text(f"release,item\n0,{item}\n")
         arrivals = {"orders": {"file": str(tmp_path / "bundles.csv")}}
         bundles = {"from": "pick", "to": "storage", "arrivals": arrivals, "stop_time": 5}
         orders = "release,order,item,quantity\n0,1,milk,2\n"
-        assert out_of_stock(files(orders=orders, tasks__flows__bundles=bundles)) == said
+        assert out_of_stock(files(orders=orders, tasks__flows__bundles=bundles)) == shortage
 
 
 def test_check_reads_the_due_times_and_releases_of_a_file_with_pods(files):
@@ -192,10 +192,10 @@ WRONG = {
 
 @pytest.mark.parametrize("what", WRONG)
 def test_what_cannot_be_is_refused(files, what):
-    changes, said = WRONG[what]
+    changes, message = WRONG[what]
     with pytest.raises(ModelError) as error:
         dw.simulate(files(**changes))
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_without_a_file_items_are_numbers(files):

@@ -217,10 +217,10 @@ def test_four_robots_that_load_at_once_turn_in_their_ring():
 def test_the_error_of_a_run_names_robots_edges_and_time():
     with pytest.raises(GridlockError) as gridlock:
         dw.simulate(dw.load(SQUARE, {"traffic.gridlock": "stop"}))
-    said = str(gridlock.value)
-    assert said.startswith("gridlock at time 7: 4 robots wait for each other in a ring (")
+    message = str(gridlock.value)
+    assert message.startswith("gridlock at time 7: 4 robots wait for each other in a ring (")
     for robot, (a, b) in enumerate(pairwise("ABCDA")):
-        assert f"robot {robot} on edge {a}>{b} at 3" in said
+        assert f"robot {robot} on edge {a}>{b} at 3" in message
 
 
 def test_the_error_of_a_large_ring_names_some_of_its_robots():
@@ -236,10 +236,10 @@ def test_the_error_of_a_large_ring_names_some_of_its_robots():
     model = {"layout": layout, "fleet": fleet, "tasks": tasks, "traffic": {"gridlock": "stop"}}
     with pytest.raises(GridlockError) as gridlock:
         dw.simulate(dw.load(model))
-    said = str(gridlock.value)
-    assert "8 robots wait for each other in a ring (robot " in said
-    assert said.count(" on edge ") == 6
-    assert said.endswith("; and 2 more); traffic.gridlock: rotate lets such rings turn")
+    message = str(gridlock.value)
+    assert "8 robots wait for each other in a ring (robot " in message
+    assert message.count(" on edge ") == 6
+    assert message.endswith("; and 2 more); traffic.gridlock: rotate lets such rings turn")
 
 
 def test_a_ring_that_is_not_full_does_not_turn():

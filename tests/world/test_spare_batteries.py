@@ -59,8 +59,8 @@ def test_spare_batteries_are_shared_out_among_the_bays_so_each_needs_one():
     }
     model = fleet(1, 1, {"layout.bays": bays})
 
-    (said,) = [item for item in dw.check(model).findings if item.code == "NO_SPARE"]
-    assert said.text == "1 spare battery for 2 bays with chargers"
+    (finding,) = [item for item in dw.check(model).findings if item.code == "NO_SPARE"]
+    assert finding.text == "1 spare battery for 2 bays with chargers"
     with pytest.raises(dw.CheckError, match="NO_SPARE"):
         dw.simulate(model)
 

@@ -69,17 +69,17 @@ def test_a_start_that_does_not_reach_a_charger_is_named_as_the_cause():
     plain = tutorial({}).content()
     plain["layout"]["bays"] = bays
     model = dw.load(plain, {"fleet.start": ["B"], "fleet.start_energy": 0.001})
-    said = r"it started with 0\.1 of 100 and came to no charger in time; a higher fleet\.start_energy"
-    with pytest.raises(dw.BatteryError, match=said):
+    message = r"it started with 0\.1 of 100 and came to no charger in time; a higher fleet\.start_energy"
+    with pytest.raises(dw.BatteryError, match=message):
         dw.simulate(model)
 
 
 def test_a_start_below_the_threshold_without_chargers_is_refused_with_the_cure():
     bays = {"layout.bays.parking.chargers": 0, "fleet.start_energy": 0.3}
-    said = (
+    message = (
         r"start with 30 of 100, not above 30, where robots stop working; give .*, or the robots a higher fleet\.start_"
     )
-    with pytest.raises(dw.CheckError, match=said):
+    with pytest.raises(dw.CheckError, match=message):
         dw.simulate(tutorial(bays))
 
 
@@ -183,4 +183,4 @@ def test_a_fleet_that_would_run_flat_has_no_long_run_to_begin_in_and_the_run_say
     slow = few_chargers({"battery.charge_rate": 0.001, "run": {"length": 600}})
     run = dw.simulate(slow)
     assert all(30 <= level <= 95 for level in first_energies(run))
-    assert [said.code for said in run.verdicts if said.is_lasting] == ["BATTERIES_FALL"]
+    assert [verdict.code for verdict in run.verdicts if verdict.is_lasting] == ["BATTERIES_FALL"]

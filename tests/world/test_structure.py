@@ -59,13 +59,13 @@ def fields_set(tree):
 def test_what_happens_to_a_robot_is_a_verb_of_the_robot():
     code = "robot.x = 1; a.body.y += 1; robot.z, other.u = 1, 2; robot.v: int = 3; robot.f(robot.x)"
     assert len(list(fields_set(ast.parse(code)))) == 5
-    found = [
+    places = [
         f"{path.name}:{line} {target}"
         for path in sorted((PACKAGE / "world").rglob("*.py"))
         if path.stem not in {"body", "robot"}
         for line, target in fields_set(tree_of(path))
     ]
-    assert len(found) <= MOST_FIELDS_SET, found
+    assert len(places) <= MOST_FIELDS_SET, places
 
 
 def test_a_folder_is_read_at_a_glance():

@@ -269,10 +269,10 @@ def test_a_place_that_is_not_there_is_named(tmp_path):
 
 def trips(run):
     """The tasks of each tour, by the time at which a robot is given it."""
-    found = {}
+    tours = {}
     for row in run.history.rows("assigned"):
-        found.setdefault((row.time, row.robot), []).append(row.task)
-    return list(found.values())
+        tours.setdefault((row.time, row.robot), []).append(row.task)
+    return list(tours.values())
 
 
 DOCK = {"from": "dock", "to": "pack"}

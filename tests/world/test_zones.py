@@ -27,14 +27,14 @@ LOOP = {
 
 def on(run, edge):
     """When robots were on an edge: pairs of when each came and left, in order."""
-    found, since = [], {}
+    stays, since = [], {}
     for time, kind, robot, _, _, where, *_ in run.record.rows:
         if kind == "enter" or kind in {"parked", "docked"}:
             if robot in since:
-                found.append((since.pop(robot), time))
+                stays.append((since.pop(robot), time))
             if where == edge:
                 since[robot] = time
-    return sorted(found)
+    return sorted(stays)
 
 
 def zone(*members, rule="one-robot"):
