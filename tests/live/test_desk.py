@@ -73,9 +73,9 @@ def test_numbers_are_those_that_what_if_prints_from_the_same_folder(tmp_path, pa
     results = Results.load(tmp_path)
     assert [row.value("T") / 60 for row in results.rows] == pytest.approx(answer["values"], rel=1e-12)
     for one in answer["measured"]:
-        found = results.estimate(results.rows, one["name"])
-        scale = words.scale_of(one["name"], results.base, [found])
-        assert told(one["name"], scale, (found.mean, *(found.interval or (None, None)))).text == one["text"]
+        estimate = results.estimate(results.rows, one["name"])
+        scale = words.scale_of(one["name"], results.base, [estimate])
+        assert told(one["name"], scale, (estimate.mean, *(estimate.interval or (None, None)))).text == one["text"]
 
 
 def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page):
@@ -90,9 +90,9 @@ def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page
 
 def test_going_back_simulates_nothing(page):
     page.until(page.design(robots=2)["id"])
-    found = page.design(robots=2)
-    assert found["runs"] == 35
-    assert next(page.answers(found["id"]))["done"] == "all"
+    design = page.design(robots=2)
+    assert design["runs"] == 35
+    assert next(page.answers(design["id"]))["done"] == "all"
 
 
 def test_what_one_client_tries_is_in_the_list_of_another(page):
@@ -120,10 +120,10 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
         # one interval: that of the look, in the sentence and beside it, and none before the first look
         first = answers[-1]["measured"][0]
         assert answers[-1]["sentence"] == f"Task time {first['text']} with 2 robots and 3 chargers."
-        found = looked_at(
+        look = looked_at(
             [60 * value for value in answers[-1]["values"]], read_target("T <= 480"), 0.95, within=(0, math.inf)
         )
-        assert (first["low"], first["high"]) == pytest.approx((found.low / 60, found.high / 60))
+        assert (first["low"], first["high"]) == pytest.approx((look.low / 60, look.high / 60))
         assert all("(" not in one["sentence"] for one in answers if one["verdict"] == "early")
         worse = page.until(page.design(robots=1)["id"])
         assert (worse["verdict"], worse["done"]) == ("not met", "verdict")
@@ -177,7 +177,7 @@ def test_a_worker_that_is_killed_changes_no_number(page):
 
 @pytest.mark.parametrize(("clients", "designs"), [(3, 2), pytest.param(20, 5, marks=pytest.mark.long)])
 def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, clients, designs):
-    sizes, found, firsts = [1 + i % designs for i in range(clients)], {}, {}
+    sizes, answers, firsts = [1 + i % designs for i in range(clients)], {}, {}
     fresh = {"policies.allocation": "nearest"}
 
     def listen(number):
@@ -187,7 +187,7 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         for answer in iter_until_done(mine, design):
             if answer["n"] and number not in firsts:
                 firsts[number] = monotonic() - begin
-            found[number] = answer
+            answers[number] = answer
         mine.http.close()
 
     threads = [threading.Thread(target=listen, args=(number,)) for number in range(clients)]
@@ -195,10 +195,10 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         thread.start()
     for thread in threads:
         thread.join(60)
-    assert {found[number]["n"] for number in range(clients)} == {35}
+    assert {answers[number]["n"] for number in range(clients)} == {35}
     for number in range(clients):
         run = dw.simulate(dw.load(TUTORIAL, {"fleet.size": sizes[number], **fresh}), run_seed(0, 0))
-        assert found[number]["values"][0] == pytest.approx(run.T / 60)
+        assert answers[number]["values"][0] == pytest.approx(run.T / 60)
 
 
 @pytest.mark.parametrize("moves", [4, pytest.param(50, marks=pytest.mark.long)])

@@ -33,16 +33,16 @@ def so_far(runs, rate):
 @pytest.mark.parametrize("rate", [260, pytest.param(300, marks=pytest.mark.long)])
 def test_an_overloaded_design_is_overloaded_after_its_first_run(runs, rate):
     """80 and 120 tasks an hour more than can be done pile up."""
-    said = so_far(runs, rate).in_words(TARGET)
-    assert (said.verdict, said.label) == ("overloaded", "Cannot keep up")
-    assert said.sentence.startswith("Only ")
+    words = so_far(runs, rate).in_words(TARGET)
+    assert (words.verdict, words.label) == ("overloaded", "Cannot keep up")
+    assert words.sentence.startswith("Only ")
 
 
 @pytest.mark.parametrize("runs", [1, 3, 9])
 def test_before_the_first_look_the_badge_counts(runs):
-    said = so_far(runs, 100).in_words(TARGET)
-    assert said.label == f"{runs} of 10 runs"
-    assert said.sentence.startswith("So far ") == (runs > 1)
+    words = so_far(runs, 100).in_words(TARGET)
+    assert words.label == f"{runs} of 10 runs"
+    assert words.sentence.startswith("So far ") == (runs > 1)
 
 
 def test_from_the_first_look_on_it_is_the_verdict():

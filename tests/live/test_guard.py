@@ -23,9 +23,9 @@ def page(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def nothing_is_run(page):
-    known, runs = set(page.live.desk.designs), len(page.live.desk.listeners)
+    designs, runs = set(page.live.desk.designs), len(page.live.desk.listeners)
     yield
-    assert set(page.live.desk.designs) == known
+    assert set(page.live.desk.designs) == designs
     assert len(page.live.desk.listeners) == runs
 
 

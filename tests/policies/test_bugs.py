@@ -55,10 +55,10 @@ def told(cls, **study):
     "cls", [cls for cls in BUGS if cls.__name__ not in UNREPRODUCIBLE], ids=lambda cls: cls.__name__
 )
 def test_a_bug_is_named_with_the_user_s_line(cls):
-    said = told(cls, timeout=0.3 if cls is planted.Endless else None)
-    assert re.search(rf"{re.escape(str(FILE))}, line (\d+)", said)[1] == str(line_of(cls)), said
-    assert cls.__name__ in said or cls is planted.Endless
-    assert len(said) < 500
+    message = told(cls, timeout=0.3 if cls is planted.Endless else None)
+    assert re.search(rf"{re.escape(str(FILE))}, line (\d+)", message)[1] == str(line_of(cls)), message
+    assert cls.__name__ in message or cls is planted.Endless
+    assert len(message) < 500
 
 
 @pytest.mark.slow

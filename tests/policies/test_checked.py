@@ -270,5 +270,5 @@ def test_a_study_finds_a_policy_file_beside_itself(tmp_path, monkeypatch):
     (tmp_path / "study.yaml").write_text(text)
     monkeypatch.chdir(model.parent)
     plan = read_study(tmp_path / "study.yaml")
-    found = models(plan, plan.points())
-    assert [found[i].policies.allocation.name for i in sorted(found)] == ["in-order", f"{tmp_path}/own.py:Mine"]
+    by_point = models(plan, plan.points())
+    assert [by_point[i].policies.allocation.name for i in sorted(by_point)] == ["in-order", f"{tmp_path}/own.py:Mine"]

@@ -20,7 +20,7 @@ BLOCK = re.compile(r"```(\w+)(?: file=(\S+))?\n(.*?)```", re.DOTALL)
 def test_the_page_can_be_followed(tmp_path, monkeypatch):
     shutil.copy(ROOT / "models" / "multibots.yaml", tmp_path)
     monkeypatch.chdir(tmp_path)
-    said, names, commands = "", {}, 0
+    output, names, commands = "", {}, 0
     for kind, file, text in BLOCK.findall((ROOT / "docs" / "how-to" / "own-policy.md").read_text(encoding="utf-8")):
         if file:
             Path(file).write_text(text)
@@ -28,9 +28,9 @@ def test_the_page_can_be_followed(tmp_path, monkeypatch):
             out = io.StringIO()
             with contextlib.redirect_stdout(out):
                 exec(text, names)  # noqa: S102 - it is our own page
-            said = out.getvalue()
+            output = out.getvalue()
         elif kind == "output":
-            assert said == text
+            assert output == text
         elif kind == "console":
             command = text.removeprefix("$ ").split()
             if command[0] == "desim":

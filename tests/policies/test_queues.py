@@ -39,14 +39,14 @@ def length(given, start, queue):
 def best(given, objective):
     """The least makespan or total over all ways to deal the tasks out and to order them."""
     robots, tasks = len(given.robots), len(given.tasks)
-    found = float("inf")
+    least = float("inf")
     for owners in product(range(robots), repeat=tasks):
         lengths = []
         for i in range(robots):
             mine = [j for j in range(tasks) if owners[j] == i]
             lengths.append(min(length(given, "abc"[i], order) for order in permutations(mine)))
-        found = min(found, objective(lengths))
-    return found
+        least = min(least, objective(lengths))
+    return least
 
 
 def planned(policy, given):

@@ -47,16 +47,16 @@ def test_every_way_is_as_long_and_takes_as_long_as_the_oracle_says(cost, hubs):
     """So estimates of allocation and batteries hold, whichever is taken."""
     made = square(5, random.Random(3))
     oracle = RouteOracle(made, cost, SPEED, NODE_TIME, hubs)
-    found = set()
+    ways = set()
     for origin in made:
         for goal in made:
             for tie in TIES:
                 way = oracle.way(origin, goal, tie)
-                found.add(tuple(way))
+                ways.add(tuple(way))
                 assert (way[0], way[-1]) == (origin, goal)
                 assert total(made, way, "length") == pytest.approx(oracle.length(origin, goal))
                 assert total(made, way, "time") == pytest.approx(oracle.time(origin, goal))
-    assert len(found) > len(made) ** 2
+    assert len(ways) > len(made) ** 2
 
 
 def test_a_way_as_short_that_takes_longer_is_not_taken():

@@ -91,9 +91,9 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
     assert expected == pytest.approx(planted, rel=0.02)
     run = dw.simulate(model, 1)
     header, _ = payload(run.history, 0.0, run.history.end)
-    said, told = words.sentences(run), [stop["said"] for stop in header["stops"]]
-    assert named(check(model).sentences) == named(said) == named(told) == set(planted)
-    lines = [line for line in (*check(model).sentences, *said) if "busiest" in line.replace("busiest hour", "")]
+    sentences, told = words.sentences(run), [stop["said"] for stop in header["stops"]]
+    assert named(check(model).sentences) == named(sentences) == named(told) == set(planted)
+    lines = [line for line in (*check(model).sentences, *sentences) if "busiest" in line.replace("busiest hour", "")]
     assert all(("othing is scarce" in line or "othing was scarce" in line) == (case == "nothing") for line in lines)
     assert all(("busiest hour" in line) == (case == "the peak alone") for line in lines)
 

@@ -88,8 +88,8 @@ def test_text_stays_text_whatever_the_terminal_is_called(study, monkeypatch):
     assert "\x1b" not in before
     code = "import desim_warehouse.answer.text as text; print(repr(text.printed_table('t', ('a', 'b'), [('1', '2')])))"
     notebook = f"import IPython.core.interactiveshell as shell; shell.InteractiveShell.instance().run_cell({code!r})"
-    said = subprocess.run([sys.executable, "-c", notebook], capture_output=True, text=True, check=True).stdout
-    assert said.strip() == repr("t\na  b\n1  2")
+    output = subprocess.run([sys.executable, "-c", notebook], capture_output=True, text=True, check=True).stdout
+    assert output.strip() == repr("t\na  b\n1  2")
 
 
 def test_each_policy_is_compared_with_the_baseline_at_its_own_fleet(study):

@@ -227,7 +227,7 @@ class Warehouse:
     def in_way(self, robot, reach):
         """List the robots within `reach` and within the collision angle of the robot's heading."""
         cosine = math.cos(math.radians(self.setting.collision_angle))
-        found = []
+        robots = []
         for other in self.robots:
             if other is robot or other.inside:
                 continue
@@ -235,8 +235,8 @@ class Warehouse:
             distance = math.hypot(dx, dy)
             along = dx * robot.heading[0] + dy * robot.heading[1]
             if distance <= reach + TINY and along > cosine * distance + TINY:
-                found.append(other)
-        return found
+                robots.append(other)
+        return robots
 
     def must_wait(self, robot):
         """Test all other robots: whether the robot has to stop, or stay where it is, in this step.

@@ -67,7 +67,7 @@ class Unmatched(NamedTuple):
 
 def unmatched(experiments):
     """Over experiments, given as a model and a setting each, and how many of them count: those with the same T."""
-    found, same = Counter(), 0
+    counts, same = Counter(), 0
     for model, setting in experiments:
         run, reference = dw.simulate(model.replace({"log": "all"})), Watched(setting)
         if abs(run.T - reference.run().T) > SAME:
@@ -77,6 +77,6 @@ def unmatched(experiments):
         for side, these, others in (("here", ours, theirs), ("stepped", theirs, ours)):
             for wait in these:
                 if not any(wait.is_near(other) for other in others):
-                    found[side, wait.is_short] += 1
+                    counts[side, wait.is_short] += 1
     sides = ((side, short) for side in ("here", "stepped") for short in (True, False))
-    return same, Unmatched(*(found[one] for one in sides))
+    return same, Unmatched(*(counts[one] for one in sides))

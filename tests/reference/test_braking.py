@@ -39,6 +39,6 @@ def test_a_few_robots_take_as_long(robots, group):
 @pytest.mark.long
 @pytest.mark.parametrize(("robots", "mean", "largest"), [(2, 0.005, 0.005), (8, 0.01, 0.05), (12, 0.03, 0.08)])
 def test_on_a_full_floor_they_take_a_little_longer(robots, mean, largest):
-    found = [difference(robots, group) for group in GROUPS]
-    assert -0.005 < statistics.mean(found) < mean
-    assert max(map(abs, found)) < largest
+    differences = [difference(robots, group) for group in GROUPS]
+    assert -0.005 < statistics.mean(differences) < mean
+    assert max(map(abs, differences)) < largest

@@ -148,10 +148,10 @@ def test_finer_steps_give_the_same_time_and_ever_more_stops():
     """6 robots, group 1: each of seven stops is one here and there. In finer steps one that waits for a robot that
     turns off goes on in jerks: how many stops that is depends on the step, so S has no value without one."""
     expected = Setting(6, GROUPS[1])
-    found = {finer: simulate(replace(expected, finer=finer)) for finer in (1, 2, 4, 8)}
-    assert [found[finer].S for finer in found] == [7, 19, 31, 55]
-    for outcome in found.values():
-        assert abs(outcome.T / found[1].T - 1) < 0.002
+    outcomes = {finer: simulate(replace(expected, finer=finer)) for finer in (1, 2, 4, 8)}
+    assert [outcomes[finer].S for finer in outcomes] == [7, 19, 31, 55]
+    for outcome in outcomes.values():
+        assert abs(outcome.T / outcomes[1].T - 1) < 0.002
     run = dw.simulate(MULTIBOTS.replace({"fleet.size": 6, "tasks.goods": list(GROUPS[1]), "log": "all"}))
     assert run.S == 7
     assert unmatched([(run.model, expected)])[1] == (0, 0, 0, 0)

@@ -81,8 +81,8 @@ class Case:
         values = [[] for _ in self.quantities]
         for seed in range(self.runs):
             run = dw.simulate(model, seed)
-            for quantity, found in zip(self.quantities, values, strict=True):
-                found.append(quantity.of(run))
+            for quantity, sample in zip(self.quantities, values, strict=True):
+                sample.append(quantity.of(run))
         return [Found(self, *one) for one in zip(self.quantities, values, strict=True)]
 
 
@@ -115,8 +115,8 @@ class Found:
         return farthest <= self.quantity.within * abs(self.quantity.theory)
 
     def __str__(self):
-        said = f"{self.mean:.6g} ± {self.half_width:.2g}, by theory {self.quantity.theory:.6g}"
-        return f"{self.case.title}, {self.quantity.name}: {said}"
+        interval = f"{self.mean:.6g} ± {self.half_width:.2g}, by theory {self.quantity.theory:.6g}"
+        return f"{self.case.title}, {self.quantity.name}: {interval}"
 
 
 def count(number, thing):

@@ -182,12 +182,12 @@ PETAL_SPEED = 1000.0
 
 def petal_times(mean):
     """The times round the petals."""
-    found = []
+    times = []
     for i in range(PETALS):
         low, high = (-math.log(1 - part) if part < 1 else math.inf for part in (i / PETALS, (i + 1) / PETALS))
         upper = (high + 1) * math.exp(-high) if math.isfinite(high) else 0.0
-        found.append(PETALS * ((low + 1) * math.exp(-low) - upper) * mean)
-    return found
+        times.append(PETALS * ((low + 1) * math.exp(-low) - upper) * mean)
+    return times
 
 
 def petals(mean):

@@ -42,10 +42,10 @@ EACH = [
 @pytest.mark.parametrize("case", EACH)
 def test_a_case_agrees_with_theory_and_stands_on_the_page(case):
     """The 99 % interval of runs with fixed seeds contains the value, and lies within 3 % of it."""
-    for found in case.simulate():
-        assert found.contains, f"the interval misses it: {found}"
-        assert found.near, f"the interval reaches too far: {found}"
-        assert make_validation.row(found) in make_validation.PAGE.read_text(encoding="utf-8")
+    for outcome in case.simulate():
+        assert outcome.contains, f"the interval misses it: {outcome}"
+        assert outcome.near, f"the interval reaches too far: {outcome}"
+        assert make_validation.row(outcome) in make_validation.PAGE.read_text(encoding="utf-8")
 
 
 def test_a_robot_that_breaks_down_is_available_for_its_share_of_the_time():

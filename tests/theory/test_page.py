@@ -38,9 +38,9 @@ def test_a_row_that_is_off_would_say_so():
 
 @pytest.mark.parametrize("robots", [pytest.param(n, marks=[] if n == 1 else [LONG]) for n in ROBOTS])
 def test_the_event_model_beside_the_stepped_reference(robots):
-    found = make_validation.beside(robots)
-    assert found.agrees
-    assert "| " + " | ".join(found.row) + " |" in TEXT
+    beside = make_validation.beside(robots)
+    assert beside.agrees
+    assert "| " + " | ".join(beside.row) + " |" in TEXT
 
 
 @LONG
@@ -61,14 +61,14 @@ def test_lines_an_hour_of_pods_are_those_of_rawsimo():
 def test_the_figures_show_every_row():
     """Drawn from made-up values: what stands where, not what came out."""
     every = [(case, one) for case in CASES for one in case.quantities]
-    found = [Found(case, one, [one.theory, 1.01 * one.theory][: case.runs]) for case, one in every]
+    outcomes = [Found(case, one, [one.theory, 1.01 * one.theory][: case.runs]) for case, one in every]
     besides = [make_validation.Beside(n, (0.99, 1.0, 1.01), 1, 1, 3, 3, Unmatched(0, 0, 0, 0)) for n in ROBOTS]
-    (axes,) = make_validation.intervals(found, besides).axes
+    (axes,) = make_validation.intervals(outcomes, besides).axes
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert len(names) == sum(case.runs > 1 for case, _ in every) + len(besides)
     assert names[-1] == f"{CASES[0].title}: {CASES[0].quantities[0].name}"
     assert names[0] == "stepped reference, robots: 12, T"
-    closed, rings = make_validation.curves(found).axes
+    closed, rings = make_validation.curves(outcomes).axes
     assert [line.get_label() for line in closed.lines] == ["closed line D/D/1, theory", "simulated"]
     assert list(closed.lines[0].get_xdata()) == [2, 4, 5, 8]
     assert list(closed.lines[0].get_ydata()) == [180, 360, 360, 360]
