@@ -42,7 +42,7 @@ CODES: dict[str, Code] = {
         "error", "a calendar does not open during the run, or not long enough for all that is asked for"
     ),
     "HOURS_NEVER_MEET": Code("error", "a station is open only when no robot is at work"),
-    "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
+    "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle"),
     "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),
     "NO_SPARE": Code("error", "fewer spare batteries than bays where batteries are swapped"),

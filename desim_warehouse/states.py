@@ -423,11 +423,6 @@ TOO_LOW = frozenset(name for name, state in STATES.items() if state.queue == CHA
 """In which it waits for a charger where there is none, too low to work."""
 
 
-def staff(zone: str) -> str:
-    """Return the word for the people or machines that serve robots in a station, in the singular."""
-    return "packer" if zone == PACKING else "loading point"
-
-
 def absent(model: Any) -> frozenset[str]:
     """Return the states and times of `TIMES` that robots of a model cannot be in, by name."""
     return frozenset(name for name, state in TIMES.items() if not state.applies(model))

@@ -6,8 +6,9 @@ For the answers of `desim run` and `desim why`, and for the replay.
 from __future__ import annotations
 
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.workers import staff
 from desim_warehouse.outcome.chains import ANYWHERE, CROSSING, LANE, RING, TWO_WAY, Root
-from desim_warehouse.states import APART, IN_LIFT, OPENING, PACKING, PICKER, SERVER, SHOWN, TOO_LOW, Phase, staff
+from desim_warehouse.states import APART, IN_LIFT, OPENING, PACKING, PICKER, SERVER, SHOWN, TOO_LOW, Phase
 
 _PLACES = {
     CROSSING: "at the crossing {}",
@@ -38,7 +39,7 @@ def root(origin: Root, model: Model) -> str:
     if state.queue == OPENING:
         return f"for {place} to open"
     is_packing = state.queue == SERVER and zones.get(origin.at) == PACKING
-    return f"for a {staff(PACKING)} at {origin.at}" if is_packing else f"for {state.queue.what} at {place}"
+    return f"for a {staff(model, PACKING)} at {origin.at}" if is_packing else f"for {state.queue.what} at {place}"
 
 
 def _apart(origin: Root, model: Model) -> str:

@@ -109,7 +109,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     never = {place for place, name in _used(model) if not model.hours(name).following(0.0)[0] < end}
     for place in sorted(never):
         name = dict(_used(model))[place]
-        when = "" if math.isinf(end) else f" before the run ends at {amount(end)} {model.units.time}"
+        when = "" if math.isinf(end) else f" in the run, which lasts {model.units.lasts(end)}"
         yield Finding(
             "NEVER_OPEN",
             place,

@@ -265,8 +265,9 @@ def gives_at_rest(model: Model, layout: Layout) -> float:
 
 def drawn_at_rest(model: Model, layout: Layout) -> str:
     """Return in words what a fleet without work draws."""
-    robots, drawn = number_of(off_chargers(model, layout), "robot"), amount(draw_at_rest(model, layout))
-    return f"at rest, {robots} without a charger draw {drawn} per {model.units.time}"
+    count, drawn = off_chargers(model, layout), amount(draw_at_rest(model, layout))
+    who = f"{number_of(count, 'robot')} without a charger {'draws' if count == 1 else 'draw'}"
+    return f"at rest, {who} {drawn} per {model.units.time}"
 
 
 def resting(model: Model, layout: Layout) -> str:

@@ -6,7 +6,7 @@ For `desim check`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from desim_warehouse.errors import number_of
@@ -126,17 +126,21 @@ def _spares(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _width(model: Model) -> Iterator[Finding]:
-    blocks = model.layout.blocks
-    if blocks is None:
-        return
-    width = 2 * max(robot.radius for robot in model.fleet.distinct())
-    aisles = {"aisle_width": blocks.aisle_width, "cross_aisle_width": blocks.cross_aisle_width or blocks.aisle_width}
+    layout, width = model.layout, 2 * max(robot.radius for robot in model.fleet.distinct())
+    widths: dict[str, str | float | None] = {}
+    if isinstance(layout.aisles, Mapping):
+        widths |= {f"layout.aisles.{name}.width": lines.width for name, lines in layout.aisles.items()}
+    else:
+        widths["layout.aisles"] = layout.aisles
+    if layout.blocks is not None:
+        widths |= {f"layout.blocks.{key}": getattr(layout.blocks, key) for key in ("aisle_width", "cross_aisle_width")}
+    aisles = {key: aisle for key, aisle in widths.items() if isinstance(aisle, int | float)}
     narrow = [(aisle, key) for key, aisle in aisles.items() if aisle < width * (1 - 1e-9)]
     if narrow:
         aisle, key = min(narrow)
         yield Finding(
             "ROBOT_WIDER_THAN_AISLE",
-            f"layout.blocks.{key if key == 'aisle_width' or blocks.cross_aisle_width else 'aisle_width'}",
+            key,
             f"an aisle is {aisle:g} {model.units.length} wide, a robot {width:g} (2 x its radius)",
             "give lengths in one unit (units.length), wider aisles or smaller robots",
         )

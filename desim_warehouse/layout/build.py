@@ -9,7 +9,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import LayoutError
+from desim_warehouse.errors import LayoutError, number_of
 from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.aisles import width_of
 from desim_warehouse.layout.layout import BayPlaces, Edge, Layout, StationPlaces, StoragePlace
@@ -144,7 +144,8 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
     """Yield the bays of a zone; total_chargers are dealt out to its nodes round-robin, in their order."""
     total = bay.total_chargers
     if total is not None and bay.places is not None and not bay.grows and total > bay.places * len(nodes):
-        most = f"{len(nodes)} nodes have {bay.places} places each, expected at most {bay.places * len(nodes)}"
+        at_each = f"{number_of(len(nodes), 'node')} with {number_of(bay.places, 'place')} each"
+        most = f"{at_each}, expected at most {bay.places * len(nodes)}"
         raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
     for rank, node in enumerate(nodes):
         chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))

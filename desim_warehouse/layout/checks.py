@@ -299,14 +299,15 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
                 "more slots let more of them work",
             )
             return
-        full = [node for node in use.ends if layout.stations[node].places <= layout.stations[node].servers]
+        stations = {node: layout.stations[node] for node in use.ends}
+        full = [node for node, item in stations.items() if item.places <= item.servers and item.places < use.robots]
         if full and places < 2 * use.robots:
-            zones = dict.fromkeys(layout.stations[node].zone for node in full)
+            zones = dict.fromkeys(stations[node].zone for node in full)
             yield Finding(
                 "STATION_PLACES",
                 f"layout.stations: {some(zones)}",
-                f"no more slots than servers at {number_of(len(full), 'node')}: while a robot is served there, no "
-                f"other sets off for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
+                f"no more slots than servers at {number_of(len(full), 'node')}: while all servers are at work there, "
+                f"no other robot sets off for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
                 "more slots (places) let more of them work",
             )
 

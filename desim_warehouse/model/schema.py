@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import LayoutError, ModelError, first_of, got, number_of
-from desim_warehouse.findings import Acceptable
+from desim_warehouse.findings import Acceptable, amount
 from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
     LayoutSpec,
@@ -113,6 +113,14 @@ class Units(Part):
     def hour(self) -> float:
         """Time units in an hour."""
         return 3600 / self.seconds
+
+    def lasts(self, time: float) -> str:
+        """Return a time in words: in hours, minutes or seconds; in a unit of unknown length, in that unit."""
+        if not self.has_seconds:
+            return f"{amount(time)} {self.time}"
+        in_seconds = time * self.seconds
+        unit = next((unit for unit in ("h", "min") if in_seconds >= SECONDS[unit]), "s")
+        return f"{amount(in_seconds / float(SECONDS[unit]))} {unit}"
 
 
 class Tasks(Part):

@@ -19,10 +19,13 @@ from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, i
 from desim_warehouse.outcome import measures
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.resources import use_of_stations
-from desim_warehouse.states import AT_START, BROKEN, OFF_DUTY, TIMES, Phase
+from desim_warehouse.states import AT_START, BROKEN, IN_LIFT, OFF_DUTY, TIMES, Phase
 
 _WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING, Phase.CHARGING)
-"""Phases that a task takes of a robot, without the drive back to parking, when the robot is free for another task."""
+"""Phases that a task takes of a robot, without the drive back to parking, when the robot is free for another task.
+
+Rides in lifts are work, too; those on the way back are not told apart.
+"""
 
 
 class RobotTime(NamedTuple):
@@ -50,7 +53,7 @@ def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
     whole = 1 - share(OFF_DUTY) - share(BROKEN)
     if whole <= measures.ROUNDING or not math.isfinite(kpis.get(f"share_{AT_START}", math.nan)):
         return RobotTime(*[math.nan] * 5)
-    back, work = share(phases(Phase.TO_BAY)), share(phases(*_WORK))
+    back, work = share(phases(Phase.TO_BAY)), share([*phases(*_WORK), IN_LIFT])
     traffic = kpis.get("share_waiting", 0.0)
     held = max(whole - share([AT_START]) - back - work, 0.0)
     tasks = work - share(phases(Phase.CHARGING)) + held

@@ -341,15 +341,18 @@ WAITS_OF_FLEET = "; estimates of batteries leave these waits out"
 
 def left_out(model: Model, layout: Layout) -> list[str]:
     """List the causes that keep robots or chargers from work at times, and what the estimate leaves out."""
-    with_people = WAITS_OF_FLEET if model.fleet.size <= MOST_ROBOTS else WAITS_LEFT_OUT
+    has_battery = model.battery is not None
+    with_people = WAITS_LEFT_OUT if model.fleet.size > MOST_ROBOTS else WAITS_OF_FLEET if has_battery else ""
     shared = [f"{text}{WAITS_LEFT_OUT}" for text in failing_lifts(model, layout)]
     shared += [f"{text}{with_people}" for text in ridden_lifts(model, layout)]
     lines = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model)), *shared]
     if model.fleet.breaks_down:
-        lines.append(f"robots draw energy while they are broken, and then begin anew what they did{UNKNOWN}")
+        draw = "draw energy while they are broken, and then" if has_battery else "that were broken"
+        lines.append(f"robots {draw} begin anew what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
-        lines.append(f"robots finish their tasks and charge after their hours, or those of stations, are over{UNKNOWN}")
-    if model.pickers is not None and model.battery is not None:
+        charge = " and charge" if has_battery else ""
+        lines.append(f"robots finish their tasks{charge} after their hours, or those of stations, are over{UNKNOWN}")
+    if model.pickers is not None and has_battery:
         lines.append(f"robots draw energy while they wait for pickers, which they do not foresee{UNKNOWN}")
     lines += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()

@@ -25,7 +25,7 @@ from desim_warehouse.model.facts.aisles import widened
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations, ends_in_stations
-from desim_warehouse.model.facts.workers import Kind, groups
+from desim_warehouse.model.facts.workers import Kind, groups, staff
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
@@ -47,7 +47,6 @@ from desim_warehouse.states import (
     Phase,
     Queue,
     names,
-    staff,
 )
 from desim_warehouse.study.fleet import Designs
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
@@ -234,7 +233,7 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
         if station.places <= station.servers:
             more[f"{key}.places"] = station.servers + 1
         another = "a second" if station.servers == 1 else "another"
-        relief = f"{another} {staff(zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
+        relief = f"{another} {staff(model, zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
         yield Suspect(_of_station(model, zone, "servers"), relief, more, share, 1 / station.servers)
     layout = model.floor
     used = ends_in_stations(model, layout) or [node for node in destinations(model, layout) if node in layout.stations]
@@ -266,7 +265,8 @@ def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
             more = {f"{key}.workers": station.workers + 1}
             if station.buffer is not None:
                 more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
-            relief = f"one worker more at each node of {zone}"
+            who, where = ("packer", "station") if zone == PACKING else ("worker", f"node of {zone}")
+            relief = f"one {who} more at each {where}"
             yield Suspect(_of_station(model, zone, "people"), relief, more, dose=1 / station.workers)
 
 

@@ -46,10 +46,16 @@ def test_orders_after_the_last_departure_are_counted(due_at, late):
 
 
 def test_the_first_departure_may_be_after_the_run_and_may_be_its_end():
-    assert "NEVER_LATE" in codes(["23:00"])
+    assert codes(["23:00"])["NEVER_LATE"].startswith("no departure is in the run, which begins at 06:00 and lasts 16 h")
     assert "NEVER_LATE" in codes(["17 h"])
     assert "NEVER_LATE" not in codes(["16 h"])
     assert "NEVER_LATE" not in codes(["22:00"])
+
+
+@pytest.mark.parametrize("due_at", [[], {"times": []}])
+def test_no_departures_at_all_are_refused(due_at):
+    with pytest.raises(dw.ModelError, match=r"should not be empty \(got \[\]\)"):
+        model(due_at)
 
 
 def test_the_latest_order_is_told_by_the_clock():

@@ -12,6 +12,8 @@ import desim_warehouse as dw
 from desim_warehouse import BatteryError, CheckError, ModelError
 from desim_warehouse.cli import desim
 from desim_warehouse.feasibility.batteries import cause
+from desim_warehouse.feasibility.mistakes import unused
+from desim_warehouse.feasibility.power import drawn_at_rest
 from desim_warehouse.findings import CODES, Acceptable
 from desim_warehouse.layout import build
 from desim_warehouse.questions.check import check
@@ -84,6 +86,18 @@ def test_chargers_that_give_less_than_a_fleet_draws_at_rest_are_short_for_work_t
     assert "need at least 5 chargers" in finding.cure
     assert "CHARGERS_SHORT" not in codes(few)
     assert "CHARGERS_SHORT" not in codes({**many, "layout.bays.chargers.at": ["A", "C", "F", "H", "I"]})
+
+
+def test_one_robot_without_a_charger_draws():
+    """Five robots beside four chargers."""
+    five = planner({**DEFAULTS, "fleet.size": 5})
+    assert drawn_at_rest(five, five.floor) == "at rest, 1 robot without a charger draws 0.005 per s"
+
+
+def test_what_a_kind_carries_without_load_types_is_told_at_its_own_key():
+    kinds = planner({"fleet.kinds": {"truck": {"count": 1, "carries": ["pallet"]}}})
+    told = [note.place for note in unused.notes(kinds, kinds.floor) if "load_type" in note.text]
+    assert told == ["fleet.kinds.truck.carries"]
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,7 @@ def test_nothing_is_worked_out_for_hours_that_never_come(place):
     changes = {"tasks.goods": {"poisson": 60}, "calendars.late": {"between": [[90_000, 91_000]]}}
     report = check(dw.load(LIFELONG, {**changes, place: "late"}))
     assert (report.findings[0].code, report.calculation, report.lines) == ("NEVER_OPEN", None, [])
+    assert report.findings[0].text == "calendar 'late' does not open in the run, which lasts 22.22 h"
 
 
 def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_same_rates():

@@ -69,6 +69,14 @@ def test_check_says_where_robots_load_in_the_lane_all_the_same():
     }
 
 
+@pytest.mark.parametrize("aisles", [0.7, {"main": {"along": [["A", "B"]], "width": 0.7}}])
+def test_no_robot_fits_into_an_aisle_narrower_than_itself(aisles):
+    """A robot is a metre wide."""
+    (error,) = dw.check(ring(aisles)).errors
+    assert (error.code, error.text) == ("ROBOT_WIDER_THAN_AISLE", "an aisle is 0.7 m wide, a robot 1 (2 x its radius)")
+    assert error.place == ("layout.aisles.main.width" if isinstance(aisles, dict) else "layout.aisles")
+
+
 @pytest.mark.parametrize(
     ("along", "says"),
     [

@@ -166,11 +166,11 @@ OTHERS = [
         ),
     ),
     (
-        {"layout__stations": {"pack": {"at": ["C"], "places": 2, "servers": 2}}},
+        {"layout__stations": {"pack": {"at": ["C", "D"], "places": 1}}, "tasks__unload_at": ["pack"]},
         (
-            "note: layout.stations: pack: no more slots than servers at 1 node: while a robot is served there, no "
-            "other sets off for it, and robots wait in bays (slots for 2, 2 robots); more slots (places) let more of "
-            "them work [STATION_PLACES]"
+            "note: layout.stations: pack: no more slots than servers at 2 nodes: while all servers are at work there, "
+            "no other robot sets off for it, and robots wait in bays (slots for 2, 2 robots); more slots (places) let "
+            "more of them work [STATION_PLACES]"
         ),
     ),
     (
@@ -205,6 +205,11 @@ OTHERS = [
         ),
     ),
 ]
+
+
+def test_robots_that_all_find_a_slot_need_no_more():
+    """Two slots at the only station, one for each robot, whether or not as many are served at a time."""
+    assert findings(layout__stations={"pack": {"at": ["C"], "places": 2, "servers": 2}}) == []
 
 
 @pytest.mark.parametrize(("changes", "text"), OTHERS)

@@ -21,7 +21,9 @@ def test_a_total_goes_round_the_nodes(total, each):
 
 
 def test_more_than_there_are_places_is_refused():
-    with pytest.raises(LayoutError, match=r"layout.bays.charging.total_chargers: too many \(got 7\); 3 nodes have 2"):
+    with pytest.raises(
+        LayoutError, match=r"layout.bays.charging.total_chargers: too many \(got 7\); 3 nodes with 2 places each"
+    ):
         chargers(7)
 
 

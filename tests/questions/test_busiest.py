@@ -18,6 +18,7 @@ from desim_warehouse.questions.run import words
 from desim_warehouse.questions.why import why
 from desim_warehouse.replay.payload import payload
 from desim_warehouse.run.quick import estimate
+from desim_warehouse.study.suspects import suspects
 from tests.daily import some
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
@@ -118,6 +119,16 @@ def test_why_names_who_the_run_it_looked_at_names():
     assert named(held.answer.answer) == named(words.sentences(run)) == {"packers"}
 
 
+def test_those_who_pack_are_called_packers_in_all_of_why():
+    """With `work_time` the people at the bench pack; who takes loads off robots is a loading point."""
+    run = dw.simulate(hall("people who pack").replace({"run.length": 3600, "run.warm_up": 0}), 1)
+    reliefs = {suspect.name: suspect.relief for suspect in suspects(run)}
+    assert reliefs["packers"] == "one packer more at each station"
+    assert reliefs["places of packing"] == "another loading point at each station"
+    by_robots = dw.simulate(hall("packers").replace({"run.length": 3600, "run.warm_up": 0}), 1)
+    assert {s.name: s.relief for s in suspects(by_robots)}["packers"] == "a second packer at each station"
+
+
 def test_pickers_of_pods_are_busiest_where_lines_take_them_long():
     """Each of two pickers has 110 lines an hour of 30 s: 92 % of the time."""
     model = dw.load(gallery()["goods-to-person"])
@@ -158,6 +169,33 @@ def test_the_drive_back_to_parking_is_no_work():
     assert time.back == pytest.approx(36 * 10 / run.T)
     assert math.isclose(time.held, 0, abs_tol=1e-9)
     assert ", at work 54.5 % of the time, plus 10.1 % driving back to parking. " in " ".join(words.sentences(run))
+
+
+def test_a_robot_that_rides_in_a_lift_is_at_work():
+    """A robot always on its way: of 108 s a load, 24 up and 24 down go into doors and rides, and it is at work in all.
+
+    Each drive is 20 m, a metre of it into the cabin. Orders that are always open leave it no other time.
+    """
+    nodes = {"home": [0, 0], "hall": [10, 0], "lift0": [20, 0], "lift1": [20, 30], "ward": [10, 30], "far": [0, 30]}
+    lanes = [["home", "hall"], ["hall", "lift0"], ["lift1", "ward"], ["ward", "far"]]
+    layout = {
+        "nodes": nodes,
+        "edges": [{"from": a, "to": b, "two_way": True} for a, b in lanes],
+        "lifts": {"main": {"nodes": ["lift0", "lift1"], "ride": 12, "doors": 4}},
+        "bays": {"parking": {"at": ["home"]}},
+        "stations": {"kitchen": {"at": ["hall"]}, "wards": {"at": ["ward"]}},
+    }
+    tasks = {
+        "flows": {"meals": {"from": "kitchen", "to": "wards", "arrivals": {"saturated": 2}}},
+        "load_time": 10,
+        "unload_time": 10,
+    }
+    fleet = {"size": 1, "robot": {"radius": 0.4, "margin": 0.2, "speed": 1}}
+    hospital = dw.load({"layout": layout, "fleet": fleet, "tasks": tasks, "run": {"length": 10_800, "warm_up": 1080}})
+    run = dw.simulate(hospital)
+    assert run.kpis["share_in_lift"] == pytest.approx(48 / 108, rel=0.01)
+    assert of_robots(run.kpis, run.model).work == pytest.approx(1)
+    assert "Nothing was scarce" not in " ".join(words.sentences(run))
 
 
 def test_loads_that_differ_by_five_points_are_both_the_largest():

@@ -231,10 +231,20 @@ def test_a_robot_breaks_down_at_the_same_times_in_a_larger_fleet():
 
 
 def test_check_says_what_estimates_leave_out():
+    """Neither robots without batteries draw energy, nor chargers that nobody needs fail."""
     kinds = {"old": {"count": 1, "breakdowns": {"every": 3600, "repair": 400}}}
-    facts = check(ring(**{"fleet.size": 2, "fleet.kinds": kinds})).facts
-    sentence = "robots of kind old fail every 3,600 s and take 400 s to repair: 90 % of their time is left"
-    assert [fact for fact in facts if "repair" in fact] == [sentence]
+    bays = {"home": {"at": ["A"], "outages": {"every": 3600, "repair": 60}}}
+    report = check(ring(**{"fleet.size": 2, "fleet.kinds": kinds, "layout.bays": bays}))
+    sentence = "robots of kind old fail every 1 h and take 6.667 min to repair: 90 % of their time is left"
+    assert [fact for fact in report.facts if "repair" in fact] == [sentence]
+    assert "robots that were broken begin anew what they did; estimates leave this out" in report.facts
+
+
+def test_a_robot_that_hardly_ever_breaks_down_has_no_10_of_10_hours_left():
+    """A minute in 10,000 is 0.01 % of the time."""
+    breaks = {"every": "9999 min", "repair": "1 min", "clear": "1 min"}
+    (line,) = [line for line in check(ring(breaks, **{"run.length": "10 h"})).sentences if "for work" in line]
+    assert line == "Breakdowns leave a robot over 99.9 % of its time for work."
 
 
 def test_the_report_says_how_often_robots_broke_down():

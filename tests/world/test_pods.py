@@ -153,6 +153,7 @@ def test_a_run_says_how_many_lines_a_visit_served():
     run = with_pods_at([0], [(0, 2)])
     sentence = "A pod served 2 lines a visit; pickers had nothing to pick 86.2 % of the time."  # 20 of 145 s
     assert sentences(run)[-1] == sentence
+    assert sentences(with_pods_at([0], [(0, 1)]))[-1].startswith("A pod served 1 line a visit; ")
     nothing = dw.simulate(dw.load(RING, {"run.length": 20}))  # no pod was put down
     assert "A pod served" not in " ".join(sentences(nothing))
 
@@ -221,9 +222,9 @@ THREE_OF = {key.replace("__", "."): value for key, value in THREE.items()}
     [
         ({"pods.count": 4}, "4 pods for 3 storage places, expected at most 3"),
         ({"pods.per_pod": 2}, "2 items on a pod of 1 in all, expected at most those"),
-        ({"pods.items": 2}, "2 items, 1 pods hold 1, expected at most as many"),
+        ({"pods.items": 2}, "2 items, 1 pod holds 1, expected at most as many"),
         ({"pods.popularity": "layout"}, "should be 'uniform'"),
-        ({"pods.popularity": {"weights": [1, 2]}}, "2 weights for 1 items, expected one for each"),
+        ({"pods.popularity": {"weights": [1, 2]}}, "2 weights for 1 item, expected one for each"),
         ({"tasks.flows.picks.to": "B"}, "pods are brought to stations beside nodes, and 'B' is in the lane"),
         ({"tasks.flows.picks.from": "D"}, "with pods a flow goes from storage to stations or from stations to storage"),
         ({"tasks.flows.picks.via": ["D"]}, "pods go from storage to a station and back"),

@@ -21,7 +21,7 @@ from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.facts.demand import arrival_rate, demand, order_files
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
 from desim_warehouse.model.facts.places import destinations
-from desim_warehouse.model.schema import Units, reading
+from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
     FlowSpec,
     OrdersArrivals,
@@ -183,7 +183,7 @@ def _breaks(model: Model) -> Iterator[Finding]:
         late = sum(hours.open_time(b) - hours.open_time(a) for a, b in lost)
         if late > 0:
             longest = max(b - a for a, b in gaps)
-            first, whole, allowed = (_lasts(time, units) for time in (longest - within, longest, within))
+            first, whole, allowed = (units.lasts(time) for time in (longest - within, longest, within))
             share = late / hours.open_time(end)
             yield Finding(
                 "BREAK_BEYOND_DUE",
@@ -223,7 +223,10 @@ def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
     last = timetable.last(run.end)
     if last is None:
         text = f"the first due time is {amount(timetable.times[0])} {unit}, and the run ends at {amount(run.end)}"
-        cure = "a longer run" if by_clock else f"times in {unit} from the start of the run"
+        cure = f"times in {unit} from the start of the run"
+        if by_clock:
+            text = f"no departure is in the run, which begins at {run.start} and lasts {model.units.lasts(run.end)}"
+            cure = "other times, or a longer run"
         yield Finding("NEVER_LATE", place, text, cure)
     elif not by_clock and flow.never_ends and last < run.end / 2:
         text = f"tasks come until {amount(run.end)} {unit}, and those after {amount(last)} are never due"
@@ -359,16 +362,8 @@ def _how_long(model: Model, calendar: str) -> str:
     if math.isinf(end):
         return "at times"
     longest, whole = max(until - since for since, until in hours.between(0.0, end)), hours.open_time(end)
-    once = _lasts(whole, model.units)
-    return once if longest >= whole else f"{once} of the run and up to {_lasts(longest, model.units)} at a time"
-
-
-def _lasts(time: float, units: Units) -> str:
-    """Return a time of a day in words: in hours or minutes, or in the model's unit if its length is unknown."""
-    if not units.has_seconds:
-        return f"{amount(time)} {units.time}"
-    hours = time / units.hour
-    return f"{amount(hours)} h" if hours >= 1 else f"{amount(60 * hours)} min"
+    once = model.units.lasts(whole)
+    return once if longest >= whole else f"{once} of the run and up to {model.units.lasts(longest)} at a time"
 
 
 # Too much for the floor or fleet

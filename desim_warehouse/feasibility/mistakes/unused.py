@@ -228,9 +228,11 @@ def _of_work(model: Model) -> Iterator[tuple[str, str]]:
         yield "tasks.popularity", "no storage place is drawn by it"
     if model.traffic.most_out is not None and model.traffic.most_out >= fleet.size:
         yield "traffic.most_out", f"there are no more than {fleet.size} robots"
-    typed = any(flow.load_type for flow in tasks.flows.values())
-    if any(robot.carries for robot in fleet.distinct()) and not typed:
-        yield "fleet.robot.carries", "no flow has a load_type"
+    if not any(flow.load_type for flow in tasks.flows.values()):
+        of_kinds = {f"fleet.kinds.{name}.carries": kind.carries for name, kind in fleet.kinds.items()}
+        for place, carries in {"fleet.robot.carries": fleet.robot.carries, **of_kinds}.items():
+            if carries:
+                yield place, "no flow has a load_type"
 
 
 def _draws_places(model: Model) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
@@ -39,15 +40,16 @@ def left_out(model: Model) -> list[str]:
 
 def _failures(model: Model) -> Iterator[str]:
     """Describe which robots and chargers fail, and what is left of their time."""
-    unit = model.units.time
+    lasts = model.units.lasts
     failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
     failing |= {_robots(kind): robot.breakdowns for kind, robot in _kinds(model)}
-    failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
+    if model.battery is not None:
+        failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
     for name, spec in failing.items():
         if spec is not None:
             yield (
-                f"{name} fail every {amount(mean_of(spec.every))} {unit} and take {amount(mean_of(spec.repair))} "
-                f"{unit} to repair: {amount(100 * availability(spec))} % of their time is left"
+                f"{name} fail every {lasts(mean_of(spec.every))} and take {lasts(mean_of(spec.repair))} to repair: "
+                f"{amount(100 * availability(spec))} % of their time is left"
             )
 
 
@@ -58,10 +60,11 @@ def failing_lifts(model: Model, layout: Layout) -> Iterator[str]:
         if lift.outages is not None:
             failing.setdefault(lift.outages, []).append(lift.name)
     for spec, names in failing.items():
-        unit, left, several = model.units.time, amount(100 * availability(spec)), len(names) > 1
+        every, repair = (model.units.lasts(mean_of(time)) for time in (spec.every, spec.repair))
+        left, several = amount(100 * availability(spec)), len(names) > 1
         yield (
-            f"{called(names)} fail{'' if several else 's'} every {amount(mean_of(spec.every))} {unit} and "
-            f"take{'' if several else 's'} {amount(mean_of(spec.repair))} {unit} to repair: {left} % of "
+            f"{called(names)} fail{'' if several else 's'} every {every} and "
+            f"take{'' if several else 's'} {repair} to repair: {left} % of "
             f"{'the time of each' if several else 'its time'} is left, and robots wait for the repairs"
         )
 
@@ -109,7 +112,7 @@ def _people(model: Model, layout: Layout) -> Iterator[str]:
             share = occupied_share * model.hours(people.hours).share(0.0, model.run.end)
             yield f"people ({name}): an aisle has somebody in it for {100 * share:.3g} % of the time on average"
         else:
-            yield f"people ({name}): visits at {len(people.times)} times"
+            yield f"people ({name}): {number_of(len(people.times), 'visit')}"
 
 
 def closures(model: Model) -> Iterator[str]:

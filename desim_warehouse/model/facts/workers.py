@@ -130,6 +130,15 @@ def groups(model: Model) -> tuple[Group, ...]:
     return tuple(workers)
 
 
+def staff(model: Model, zone: str) -> str:
+    """Return the word for the people or machines that serve robots in a station, in the singular.
+
+    Where loads are worked on (`work_time`), packers are the people who do so.
+    """
+    packs = zone == PACKING and model.layout.stations[zone].work_time is None
+    return "packer" if packs else "loading point"
+
+
 @lru_cache(maxsize=256)
 def peak_factor(model: Model, group: Group, since: float = 0.0) -> float | None:
     """Return the work for a group in its busiest hour, from a time of the run on, as a multiple of the mean work.

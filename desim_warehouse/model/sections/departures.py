@@ -50,7 +50,7 @@ DueTime = Annotated[
     Annotated[Time, form("time")] | Annotated[ClockTime, form("clock")],
     Forms("a time by the clock such as '10:00', or from the start of the run such as 4 h", pick=_pick),
 ]
-DueTimes = Annotated[tuple[DueTime, ...], AfterValidator(_in_order)]
+DueTimes = Annotated[tuple[DueTime, ...], Field(min_length=1), AfterValidator(_in_order)]
 
 
 class DepartureList(Part):
@@ -58,7 +58,6 @@ class DepartureList(Part):
 
     times: Annotated[
         DueTimes,
-        Field(min_length=1),
         DUE_AT,
         Forms("a list of times by the clock (['10:00', '18:00']) or from the start of the run ([4 h, 12 h])"),
     ] = Field(title="times due", description="by the clock, every day (`10:00`), or from the start of the run (`4 h`)")

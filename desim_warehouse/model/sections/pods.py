@@ -154,14 +154,14 @@ class PodsSpec(Part):
         if self.per_pod > self.items:
             raise wrong(f"{got(self.per_pod)} items on a pod of {self.items} in all, expected at most those", "per_pod")
         if self.items > self.count * self.per_pod:
-            text = f"{got(self.items)} items, {self.count} pods hold {self.count * self.per_pod}"
+            pods = f"{number_of(self.count, 'pod')} hold{'s' * (self.count == 1)}"
+            text = f"{got(self.items)} items, {pods} {self.count * self.per_pod}"
             raise wrong(f"{text}, expected at most as many", "items")
         at_most("stock", self.count * self.per_pod, "per_pod")
         weights = () if isinstance(self.popularity, str) else self.popularity.weights
         if weights and len(weights) != self.items:
-            raise wrong(
-                f"{len(weights)} weights for {self.items} items, expected one for each", "popularity", "weights"
-            )
+            text = f"{number_of(len(weights), 'weight')} for {number_of(self.items, 'item')}, expected one for each"
+            raise wrong(text, "popularity", "weights")
         return self
 
     @property

@@ -76,7 +76,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
         _stations(estimate, hour),
         *_lifts(estimate, hour),
         *([] if estimate.power is None else _energy(estimate.power, time)),
-        f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}"
+        f"knee: about {number_of(robots, 'robot')}; twice as many do hardly more, limited by {limit}"
         + (", unless they walk less" if limit == PICKERS and estimate.pickers_walk_less else ""),
     ]
 
@@ -109,8 +109,8 @@ def _task(estimate: QuickEstimate, time: str) -> str:
 def _pods(pile_on: PileOn, units: Units) -> str:
     """Return the line on the lines that a visit of a pod serves, and on the work that pickers can do."""
     least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
-    lines = least if least == most else f"{least} to {most}"
-    text = f"pods: {lines} lines a visit with {pile_on.policy}, measured"
+    lines = f"{least} line{'s' * (least != '1')}" if least == most else f"{least} to {most} lines"
+    text = f"pods: {lines} a visit with {pile_on.policy}, measured"
     if not pile_on.pick:
         return text
     an_hour = pile_on.servers * units.hour

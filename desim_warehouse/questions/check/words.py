@@ -21,6 +21,8 @@ from desim_warehouse.run.quick import Choice, Nearer, left_out
 
 _FEW, _MANY = 10.0, 1000.0
 """Rates below the first have one decimal, and rates from the second on are rounded to tens."""
+_WHOLE = 0.999
+"""Share of the time from which on it is told in per cent, as in hours it would look like all of it."""
 _ALMOST = 1e-9
 """Relative difference by which a rate may be below a whole number and count as this number."""
 
@@ -108,9 +110,9 @@ def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     if estimate.most_out is not None and estimate.most_out < estimate.robots:
         yield f"At most {estimate.most_out} of them are under way at a time (traffic.most_out)."
     if estimate.on_duty < 1:
-        end, scale = model.run.end, numbers.times(model.units.time, (estimate.on_duty * model.run.end,))
-        part = numbers.PERCENT.value(estimate.on_duty) + " of its time"
-        if math.isfinite(end):
+        end, part = model.run.end, f"{numbers.PERCENT.value(estimate.on_duty)} of its time"
+        if math.isfinite(end) and 0 < estimate.on_duty < _WHOLE:
+            scale = numbers.times(model.units.time, (estimate.on_duty * end,))
             part = f"{numbers.measured(scale.by * estimate.on_duty * end)} of {scale.value(end)}"
         causes = ["hours"] * (estimate.on_duty < estimate.unbroken) + ["breakdowns"] * (estimate.unbroken < 1)
         yield f"{capital(spoken(causes))} leave a robot {part} for work."

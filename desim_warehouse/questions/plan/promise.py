@@ -27,7 +27,7 @@ def promise(planned: Planned) -> str:
     if plan.ended or planned.answered is None:
         return f"Each answer above holds with {sure}."
     most = [sized.most.up_to for sized in planned.demands if sized.most is not None]
-    up_to = f", up to {min(most)} robots" if most else ""
+    up_to = f", up to {number_of(min(most), 'robot')}" if most else ""
     is_ordered = all(sized.ordered for sized in planned.demands)
     alike = f" Assumption: a larger {planned.noun} never does worse{up_to}." if is_ordered else ""
     alike = f"{_covers(planned)}{alike}"

@@ -209,8 +209,8 @@ def _pods(run: RunData) -> list[str]:
     pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
     if not math.isfinite(pile) or not math.isfinite(idle):
         return []
-    none = numbers.PERCENT.value(idle)
-    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had nothing to pick {none} of the time."]
+    none, lines = numbers.PERCENT.value(idle), f"{numbers.measured(pile)} {numbers.plural('line', pile)}"
+    return [f"A pod served {lines} a visit; pickers had nothing to pick {none} of the time."]
 
 
 def _breakdowns(run: RunData) -> list[str]:

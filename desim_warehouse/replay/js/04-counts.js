@@ -16,8 +16,8 @@ class Steps {
 
 // The servers of a station or the chargers of a bay.
 class Resource {
-  constructor([kind, name, node, number], busy, queue, from) {
-    Object.assign(this, { kind, name, node, number, busy, queue, from });
+  constructor([kind, name, node, number, one], busy, queue, from) {
+    Object.assign(this, { kind, name, node, number, one, busy, queue, from }); // one: the word for one of them
     this.area = new Float64Array(busy.times.length); // of busy servers x ticks, at each step
     for (let i = 1; i < this.area.length; i++)
       this.area[i] = this.area[i - 1] + busy.values[i - 1] * (busy.times[i] - busy.times[i - 1]);

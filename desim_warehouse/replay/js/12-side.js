@@ -150,9 +150,6 @@ class Side {
   }
 }
 
-// Who serves robots in a station or bay, in the singular.
-const staff = (kind, zone) => kind !== "station" ? "charger" : zone === "packing" ? "packer" : "loading point";
-
 // A number in two digits, as a clock shows it.
 const two = (n) => String(Math.floor(n)).padStart(2, "0");
 

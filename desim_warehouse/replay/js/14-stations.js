@@ -20,8 +20,8 @@ class Stations {
   }
 
   row(body, one, number) {
-    const row = body.insertRow(), what = staff(one.kind, one.name);
-    const where = `${this.side.name(one.node)}, ${one.number} ${what}${one.number > 1 ? "s" : ""}`;
+    const row = body.insertRow();
+    const where = `${this.side.name(one.node)}, ${one.number} ${one.one}${one.number > 1 ? "s" : ""}`;
     const name = element("button", { id: `place-${this.side.letter}-${number}`, type: "button", class: "link", title: "Show it on the floor" }, element("bdi", {}, ...parted(one.name)));
     name.addEventListener("click", () => this.go(this.side, number));
     row.append(element("th", { scope: "row" }, name, " ", element("small", {}, ...parted(where))));

@@ -95,8 +95,8 @@ class Hover {
     for (const zone of floor.zones.filter((one) => one.node === node)) {
       lines.push([`${zone.kind} `, { name: zone.name }, `, ${zone.places.length} slot${zone.places.length > 1 ? "s" : ""}`]);
       if (zone.resource < 0) continue;
-      const one = resources[zone.resource], what = staff(zone.kind, zone.name);
-      lines.push([`${one.number} ${what}${one.number > 1 ? "s" : ""}, in use ${percent(one.utilisation(time))} of the time`]);
+      const one = resources[zone.resource];
+      lines.push([`${one.number} ${one.one}${one.number > 1 ? "s" : ""}, in use ${percent(one.utilisation(time))} of the time`]);
       lines.push([`${one.queue.at(time)} in the queue`]);
     }
     if (header.unload_at.includes(node)) lines.push([`${story.deliveredAt(node, time)} delivered here`]);
