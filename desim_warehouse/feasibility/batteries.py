@@ -24,7 +24,6 @@ from desim_warehouse.model.facts.charging import (
     charging_rate,
     cycle_levels,
     levels,
-    refills_overnight,
     start_energy,
 )
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, listed, orders_of
@@ -229,9 +228,11 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
 def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
     """Find endless work whose evaluation period begins before battery levels are in steady state (settled)."""
     start_shares, units = start_energy(model), model.units
-    if model.fleet.start_energy == "settled" or refills_overnight(model):
+    if model.fleet.start_energy == "settled" or balance is None:
         return
-    if balance is None or not balance.chargers or not model.tasks.never_end or not 0 < balance.lasts < math.inf:
+    if balance.night is not None and not balance.short:  # each day begins as the first
+        return
+    if not balance.chargers or not model.tasks.never_end or not 0 < balance.lasts < math.inf:
         return
     if model.run.warm_up >= balance.lasts:
         return
@@ -333,20 +334,20 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
         return
     units = model.units
     time = units.time
-    part = charging.shares(model)
-    capacity = model.fleet.size * math.fsum(
-        part[kind] * _battery(alone).capacity for kind, alone in charging.by_kind(model).items()
-    )
+    capacity = model.fleet.size * charging.capacity(model)
     falls = (balance.draws - balance.gives) * units.hour / capacity
     if not balance.short and falls * (model.run.length or 0.0) / units.hour <= sum(start_energy(model)) / 2:
         return
+    text = f"the batteries fall by {amount(100 * falls)} % an hour, however well a short run looks"
+    if balance.night is not None:
+        lost = (balance.draws - balance.gives - balance.slack) * model.run.end / capacity
+        text = f"the batteries lose {amount(100 * lost)} % a day, nights included, however well a single day looks"
     yield Finding(
         "CHARGERS_SHORT",
         "layout.bays",
         (
             f"{_give(balance.chargers, balance.gives, time)}, but the fleet draws {amount(balance.draws)}, up to "
-            f"{amount(balance.most)}: the batteries fall by "
-            f"{amount(100 * falls)} % an hour, however well a short run looks"
+            f"{amount(balance.most)}: {text}"
         ),
         f"need at least {number_of(balance.needed or 0, 'charger')}, or a higher charge_rate",
     )

@@ -182,7 +182,9 @@ class QuickEstimate:
         power = self.power
         if power is None or not power.chargers or power.draws is None:
             return math.inf
-        spare = power.gives + power.slack * robots / self.robots - power.standing * max(robots - power.chargers, 0)
+        gains = power.gives - power.standing * max(robots - power.chargers, 0)
+        slack = power.most_slack * robots / self.robots
+        spare = gains + (slack if power.night is None else min(slack, gains * power.night))
         more = power.task - power.standing * self.cycle.time
         by_energy = max(spare, 0.0) / more if more > 0 else math.inf
         if power.by_chargers < 1 or not power.task:  # nights store more, or a task draws nothing

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import networkx as nx
@@ -22,7 +22,8 @@ from desim_warehouse.model.facts.charging import (
     charge_alike,
     chargers_at,
     charging_rate,
-    needed_overnight,
+    draw_standing,
+    night_after_run,
     shares,
     slots_at,
     stored_overnight,
@@ -62,8 +63,11 @@ class Power:
         needed: number of chargers with which the long run is in balance, nights included, none of them shared by kinds
             that share no charger; None if the work ends.
         standing: rate at which a robot draws energy while it stands and waits.
-        slack: rate by which the fleet may draw more than chargers give: what nights store in its batteries or, without
-            such nights, what does not yet count as falling.
+        slack: rate by which the fleet may draw more than chargers give: what nights store in its batteries, below 0 if
+            they empty them or, without such nights, what does not yet count as falling.
+        most_slack: that rate with as many chargers as could be of use, so that batteries are the limit.
+        night: the time from the end of a run to the beginning of the next, as a multiple of the length of a run; None
+            if a run is no day that repeats.
         by_chargers: share of the energy drawn that chargers give during the run; less than 1 if nights store some.
         at_once: number of robots that must charge at once, with fractions; 0 if the work ends.
         kinds: the balance of each kind ("": robots without a kind), with its robots and the chargers that these can
@@ -84,6 +88,8 @@ class Power:
     needed: int | None
     standing: float = 0.0
     slack: float = 0.0
+    most_slack: float = 0.0
+    night: float | None = None
     by_chargers: float = 1.0
     at_once: float = 0.0
     kinds: Mapping[str, Power] = field(default_factory=dict)
@@ -114,9 +120,9 @@ def power(
         return None
     if charge_alike(model):
         return _alike(model, layout, cycle, rate, at_work)
-    part = shares(model)
+    part, own = shares(model), _shared_out(model, layout)
     balances = {
-        kind: _alike(alone, alone.floor, cycles.get(kind, cycle), rate, at_work, part[kind])
+        kind: _alike(alone, alone.floor, cycles.get(kind, cycle), rate, at_work, part[kind], own[kind])
         for kind, alone in by_kind(model).items()
     }
     at_once = math.fsum(balance.at_once for balance in balances.values())
@@ -139,6 +145,8 @@ def power(
         needed=sum(group.needed for group in groups) if groups else None,
         standing=math.fsum(part[kind] * balance.standing for kind, balance in balances.items()),
         slack=math.fsum(balance.slack for balance in balances.values()),
+        most_slack=math.fsum(balance.most_slack for balance in balances.values()),
+        night=next(balance.night for balance in balances.values()),
         by_chargers=math.fsum(part[kind] * balance.by_chargers for kind, balance in balances.items()),
         at_once=at_once,
         kinds=balances,
@@ -162,8 +170,31 @@ def _groups(model: Model, layout: Layout, balances: Mapping[str, Power]) -> Iter
         yield SharedChargers(kinds, math.ceil(at_once - _EPS), chargers)
 
 
-def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0) -> Power:
-    """Return the balance of a share (`part`) of a fleet that charges alike."""
+def _shared_out(model: Model, layout: Layout) -> dict[str, float]:
+    """Return the chargers of each kind, with fractions, if kinds use those that they share in proportion to robots."""
+    part = shares(model)
+    own = dict.fromkeys(part, 0.0)
+    for node, count in chargers_at(model, layout).items():
+        served = [kind for kind in part if layout.bays[node].charges(kind)]
+        robots = math.fsum(part[kind] for kind in served)
+        for kind in served:
+            own[kind] += count * part[kind] / robots
+    return own
+
+
+def _alike(
+    model: Model,
+    layout: Layout,
+    cycle: MeanTask,
+    rate: float | None,
+    at_work: int,
+    part: float = 1.0,
+    own: float | None = None,
+) -> Power:
+    """Return the balance of a share (`part`) of a fleet that charges alike.
+
+    `own`: the part of the chargers that it uses, with fractions, where others share them; None for all.
+    """
     battery = model.battery
     assert battery is not None
     draws, robots = battery.draws, model.fleet.size
@@ -173,7 +204,8 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
     chargers = sum(chargers_at(model, layout).values())
     each = task / cycle.charging if task and cycle.charging else charging_rate(model)
     busiest = max(draws.standing, draws.empty, draws.loaded, draws.handling)
-    away, stored = idle_away(model, layout), stored_overnight(model)
+    away, night, length = idle_away(model, layout), night_after_run(model), model.run.end
+    at_hand = (chargers if own is None else own) / part  # as if the whole fleet were alike
 
     def drawn(charging: float) -> float:
         """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
@@ -182,22 +214,24 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
         if rate is not None and rate * time < work:
             work, by_work = rate * time, rate * energy
         idle = max(robots - charging - work, 0.0)
-        connected = min((1 - away) * idle, max(chargers / part - charging, 0.0))
+        connected = min((1 - away) * idle, max(at_hand - charging, 0.0))
         return by_work + (idle - connected) * draws.standing
 
-    def suffices(charging: float) -> bool:
-        return (charging * each if charging else 0.0) + stored >= drawn(charging)
+    def stored(chargers: float) -> float:
+        """Return the rate at which the run may draw what these chargers store in the night."""
+        return (stored_overnight(model, chargers) or 0.0) / length
+
+    def suffices(charging: float, chargers: float) -> bool:
+        """Whether so many robots charging, and the night at so many chargers, give what the fleet draws."""
+        return (charging * each if charging else 0.0) + stored(chargers) >= drawn(charging)
 
     needed, used, at_once = None, 0.0, 0.0
     if model.tasks.never_end:
-        whole = bisect_left(range(robots), True, key=suffices)
-        below = whole - 1  # the last charger is needed only in part
-        used = below + bisect_left(range(_STEPS), True, key=lambda k: suffices(below + k / _STEPS)) / _STEPS
-        used = max(used, 0.0)
-        at_night = needed_overnight(model) if stored else None
-        at_once = part * max(used, at_night or 0.0)
+        used = _least(lambda charging: suffices(charging, at_hand), robots)
+        at_once = part * _least(lambda charging: suffices(charging, charging), robots)
         needed = math.ceil(at_once - _EPS)
-    draws_in_all = drawn(min(chargers / part, used))
+    draws_in_all = drawn(min(at_hand, used))
+    falling = robots * FALLING * battery.capacity / model.units.hour
     return Power(
         task=task,
         share=task / battery.capacity,
@@ -209,10 +243,18 @@ def _alike(model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at
         most=part * robots * busiest,
         needed=needed,
         standing=draws.standing,
-        slack=part * (stored or robots * FALLING * battery.capacity / model.units.hour),
-        by_chargers=max(1 - stored / draws_in_all, 0.0) if draws_in_all else 1.0,
+        slack=part * (falling if night is None else stored(at_hand)),
+        most_slack=part * (falling if night is None else stored(robots)),
+        night=None if night is None else night / length,
+        by_chargers=max(1 - stored(at_hand) / draws_in_all, 0.0) if draws_in_all else 1.0,
         at_once=at_once,
     )
+
+
+def _least(suffices: Callable[[float], bool], robots: int) -> float:
+    """Return the least number of robots, with fractions, that suffices; all of them if no number does."""
+    below = bisect_left(range(robots), True, key=suffices) - 1  # the last is needed only in part
+    return max(below + bisect_left(range(_STEPS), True, key=lambda k: suffices(below + k / _STEPS)) / _STEPS, 0.0)
 
 
 def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, float]:
@@ -249,13 +291,13 @@ def idle_away(model: Model, layout: Layout) -> float:
 
 def needed_at_rest(model: Model) -> int:
     """Return the number of chargers that supply a fleet without work."""
-    each, standing = charging_rate(model), _standing(model)
+    each, standing = charging_rate(model), draw_standing(model)
     return math.ceil(model.fleet.size * standing / (each + standing) - _EPS)
 
 
 def draw_at_rest(model: Model, layout: Layout) -> float:
     """Return the rate at which a fleet without work draws energy while robots stand at all its chargers."""
-    return off_chargers(model, layout) * _standing(model)
+    return off_chargers(model, layout) * draw_standing(model)
 
 
 def gives_at_rest(model: Model, layout: Layout) -> float:
@@ -289,13 +331,3 @@ def at_rest(model: Model, layout: Layout) -> str:
 def off_chargers(model: Model, layout: Layout) -> int:
     """Return how many robots of a fleet without work stand at no charger."""
     return max(model.fleet.size - sum(chargers_at(model, layout).values()), 0)
-
-
-def _standing(model: Model) -> float:
-    """Return the mean rate at which a standing robot draws energy."""
-    part, alone = shares(model), by_kind(model)
-    return math.fsum(
-        part[kind] * kind_model.battery.draws.standing
-        for kind, kind_model in alone.items()
-        if kind_model.battery is not None
-    )

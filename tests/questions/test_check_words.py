@@ -62,8 +62,9 @@ def test_hours_are_said_in_hours():
         (0, 1, 1.0, 0.0, 1.0, "1 is needed; you have none"),
         (2, 3, 2.5, 0.0, 1.0, "3 are needed; you have 2"),
         (2, 3, 2.5, 0.6, 1.0, "3 are needed in the long run; 2 give 80 % of what the fleet draws"),
-        (2, 1, 2.5, 0.6, 0.76, "1 is enough, as they fill the batteries overnight; you have 2"),
-        (2, 3, 2.7, 0.6, 0.76, "3 are needed, as they fill the batteries overnight; you have 2"),
+        (2, 1, 2.5, 0.6, 0.76, "1 is enough, as it charges overnight, too; you have 2"),
+        (2, 2, 2.5, 0.6, 0.76, "2 are enough, as they charge overnight, too; you have 2"),
+        (2, 3, 2.7, 0.6, 0.76, "3 are needed; you have 2"),
     ],
 )
 def test_chargers_that_are_enough_and_that_are_not(chargers, needed, draws, slack, by_chargers, line):

@@ -119,8 +119,7 @@ def levels(model: Model) -> Levels | None:
 def charging_rate(model: Model) -> float:
     """Return the energy per time unit that a charger gives a robot at it; the fleet mean where kinds differ."""
     if not charge_alike(model):
-        part = shares(model)
-        return math.fsum(part[kind] * charging_rate(alone) for kind, alone in by_kind(model).items())
+        return mean_over_fleet(model, charging_rate)
     battery, thresholds, (low, high) = model.battery, levels(model), cycle_levels(model)
     assert battery is not None
     if thresholds is not None and thresholds.swap_time is not None:
@@ -151,38 +150,67 @@ def working_levels(model: Model) -> tuple[float, float]:
     return low, high
 
 
-def refills_overnight(model: Model, lack: float = 1.0) -> bool:
-    """Whether a run is a day that begins with full batteries, which its chargers fill again before the next.
+def draw_standing(model: Model) -> float:
+    """Return the mean rate at which a standing robot draws energy."""
+    return mean_over_fleet(model, lambda alone: consumption(alone.battery).standing)
 
-    In the night they give what batteries `lack` in the evening, as a share of the capacity, and draw until the morning.
+
+def night_after_run(model: Model) -> float | None:
+    """Return the time from the end of a run to the beginning of the next; None if a run is no day that repeats.
+
+    A day is a run by the clock, counted from its start, of less than 24 hours, which begins with full batteries.
     """
-    needed = needed_overnight(model, lack)
-    return needed is not None and min(sum(chargers_at(model, model.floor).values()), model.fleet.size) >= needed
-
-
-def needed_overnight(model: Model, lack: float = 1.0) -> float | None:
-    """Return the chargers, with fractions, that fill all batteries between two runs; None if a run is no such day.
-
-    A day is a run by the clock, counted from its start, of less than 24 hours, which begins with full batteries. In the
-    rest of the 24 the chargers give what batteries `lack` in the evening, as a share of the capacity, and draw until
-    the morning.
-    """
-    night = 24 * model.units.hour - model.run.end
+    time = 24 * model.units.hour - model.run.end
     flows = model.tasks.flows.values()
     clocked = model.run.start != "00:00" or model.layout.has_hours or model.fleet.has_hours
     clocked = clocked or any(isinstance(flow.when, ProfileArrivals) for flow in flows)
-    if model.battery is None or not clocked or model.run.warm_up or start_energy(model) != (1.0, 1.0) or night <= 0:
+    if model.battery is None or not clocked or model.run.warm_up or start_energy(model) != (1.0, 1.0) or time <= 0:
         return None
-    batteries = [alone.battery for alone in by_kind(model).values() if alone.battery is not None]
-    each = max(min(lack * battery.capacity + battery.draws.standing * night, battery.capacity) for battery in batteries)
-    return each * model.fleet.size / (charging_rate(model) * night)
+    return time
 
 
-def stored_overnight(model: Model) -> float:
-    """Return the rate at which a run may draw what nights store in the batteries of its fleet; 0 if they do not."""
-    if model.battery is None or not refills_overnight(model):
-        return 0.0
-    return (model.battery.capacity - cycle_levels(model)[0]) * model.fleet.size / model.run.end
+def capacity(model: Model) -> float:
+    """Return the mean energy that a full battery has."""
+    return mean_over_fleet(model, lambda alone: math.inf if alone.battery is None else alone.battery.capacity)
+
+
+def usable(model: Model) -> float:
+    """Return the mean energy that a full battery has above the level where charging begins."""
+    if not charge_alike(model):
+        return mean_over_fleet(model, usable)
+    assert model.battery is not None
+    return model.battery.capacity - cycle_levels(model)[0]
+
+
+def gained_at_rest(model: Model, chargers: float) -> float:
+    """Return the rate at which a fleet without work gains energy: chargers give, and robots beside them draw.
+
+    It is below 0 where too many robots share a charger. `chargers`: may have fractions.
+    """
+    charging = min(chargers, model.fleet.size)
+    return (charging * charging_rate(model) if charging else 0.0) - (model.fleet.size - charging) * draw_standing(model)
+
+
+def stored_overnight(model: Model, chargers: float) -> float | None:
+    """Return the energy that a night adds to the batteries of a fleet; None if a run is no day that repeats.
+
+    It is what the fleet gains at rest, but at most what a day can have drawn from full batteries. `chargers`: may have
+    fractions.
+    """
+    time = night_after_run(model)
+    return None if time is None else min(gained_at_rest(model, chargers) * time, usable(model) * model.fleet.size)
+
+
+def refills_overnight(model: Model, lack: float | None = None) -> bool:
+    """Whether a run is a day whose night adds what the batteries lack in the evening.
+
+    `lack`: the mean, as a share of the capacity; None for all that a day can have drawn.
+    """
+    time, chargers = night_after_run(model), sum(chargers_at(model, model.floor).values())
+    if time is None:
+        return False
+    lacking = usable(model) if lack is None else lack * capacity(model)
+    return gained_at_rest(model, chargers) * time >= lacking * model.fleet.size
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:
@@ -275,6 +303,12 @@ def shares(model: Model) -> dict[str, float]:
     """Return the part of the fleet that is of each kind that has robots."""
     kinds = model.fleet.kinds_of_robots()
     return {kind: kinds.count(kind) / len(kinds) for kind in dict.fromkeys(kinds)}
+
+
+def mean_over_fleet(model: Model, value: Callable[[Model], float]) -> float:
+    """Return the mean over all robots of a value that depends on their kind; `value` takes the model `as_kind`."""
+    part = shares(model)
+    return math.fsum(part[kind] * value(alone) for kind, alone in by_kind(model).items())
 
 
 def kind_in_words(kind: str) -> str:

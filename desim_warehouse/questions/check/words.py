@@ -155,8 +155,8 @@ def _chargers(power: Power | None, model: Model) -> Iterator[str]:
         needed = _by_kind((group.needed, group.kinds) for group in power.groups)
         have = have if power.enough else _by_kind((group.chargers, group.kinds) for group in power.groups)
         line += f", {needed}; you have {have}"
-    elif power.by_chargers < 1:
-        line += f", as they fill the batteries overnight; you have {have}"
+    elif power.by_chargers < 1 and power.enough:
+        line += f", as {'it charges' if power.needed == 1 else 'they charge'} overnight, too; you have {have}"
     elif power.enough or power.short:
         line += f"; you have {have}"
     else:
