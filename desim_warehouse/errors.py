@@ -210,6 +210,8 @@ def reason(error: Exception) -> str:
     """Return why something failed, for a message that names the file itself: without error numbers and paths."""
     if isinstance(error, KeyError):
         return f"{error} is missing"
+    if isinstance(error, UnicodeDecodeError):
+        return "not text in UTF-8"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a file is in the place of a folder"
     return getattr(error, "strerror", None) or str(error)

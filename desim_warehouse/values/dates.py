@@ -69,6 +69,8 @@ _ISO = re.compile(r"\d{4}-?\d\d", re.ASCII)
 _UNMARKED = re.compile(r"(?:19|20)\d{6}(?:\d{6})?", re.ASCII)
 _WITH_TIME = re.compile(r":\d\d|\d ?(?:[ap]\.?m|uhr)|^\d+\.\d+$", re.IGNORECASE)
 _FIXED = re.compile(r"\.(\d+)")
+_BLANKS = dict.fromkeys(map(ord, "\u00a0\u2007\u2009\u202f"), " ")
+"""Blanks at which no line is broken, which Excel and Java write before AM and PM."""
 
 
 def time_of_day(text: str) -> float | None:
@@ -76,7 +78,7 @@ def time_of_day(text: str) -> float | None:
 
     24:00 ends the day, and 25:10 is 01:10 on the next, as timetables write it.
     """
-    parts = _CLOCK.fullmatch(text.strip())
+    parts = _CLOCK.fullmatch(text.translate(_BLANKS).strip())
     if parts is None or not (":" in text or parts["half"] or parts["uhr"]):
         return None
     return _seconds(parts, 2 * _HOURS)
@@ -98,7 +100,7 @@ def read_date(text: str, slashes: Slashes | None = None) -> dt.datetime | None:
 
     24:00 is the midnight that ends a day. `slashes`: how 03/02/2026 is meant; None: it is not read.
     """
-    text = text.strip()
+    text = text.translate(_BLANKS).strip()
     if _ISO.match(text):
         try:
             return dt.datetime.fromisoformat(text)
@@ -256,6 +258,19 @@ def _parted(text: str) -> str:
 def has_time(text: str) -> bool:
     """Whether a date has a time of day: as 06:15, 6 am or 22 Uhr, or as a fraction of a day of Excel."""
     return _WITH_TIME.search(text) is not None
+
+
+def exchanged(texts: Sequence[str], dates: Sequence[dt.datetime | None]) -> list[bool]:
+    """Return in which dates a spreadsheet has probably exchanged day and month as it opened the file.
+
+    It took 03/02/2026 for a date in the order of its own country, and left 13/02/2026 as text. So all dates with
+    slashes have one reading, and all ISO dates could have had two.
+    """
+    left = [max(int(parts[1]), int(parts[3])) for text in texts if (parts := _SLASHES.match(text))]
+    taken = [_ISO.match(text) is not None for text in texts]
+    days = [date.day for date, is_taken in zip(dates, taken, strict=True) if date is not None and is_taken]
+    is_probable = bool(left and days) and max(days) <= _MONTHS_OF_A_YEAR < min(left)
+    return [is_taken and is_probable for is_taken in taken]
 
 
 def is_twofold(text: str) -> bool:
