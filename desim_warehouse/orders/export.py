@@ -101,18 +101,24 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
     try:
         if path.suffix.lower() in PARQUET:
             return _made(path, columns, _of_parquet(path, columns))
-        with path.open("rb") as file:
-            start = file.read(64).removeprefix(codecs.BOM_UTF8).lstrip()
-        other = next((other for first, other in _OTHERS.items() if start.startswith(first)), "")
-        if path.suffix.lower() in EXCEL and start.startswith(b"PK"):
+        _check_kind(path)
+        if path.suffix.lower() in EXCEL:
             return _made(path, columns, rows_of(path, sheet), sheet=sheet)
-        if other or path.suffix.lower() in EXCEL:
-            raise ValueError(other or "text; call it .csv")
         encoding = _encoding(path)
         delimiter = _delimiter(path, columns, encoding)
         return _made(path, columns, _of_text(path, encoding, delimiter), encoding, delimiter)
     except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
         raise ModelError([unreadable(path, error, "CSV, Parquet or Excel (.xlsx)")]) from None
+
+
+def _check_kind(path: Path) -> None:
+    """Raise ValueError for a file that is neither a workbook, as its name says, nor text with cells."""
+    with path.open("rb") as file:
+        start = file.read(64).removeprefix(codecs.BOM_UTF8).lstrip()
+    other = next((other for first, other in _OTHERS.items() if start.startswith(first)), "")
+    is_workbook = path.suffix.lower() in EXCEL
+    if bool(other) != is_workbook or (is_workbook and not start.startswith(b"PK")):
+        raise ValueError(other or "text; call it .csv")
 
 
 def _made(
