@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Literal
 
-from desim_warehouse.errors import got
+from desim_warehouse.errors import got, spoken
 
 Slashes = Literal["us", "uk"]
 """Whether 03/02/2026 is March 2, or 3 February."""
@@ -27,6 +27,8 @@ _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 """The years 2000 to 2099 in days of Excel, and the longest stretch of days that is taken for such."""
 _MILLISECONDS, _LAST_TIME = 1e11, 4_102_444_800.0
 """A number above the first is in milliseconds since 1970, below in seconds; the second is the year 2100."""
+_SUNDAY, _CHANGING = 6, range(1, 4)
+"""The day on which clocks change, and the hours of it."""
 _MONTHS_OF_A_YEAR, _HOURS, _DAY = 12, 24, 86_400.0
 
 _AROUND = re.compile(
@@ -214,9 +216,19 @@ def read_times(
             read.clocks.append(math.nan if clock is None else clock)
             read.dates.append(read_date(text, slashes) if math.isnan(number) and clock is None else None)
     read.clocks = read.clocks or [math.nan] * len(texts)
+    if nights := dict.fromkeys(f"{date:%Y-%m-%d}" for date in read.dates if date is not None and _is_of_change(date)):
+        why = "and its times have no offset from UTC: an hour may be missing, or there twice"
+        read.notes.append(f"has the night of {spoken(nights)}, in which clocks change, {why}")
     pairs = zip(texts, read.dates, strict=True)
     read.twofold = [slashes is None and date is None and is_twofold(text) for text, date in pairs]
     return read
+
+
+def _is_of_change(date: dt.datetime) -> bool:
+    """Whether a date without an offset from UTC is in a night in which clocks change, in Europe or North America."""
+    last = date.month in {3, 10} and date.day > 24  # noqa: PLR2004 - the last Sunday of the month
+    american = date.day - 7 * (date.month == 3) in range(1, 8) and date.month in {3, 11}  # noqa: PLR2004
+    return date.tzinfo is None and date.weekday() == _SUNDAY and date.hour in _CHANGING and (last or american)
 
 
 def across_midnight(clocks: list[float], start: float = 0.0) -> list[int]:

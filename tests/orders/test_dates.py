@@ -250,6 +250,26 @@ def test_a_summer_is_on_the_clock_of_the_hall(tmp_path):
     assert "'release' is as on the clock of the hall, which changes: +01:00 and +02:00 are left out" in day.assumed
 
 
+@pytest.mark.parametrize(
+    ("time", "is_said"),
+    [
+        ("2026-10-25 02:30", True),
+        ("29.03.2026 03:10", True),
+        ("2026-03-08 01:59", True),
+        ("2026-11-01 01:30", True),
+        ("2026-10-18 02:30", False),
+        ("2026-03-15 02:30", False),
+        ("2026-10-25 08:30", False),
+        ("2026-10-25T02:30+01:00", False),
+    ],
+)
+def test_a_night_in_which_clocks_change_is_named_where_no_offset_tells_the_hour(tmp_path, time, is_said):
+    said = "in which clocks change, and its times have no offset from UTC: an hour may be missing, or there twice"
+    assert any(said in one for one in orders(tmp_path, [time]).assumed) is is_said
+    (path := tmp_path / "trips.csv").write_text(f"robot,pick,drop,start,end\nR1,A,B,{time},{time}\n")
+    assert any(said in one for one in read_log(path).notes.lines()) is is_said
+
+
 def test_two_zones_on_one_day_are_no_clock_change(tmp_path):
     releases = ["2026-07-02T08:00+01:00", "2026-07-02T09:30+02:00", "2026-07-02T09:00+01:00", "2026-07-02T22:00+02:00"]
     (problem,) = orders(tmp_path, releases).problems
