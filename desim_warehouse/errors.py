@@ -210,6 +210,8 @@ def reason(error: Exception) -> str:
     """Return why something failed, for a message that names the file itself: without error numbers and paths."""
     if isinstance(error, KeyError):
         return f"{error} is missing"
+    if isinstance(error, UnicodeDecodeError):
+        return "not text in UTF-8"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a file is in the place of a folder"
     return getattr(error, "strerror", None) or str(error)
@@ -222,8 +224,10 @@ def spoken(words: Iterable[str], last: str = "and") -> str:
 
 
 def number_of(count: float, what: str) -> str:
-    """Write a number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
-    return f"{count:,.15g} {what}{'s' * (count != 1)}"
+    """Write a number of things, `what` in the singular: `1 task`, `1,200 tasks`, `2 properties of nodes`."""
+    head, of, rest = what.partition(" of ")
+    several = f"{head[:-1]}ies" if re.search("[^aeiou]y$", head) else f"{head}s"
+    return f"{count:,.15g} {what if count == 1 else several + of + rest}"
 
 
 def first_of(names: Sequence[str], most: int) -> str:

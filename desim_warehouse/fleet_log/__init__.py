@@ -42,8 +42,16 @@ def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
 def read_logs(
     logs: str | Path | FleetLog | Iterable[str | Path | FleetLog], dates: Slashes | None = None
 ) -> list[FleetLog]:
-    """Read one log or several: those that are paths with `read_log`; raises ReportError where there is none."""
+    """Read one log or several: those that are paths with `read_log`.
+
+    Raises:
+        ReportError: no log, or one whose rows are all of one time.
+    """
     read = [read_log(log, dates=dates) if isinstance(log, str | Path) else log for log in each(logs)]
     if not read:
         raise ReportError("no log, expected at least one")
+    for log in read:
+        if not log.length:
+            problem = f"; {log.notes.problems[0]}" if log.notes.problems else ""
+            raise ReportError(f"{log.name}: all that can be read is of one time, expected the log of a day{problem}")
     return read

@@ -32,13 +32,13 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
         if path.stat().st_size > LIMITS["texts"][0]:
             raise ReportError(f"{path}: too large, expected trips of at most {LIMITS['texts'][0] / 1e6:,.0f} MB")
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            table = (cells for _, cells in csv_rows(lines, skip_spaces=True))
-            header = next(table, [])
+            table = csv_rows(lines, skip_spaces=True)
+            header = next(table, (1, []))[1]
             for name in COLUMNS:
                 if name not in header:
                     hint = other_marks(header) or did_you_mean(name, header)
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
-            for number, row, start, end in _timed(_trips(path, table, header), slashes, collector):
+            for row, start, end in _timed(_trips(path, table, header), slashes, collector):
                 try:
                     for time, text in ((start, row.start), (end, row.end)):
                         if row.cells != len(header):
@@ -48,18 +48,19 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
                     if end < start:
                         raise ValueError(f"it ends before it starts (got {got(row.end)})")  # noqa: TRY301
                 except ValueError as error:
-                    collector.notes.refuse(f"{path}:{number}", str(error))
+                    collector.notes.refuse(f"{path}:{row.line}", str(error))
                     continue
                 collector.add(start, (row.robot, ""), math.nan, math.nan, row.pick, False, True, PICK, math.nan, False)
                 collector.add(end, (row.robot, ""), math.nan, math.nan, row.drop, False, False, DROP, math.nan, False)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a CSV file of trips") from error
+        raise ReportError(f"{path}: cannot be read ({reason(error)}), expected trips as CSV UTF-8") from error
     return collector.log(trips=True)
 
 
 class _Trip(NamedTuple):
-    """A row of the file: its five cells that are read, and how many there are."""
+    """A row of the file: the number of its last line, its five cells that are read, and how many there are."""
 
+    line: int
     robot: str
     pick: str
     drop: str
@@ -68,23 +69,21 @@ class _Trip(NamedTuple):
     cells: int
 
 
-def _trips(path: Path, table: Iterator[list[str]], header: list[str]) -> list[_Trip]:
+def _trips(path: Path, table: Iterator[tuple[int, list[str]]], header: list[str]) -> list[_Trip]:
     """Return the rows of a file; raises ReportError where there are more than a log has."""
     ranks, rows = [header.index(name) for name in COLUMNS], list[_Trip]()
-    for cells in table:
+    for line, cells in table:
         if not cells:
             continue
         if len(rows) == LIMITS["trips"][0]:
             raise ReportError(f"{path}: too many rows, expected at most {LIMITS['trips'][0]:,}; split the file by days")
         robot, pick, drop, start, end = (cells[rank] if rank < len(cells) else "" for rank in ranks)
-        rows.append(_Trip(intern(robot), intern(pick), intern(drop), start.strip(), end.strip(), len(cells)))
+        rows.append(_Trip(line, intern(robot), intern(pick), intern(drop), start.strip(), end.strip(), len(cells)))
     return rows
 
 
-def _timed(
-    rows: list[_Trip], slashes: Slashes | None, collector: Collector
-) -> Iterator[tuple[int, _Trip, float, float]]:
-    """Yield trips with their row numbers, start and end (s), both columns read in the one way that fits them."""
+def _timed(rows: list[_Trip], slashes: Slashes | None, collector: Collector) -> Iterator[tuple[_Trip, float, float]]:
+    """Yield trips with start and end (s), both columns read in the one way that fits them."""
     read = read_times([row.start for row in rows] + [row.end for row in rows], slashes)
     collector.notes.assumed += [f"times: each column {note}" for note in read.notes]
     starts, ends = read.clocks[: len(rows)], read.clocks[len(rows) :]
@@ -92,4 +91,4 @@ def _timed(
     end_across_midnight(starts, ends)
     read.clocks = starts + ends
     times = read.since_1970()
-    yield from zip(range(2, len(rows) + 2), rows, times[: len(rows)], times[len(rows) :], strict=True)
+    yield from zip(rows, times[: len(rows)], times[len(rows) :], strict=True)

@@ -1,7 +1,7 @@
 """State messages of VDA 5050, read (2.0 to 3.0) and written (2.1), one JSON object a line: what fleets report.
 
 Recorders write more around them: the topic before each, as `mosquitto_sub -v` does, a wrapper with the message as its
-`payload`, or several messages of a line as a list.
+`payload`, several messages of a line as a list, or a list with a message on each line.
 
 Source: VDA 5050, Interface for the communication between automated guided vehicles (AGV) and a master control,
 version 2.1.0 (January 2025), sections 6.10 and 6.11.
@@ -9,6 +9,7 @@ version 2.1.0 (January 2025), sections 6.10 and 6.11.
 
 from __future__ import annotations
 
+import codecs
 import datetime as dt
 import json
 import math
@@ -31,6 +32,7 @@ _LEVELS = {"batteryState": "batteryCharge", "powerSupply": "stateOfCharge"}
 """Where the level of the battery stands, up to VDA 5050 2.1 and from 3.0 on."""
 _TOPIC = re.compile(rb"^[^\s\"{}\[\]]+\s+(?=[{\[])")
 _STATE = "a state message of VDA 5050"
+_LINE = f"{_STATE} on each line"
 _WORDS = {dict: "an object", list: "a list of objects", str: "text", bool: "true or false", float: "a number"}
 _TYPES = {code: kind for kind, code in _KINDS.items()}
 _FIRST_DAY = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
@@ -54,26 +56,43 @@ def read_messages(path: Path, slashes: Slashes | None = None) -> FleetLog:
     """
     collector = Collector(str(path))
     try:
-        with path.open("rb") as lines:
-            for number, line in enumerate(iter(lambda: lines.readline(LONGEST + 1), b""), 1):
-                if len(line) > LONGEST:
-                    raise ReportError(
-                        f"{path}:{number}: a line of more than {LONGEST:,} bytes, expected a state message of VDA 5050 "
-                        "on each line"
-                    )
-                if not line.strip():
-                    continue
-                try:
-                    for message in _unwrapped(value_of(_TOPIC.sub(b"", line))):
-                        _take(message, collector, slashes)
-                except JsonError as error:
-                    why = f"{error.where.removeprefix(':').strip()}: {error}" if error.expected else str(error)
-                    collector.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
-                except ValueError as error:
-                    collector.notes.refuse(f"{path}:{number}", str(error))
-    except OSError as error:
+        for number, line in enumerate(_lines(path), 1):
+            if len(line) > LONGEST:
+                raise ReportError(f"{path}:{number}: a line of more than {LONGEST:,} bytes, expected {_LINE}")
+            if not (text := _of_list(line.strip())):
+                continue
+            try:
+                for message in _unwrapped(value_of(_TOPIC.sub(b"", text))):
+                    _take(message, collector, slashes)
+            except JsonError as error:
+                why = f"{error.where.removeprefix(':').strip()}: {error}" if error.expected else str(error)
+                collector.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _LINE}")
+            except ValueError as error:
+                collector.notes.refuse(f"{path}:{number}", str(error))
+    except (OSError, UnicodeError) as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a log") from error
     return collector.log()
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield the lines of a file in UTF-8, also of one in UTF-16 with its mark, as PowerShell writes what it is sent."""
+    with path.open("rb") as file:
+        start = file.read(2)
+        if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+            with path.open(encoding="utf-16") as text:
+                yield from iter(lambda: text.readline(LONGEST + 1).encode(), b"")
+            return
+        file.seek(0)
+        yield file.readline(LONGEST + 1).removeprefix(codecs.BOM_UTF8)
+        yield from iter(lambda: file.readline(LONGEST + 1), b"")
+
+
+def _of_list(line: bytes) -> bytes:
+    """Return a line without the marks of a list that goes on over several lines: its brackets and commas."""
+    line = line.removesuffix(b",")
+    if line.startswith(b"[") != line.endswith(b"]"):
+        return line.removeprefix(b"[").removesuffix(b"]").strip()
+    return line
 
 
 def _unwrapped(value: Any) -> list[Any]:

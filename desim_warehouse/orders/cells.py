@@ -5,20 +5,29 @@ For `desim orders`.
 Dates, points and commas are read in one way per column, by all its rows. Row by row, `2.5` beside `1,5` was 2.5 beside
 1.5, and `1.234` beside `2.5` was 1,234. The language of the headings was rejected as a criterion, as they are often
 English in German exports. A lone `1.234` is 1,234, as SAP writes it, and this is reported. Times have no zone, as the
-calendars of the hall have none; a column with two is refused, except in the night of a clock change.
+calendars of the hall have none; a column with two is refused, except where clocks change.
 """
 
 from __future__ import annotations
 
 import datetime as dt
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.order_lines import OrderRows, Problems, Reading
 from desim_warehouse.model.workbook import NO_VALUE, RECALCULATE
 from desim_warehouse.orders.export import Export
-from desim_warehouse.values.dates import TWOFOLD, Slashes, Times, across_midnight, end_across_midnight, read_times
+from desim_warehouse.values.dates import (
+    TWOFOLD,
+    Slashes,
+    Times,
+    across_midnight,
+    end_across_midnight,
+    exchanged,
+    read_times,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,11 +35,17 @@ if TYPE_CHECKING:
 _AROUND_ALL = dt.timedelta(days=366)
 """Orders so long before most others have sentinel dates, such as 1900-01-01, which are no start of a run."""
 _HOUR, _UTC = dt.timedelta(hours=1), dt.timedelta()
+_NIGHT = dt.timedelta(hours=12)
+"""The longest stretch of orders that is one night, in which times are instants if clocks change."""
+_SEASON = dt.timedelta(days=120)
+"""Clocks change at most once in so many days."""
 _LAST_DAY = dt.datetime(9999, 12, 31)  # noqa: DTZ001 - wall clock
-_COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
+_COUNTED = r"(?i)^([\d.,'’\s]*[\d.,])\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
 """Quantities with a word for pieces, as opposed to kilograms, cartons or pallets."""
 _GROUPED, _POINT = r"[+-]?[1-9]\d{0,2}(\.\d{3})+", r"[+-]?\d*\.\d+"
 _COMMA, _THOUSANDS = r"[+-]?(\d+|\d{1,3}(\.\d{3})+),\d+", r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?"
+_APART, _PARTED = r"[ '’\u00a0\u2009\u202f]", r"[+-]?\d{1,3}([ '’\u00a0\u2009\u202f]\d{3})+([.,]\d+)?"
+"""Blanks and apostrophes between thousands, as in France and Switzerland."""
 
 
 class ExportRows(OrderRows):
@@ -77,6 +92,7 @@ class ExportRows(OrderRows):
         import pandas as pd
 
         text = text.str.replace(_COUNTED, r"\1", regex=True) if column == "quantity" else text
+        text = text.where(~text.str.fullmatch(_PARTED), text.str.replace(_APART, "", regex=True))
         if not self._comma:
             text = text.where(~text.str.fullmatch(_THOUSANDS), text.str.replace(",", ""))
             return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
@@ -108,14 +124,27 @@ class ExportRows(OrderRows):
         numbers = self.amounts(column, text).tolist()
         read = read_times(text.tolist(), self._slashes, numbers=numbers, whole=whole or title != column)
         self.assumed += [f"'{title}' {note}" for note in read.notes]
+        if title != column:
+            self._check_numbers(column, read)
         self.flag(read.twofold, column, TWOFOLD, "--dates us or uk of desim orders to say which")
+        wrong = "a date whose day and month a spreadsheet may have exchanged, as those above 12 are text"
+        self.flag(exchanged(text.tolist(), read.dates), column, wrong, "the file that was opened there")
         read.dates = self._on_one_clock(column, read.dates)
         return read
+
+    def _check_numbers(self, column: str, read: Times) -> None:
+        """Refuse numbers beside dates or times of day; numbers alone count from the start of the run, which is said."""
+        are_numbers = [not math.isnan(number) for number in read.numbers]
+        if any(read.dates) or not all(map(math.isnan, read.clocks)):
+            self.flag(are_numbers, column, "a number among dates or times of day", "the same in all rows")
+        elif any(are_numbers):
+            self.assumed.append(f"'{self.titles[column]}' counts the time from the start of the run")
 
     def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
         """Remove the offsets from UTC of dates, and add their interpretation to `assumed`.
 
-        In the night of a clock change all are on the clock of the first. Times of any other zone are refused.
+        In the night of a clock change all are on the clock of the first; in longer files each is on the clock of its
+        day, as shifts are. Times of any other zone are refused.
         """
         zones = [None if date is None else date.utcoffset() for date in dates]
         offsets = [*dict.fromkeys(zone for zone in zones if zone is not None)]
@@ -125,9 +154,14 @@ class ExportRows(OrderRows):
         in_utc = any(zone == _UTC and text[-1].isalpha() for zone, text in zip(zones, texts, strict=True))
         first, *others = ((str(dt.timezone(zone))[3:] or "+00:00") if zone or not in_utc else "Z" for zone in offsets)
         ahead = dict.fromkeys(offsets, _UTC)
-        if len(others) == 1 and abs(offsets[1] - offsets[0]) == _HOUR and not in_utc:
+        stamps = sorted(date for date in dates if date is not None and date.tzinfo is not None)
+        is_change = not in_utc and _clocks_change(stamps, offsets)
+        if is_change and stamps[-1] - stamps[0] <= _NIGHT:
             ahead[offsets[1]] = offsets[1] - offsets[0]
             self.assumed.append(f"'{title}' has {first} and {others[0]}: times are instants, on the clock of {first}")
+        elif is_change:
+            both = f"{first} and {others[0]}"
+            self.assumed.append(f"'{title}' is as on the clock of the hall, which changes: {both} are left out")
         else:
             self.assumed.append(f"'{title}' is as on the clock of the hall: {first} is left out")
             other = [zone is not None and zone != offsets[0] for zone in zones]
@@ -150,6 +184,14 @@ class ExportRows(OrderRows):
             date if date is None or not is_alone or date >= _LAST_DAY else date + dt.timedelta(days=1)
             for date, is_alone in zip(dates, alone, strict=True)
         ]
+
+
+def _clocks_change(stamps: list[dt.datetime], offsets: list[dt.timedelta]) -> bool:
+    """Whether two offsets from UTC are those of one place in summer and in winter; `stamps`: in order of time."""
+    if len(offsets) != 2 or abs(offsets[1] - offsets[0]) != _HOUR:  # noqa: PLR2004
+        return False
+    changes = sum(a.utcoffset() != b.utcoffset() for a, b in pairwise(stamps))
+    return changes <= 1 + (stamps[-1] - stamps[0]) // _SEASON
 
 
 def _has_no_time(date: dt.datetime | None) -> bool:

@@ -31,13 +31,16 @@ if TYPE_CHECKING:
 
 _TOTAL = r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$"  # SAP has stars
 _CANCELLED = (
-    r"cancel|cancell?ed|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
+    r"cancel|cancell?ed|cancel?lation|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
     r"deleted|gelöscht"
 )
 """States of orders that are not driven."""
-_FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen)?"
-"""Headings of columns that state whether an order is in such a state."""
-_NO = {"", "0", "n", "no", "nein", "f", "false", "falsch", "-"}
+_FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen|at|on|am|by|von|date|datum|time|zeit|reason|grund)?"
+"""Headings of columns that state whether, when, why or by whom an order came into such a state."""
+_STATUS = r"\w*(?:status|state|zustand)\w*"
+"""Headings of columns that state in which state an order is."""
+_NO = {"", "n", "no", "nein", "f", "false", "falsch", "null", "none", "na", "nan", "nat"}
+"""What such a column has for other orders, without zeros and marks: 0000-00-00 is no date."""
 _HOUR, _DAY = 3600.0, 86_400.0
 
 
@@ -222,16 +225,23 @@ def _totals(cells: pd.DataFrame) -> Any:
 
 
 def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
-    """Flag rows of cancelled orders, by words in unread columns; return the unread columns that hold places."""
+    """Flag rows of cancelled orders, by words in unread columns; return the unread columns that hold places.
+
+    In a column of states such a word may have others behind it: `CANCELLED_BY_CUSTOMER`.
+    """
     with_places = set()
     for rank in unread:
         texts = rows.cells[rank]
         words = set(texts) - {""}
         if words and sum(word in rows.how.names or word in rows.how.numbers for word in words) * 2 >= len(words):
             with_places.add(rank)
-        flag = re.fullmatch(_FLAG, heading(rows.titles[rank])[0])
+        title = heading(rows.titles[rank])[0]
+        flag, behind = re.fullmatch(_FLAG, title), r"(?:[\W_].*)?" if re.fullmatch(_STATUS, title) else ""
         states = [
-            word for word in words if re.fullmatch(_CANCELLED, word.casefold()) or (flag and word.casefold() not in _NO)
+            word
+            for word in words
+            if re.fullmatch(f"(?:{_CANCELLED}){behind}", word.casefold(), re.DOTALL)
+            or (flag and re.sub(r"[\W_0]", "", word.casefold()) not in _NO)
         ]
         expected = "orders that are driven; --skip-bad leaves such rows out"
         rows.flag(texts.isin(states).to_numpy() & ~rows.bad, rank, "an order that was called off", expected)

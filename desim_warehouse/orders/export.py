@@ -50,6 +50,14 @@ They are tried only for files without a column `release`, so never for tables in
 """
 _HEAD = 20  # rows in which the header is searched
 _SAMPLE = 65_536  # bytes that show the format of a file
+_OTHERS = {
+    b"PK\x03\x04": "a workbook or another zip file; save it as .xlsx or CSV",
+    b"\xd0\xcf\x11\xe0": "a workbook of Excel before 2007; save it as .xlsx",
+    b"<": "a web page or XML; open it in a spreadsheet program, and save it as .xlsx or CSV",
+    b"{": "JSON; save it as CSV",
+    b"[": "JSON; save it as CSV",
+}
+"""Files that are no CSV, by their first bytes: what they are, and what helps."""
 _MIDNIGHT = r"[ T]00:00:00(\.0+)?$"
 
 
@@ -93,6 +101,7 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
     try:
         if path.suffix.lower() in PARQUET:
             return _made(path, columns, _of_parquet(path, columns))
+        _check_kind(path)
         if path.suffix.lower() in EXCEL:
             return _made(path, columns, rows_of(path, sheet), sheet=sheet)
         encoding = _encoding(path)
@@ -100,6 +109,16 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
         return _made(path, columns, _of_text(path, encoding, delimiter), encoding, delimiter)
     except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
         raise ModelError([unreadable(path, error, "CSV, Parquet or Excel (.xlsx)")]) from None
+
+
+def _check_kind(path: Path) -> None:
+    """Raise ValueError for a file that is neither a workbook, as its name says, nor text with cells."""
+    with path.open("rb") as file:
+        start = file.read(64).removeprefix(codecs.BOM_UTF8).lstrip()
+    other = next((other for first, other in _OTHERS.items() if start.startswith(first)), "")
+    is_workbook = path.suffix.lower() in EXCEL
+    if bool(other) != is_workbook or (is_workbook and not start.startswith(b"PK")):
+        raise ValueError(other or "text; call it .csv")
 
 
 def _made(
@@ -181,7 +200,7 @@ def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
     with path.open(encoding=encoding, newline="") as lines:
         sample = lines.read(_SAMPLE)
     if "\0" in sample:
-        raise ValueError("not text")
+        raise ValueError("no text, or UTF-16 without its mark; save it as CSV UTF-8")
 
     def columns_with(delimiter: str) -> tuple[bool, int]:
         top = islice(csv.reader(io.StringIO(sample, newline=""), delimiter=delimiter), _HEAD)
@@ -209,16 +228,14 @@ def _encoding(path: Path) -> str:
 
 
 def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[int, list[str], dict[str, int]]:
-    """Find the header: rank of the first row with a column of releases, headings, and ranks of our columns.
+    """Find the header: its rank, headings, and ranks of our columns.
 
-    Where none has one it is the first, and no column is ours.
+    It is the row with a column of releases, and of several, such as `Date;2026-03-02` above a table, the first with
+    most of our columns. Where none has one it is the first row, and no column is ours.
     """
     rows = [[" ".join(title.split()) for title in row] for row in top]
-    for head, names in enumerate(rows):
-        ranks = _ours(names, columns)
-        if "release" in ranks:
-            return head, names, ranks
-    return 0, rows[0] if rows else [], {}
+    heads = [(head, names, ranks) for head, names in enumerate(rows) if "release" in (ranks := _ours(names, columns))]
+    return max(heads, key=lambda row: len(row[2])) if heads else (0, rows[0] if rows else [], {})
 
 
 def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[str], sheet: str | None) -> ModelError:

@@ -18,6 +18,7 @@ DIGITS = 4
 _SHORT = 0.99  # of the straight distance: shorter links are noted
 _FAR_TOO_SHORT = 0.1  # of the straight distance: shorter links may be in another unit
 _WIDEST = 1000.0  # metres: a wider floor may be in another unit
+_NARROWEST = 1.0  # metres: a smaller floor may be in another unit
 _LONG = 200.0  # metres: if half of all links are longer, their unit may be another
 
 
@@ -26,8 +27,8 @@ def put_right(plant: Plant) -> None:
 
     - Locations linked to no point are left out.
     - Links shorter than the straight line between their points keep their length.
-    - Links shorter than a tenth of that line, links of several hundred metres, and floors beyond 1 km are doubtful:
-    they are probably in another unit.
+    - Links shorter than a tenth of that line, links of several hundred metres, and floors beyond 1 km or below 1 m are
+    doubtful: they are probably in another unit.
     - Points on one spot are moved apart a little, as two nodes cannot coincide.
     """
     unlinked = [location for location in plant.locations if not location.operations]
@@ -47,6 +48,9 @@ def put_right(plant: Plant) -> None:
     if max(wide, high) > _WIDEST:
         why = f"wider than {_WIDEST:,g} m; are coordinates in mm, feet, pixels or degrees?"
         plant.note("doubtful", "floor", [f"{wide:,.0f} x {high:,.0f} m"], why)
+    if 0 < max(wide, high) < _NARROWEST:
+        why = f"no {_NARROWEST:g} m wide, so no robot fits; are coordinates in km or degrees?"
+        plant.note("doubtful", "floor", [f"{wide:.2g} x {high:.2g} m"], why)
     lengths = [distance(plant, link.source, link.target) for link in plant.links if link.source != link.target]
     if lengths and median(lengths) > _LONG:
         why = f"half of the links are longer than {_LONG:g} m; are coordinates in mm, pixels or degrees?"

@@ -6,8 +6,9 @@ graph: its points are the nodes, by their `id`, and edges lead from one node to 
 - Degrees are projected onto a plane that touches the globe in their middle. A file that lies within half a unit is in
 degrees, a larger file in metres: no plant is 50 km wide, and none half a metre. If `crs` names web Mercator
 (EPSG:3857), coordinates are metres times cosh(y / 6378137), and are divided by that factor.
-- In all other files, lines are two-way unless they have `oneway` or `two_way`, and may have a `speed`. A place has a
-`role` (or `layer`) and a `name`, and belongs to the nearest point of a lane up to 2 m away.
+- In all other files, lines are two-way unless they have `oneway` or `two_way`. A place has a `role` (or `layer`) and a
+`name`, and belongs to the nearest point of a lane up to 2 m away.
+- `speed` is in m/s, `maxspeed` in km/h, as in OpenStreetMap.
 - Floors are flat: lines that cross, or end on another, are joined. Ends within 5 cm of each other are one point.
 - Corners are points. Curves become chords up to 25 cm off, with the length of the curve.
 
@@ -28,13 +29,13 @@ from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import globe
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord, fill
+from desim_warehouse.plants.tables import EDGE, NODE, OSM, Columns, TableRecord, fill, of_maps
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 
 EXPECTED = "lines (GeoJSON)"
 _WIDEST = 0.5  # degrees
-_LANE = {**{key: EDGE[key] for key in ("name", "speed", "two_way")}, "one_way": ("one_way", "oneway")}
+_LANE = {key: EDGE[key] for key in ("name", "speed", "two_way", "one_way")}
 _PLACE = {"name": NODE["name"], "role": (*NODE["role"], "layer"), "station": NODE["station"]}
 _ENDS = {"from": ("start_id", *EDGE["from"]), "to": ("end_id", *EDGE["to"])}
 _EDGE = {**{key: EDGE[key] for key in ("length", "speed_back", "side_by_side")}, **_LANE, **_ENDS}
@@ -75,6 +76,8 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     else:
         reader.read(features)
         join(plant, *reader.in_metres())
+    for title in reader.of_maps:
+        plant.assume("layout.edges", of_maps(title))
     return plant
 
 
@@ -115,6 +118,7 @@ class _Reader:
         self.lines: list[tuple[Line, list[Spot]]] = []
         self.marks: list[tuple[Mark, Spot]] = []
         self.crs = ""
+        self.of_maps: dict[str, None] = {}
 
     def features(self, data: Any) -> list[Any]:
         """Return the features of the collection, and keep its coordinate reference system."""
@@ -216,7 +220,9 @@ class _Reader:
 
     def record(self, properties: Mapping[str, Any], where: str, headings: Mapping[str, tuple[str, ...]]) -> TableRecord:
         position = f"{self.path}: {where}"
-        columns = Columns.of(properties, headings, position)
+        columns = Columns.of(properties, headings, position, OSM)
+        if columns.named.get("speed") in OSM:
+            self.of_maps[columns.named["speed"]] = None
         return TableRecord(columns, properties, position, where)
 
     def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
@@ -295,12 +301,10 @@ class _Reader:
 
 
 def _with_length(record: TableRecord, spots: list[Spot]) -> TableRecord:
-    """Return an edge with the length along its corners if it states none, and with `two_way` from `one_way`."""
+    """Return an edge with the length along its corners if it states none."""
     named, values = dict(record.columns.named), dict(record.values)
     if record.get("length") is None and len(spots) > 2:  # noqa: PLR2004 - with corners
         named["length"], values["\0length"] = "\0length", sum(math.dist(a, b) for a, b in pairwise(spots))
-    if record.get("two_way") is None and record.get("one_way") is not None:
-        named["two_way"], values["\0two_way"] = "\0two_way", "no" if record.flag("one_way") else "yes"
     units = {key: size for key, size in record.columns.units.items() if not named[key].startswith("\0")}
     return TableRecord(Columns(named, units, ()), values, record.where, record.position)
 

@@ -1,9 +1,9 @@
 """Graphs for `desim import`: graphs of networkx, and GraphML and JSON files, which are read safely.
 
-Nodes have x and y (or pos) and optionally role and station; edges optionally have length, speed, two_way and
-side_by_side. An edge without direction is a two-way lane. Without a length, `weight`, as networkx calls it, is the
-length if every edge has one and none is shorter than the straight line. JSON graphs are as `networkx.node_link_data`
-writes them: nodes with id, and links (or edges) with source and target.
+Nodes have x and y (or pos) and optionally role and station; edges optionally have length, speed (or maxspeed in km/h,
+as in OpenStreetMap), two_way or one_way, and side_by_side. An edge without direction is a two-way lane. Without a
+length, `weight`, as networkx calls it, is the length if every edge has one and none is shorter than the straight line.
+JSON graphs are as `networkx.node_link_data` writes them: nodes with id, and links (or edges) with source and target.
 
 Source: GraphML Primer (graphml.graphdrafting.org); yEd's y:Geometry and y:NodeLabel are read if nodes have no x.
 """
@@ -17,10 +17,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError, got
+from desim_warehouse.errors import ModelError, first_of, got
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord, fill
+from desim_warehouse.plants.tables import EDGE, NODE, OSM, Columns, TableRecord, fill, of_maps
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
@@ -30,7 +30,9 @@ EXPECTED = "a graph (GraphML)"
 _NAME = "node"  # column of a node's id, which is no attribute of it
 _TAIL, _HEAD = "from_node", "to_node"
 _WEIGHT, _SLACK = "weight", 0.99
-_NODE_LINK = re.compile(rb'\{\s*"(directed|multigraph|nodes)"\s*:')
+_NODE_LINK = re.compile(rb'\{\s*"(directed|multigraph|graph|nodes|links|edges)"\s*:')
+_PAIR = re.compile(r"[(\[]?\s*([-+.\deE]+)\s*[,;\s]\s*([-+.\deE]+)(?:\s*[,;\s]\s*[-+.\deE]+)?\s*[)\]]?")
+"""A position as text, as `str` makes it for GraphML, which has no lists; a third number is its height."""
 LINKS = "a graph (JSON)"
 _DIRECTED = {"true": {"two_way": "no"}, "false": {"two_way": "yes"}}
 
@@ -67,7 +69,9 @@ def _position(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the attributes of a node, with x and y in place of `pos`."""
     values = {str(key): value for key, value in data.items()}
     position: Any = values.get("pos")
-    if "x" in values or not hasattr(position, "__len__") or isinstance(position, str) or len(position) != 2:  # noqa: PLR2004
+    if isinstance(position, str) and (pair := _PAIR.fullmatch(position.strip())):
+        position = pair.groups()
+    if "x" in values or isinstance(position, str) or not hasattr(position, "__len__") or len(position) not in {2, 3}:
         return values
     del values["pos"]
     return {"x": position[0], "y": position[1], **values}
@@ -78,7 +82,7 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
     node_headings = {**NODE, "name": (_NAME,)}
     edge_headings = {**EDGE, "name": ("name",), "from": (_TAIL,), "to": (_HEAD,)}
     node_columns = Columns.of(_titles(nodes), node_headings, f"{plant.source}: nodes")
-    edge_columns = Columns.of(_titles(edges), edge_headings, f"{plant.source}: edges")
+    edge_columns = Columns.of(_titles(edges), edge_headings, f"{plant.source}: edges", OSM)
     node_columns.require(f"{plant.source}: nodes", "x", *(() if "north" in node_columns.named else ("y",)))
     fill(
         plant,
@@ -86,6 +90,8 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
         [TableRecord(edge_columns, values, where, position) for where, position, values in edges],
         two_way=two_way,
     )
+    if (title := edge_columns.named.get("speed")) in OSM:
+        plant.assume("layout.edges", of_maps(title))
     unread = list(edge_columns.unread)
     if "length" not in edge_columns.named and _WEIGHT in unread:
         unread.remove(_WEIGHT)
@@ -137,8 +143,11 @@ def read_links(path: Path, content: bytes) -> Plant:
             where = f"{name}[{rank}]"
             if not isinstance(item, dict):
                 raise ModelError([f"{path}: {where}: not an object (got {got(item)}), expected {LINKS}"])
+            if missing := [theirs for theirs in ends if item.get(theirs) is None]:
+                has = first_of([got(each) for each in item], 8) or "nothing"
+                raise ModelError([f"{path}: {where}: no '{missing[0]}' (it has {has}), expected it, as in networkx"])
             values = {k: v for k, v in _position(item).items() if k not in ends}
-            own = {ours: str(item[theirs]) if item.get(theirs) is not None else None for theirs, ours in ends.items()}
+            own = {ours: str(item[theirs]) for theirs, ours in ends.items()}
             rows[name].append((f"{path}: {where}", where, {**values, **own}))
     for name, value in data.items():
         if name not in {"directed", "multigraph", "graph", "nodes", key}:
@@ -172,7 +181,9 @@ def read(path: Path, content: bytes) -> Plant:
     two_way = graph.attributes.get("edgedefault", "directed") == "undirected"
     for item in graph.children:
         if item.tag == "node":
-            nodes.append((_where(item, "id"), item.position, {**keys.values(item, "node"), _NAME: item.text("id")}))
+            nodes.append(
+                (_where(item, "id"), item.position, {**_position(keys.values(item, "node")), _NAME: item.text("id")})
+            )
         elif item.tag == "edge":
             own = _DIRECTED.get(item.attributes.get("directed", ""), {})
             ends = {_TAIL: item.text("source"), _HEAD: item.text("target")}

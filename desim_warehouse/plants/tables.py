@@ -8,9 +8,9 @@ name a folder that has both.
 - `y` is downwards, as in model files. A column `north` in its place is upwards.
 - `role` is what robots do there: load, unload, charge, park, or several (`charge + park`). Translate your own words
 with `--operation "pick face=load"`. `station` is a name; nodes with equal names are one station.
-- An edge is one-way unless `two_way` is yes; `--two-way` makes all edges without an entry two-way. `side_by_side` is
-for two lanes in opposite directions. Without a length, the straight distance counts; without a speed, there is no
-limit.
+- An edge is one-way unless `two_way` is yes, or `one_way` is no; `--two-way` makes all edges without an entry two-way.
+`side_by_side` is for two lanes in opposite directions. Without a length, the straight distance counts; without a speed,
+there is no limit.
 - Other columns are left out and reported.
 """
 
@@ -31,7 +31,7 @@ from desim_warehouse.model.workbook import NO_VALUE, RECALCULATE, rows_of, sheet
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 from desim_warehouse.values.csv_rows import csv_rows
-from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.fields import LIMITS, FrozenMap
 from desim_warehouse.values.headings import heading
 from desim_warehouse.values.units import TABLE, UnitNames, converted
 
@@ -51,9 +51,12 @@ EDGE = {
     "speed": ("speed", "max_speed", "speed_limit"),
     "speed_back": ("speed_back", "max_reverse_speed"),
     "two_way": ("two_way", "bidirectional", "both_ways"),
+    "one_way": ("one_way", "oneway"),
     "side_by_side": ("side_by_side",),
 }
 """Columns, each with the titles that tables have for it; the first one present counts."""
+OSM = {"maxspeed": "km/h"}
+"""Titles of columns in files of maps, with the unit of numbers without one there, as in OpenStreetMap."""
 _KINDS = {"x": "length", "y": "length", "north": "length", "length": "length", "speed": "speed", "speed_back": "speed"}
 _YES, _NO = {"yes", "true", "1", "x", "y", "ja", "wahr", "both"}, {"no", "false", "0", "", "-", "n", "nein", "falsch"}
 _SEVERAL = re.compile(r"\s*[+;,|/]\s*")
@@ -147,8 +150,14 @@ class Columns:
     unread: tuple[str, ...]
 
     @classmethod
-    def of(cls, header: Iterable[str], headings: Mapping[str, tuple[str, ...]], where: str) -> Columns:
-        """Return the columns in a header.
+    def of(
+        cls,
+        header: Iterable[str],
+        headings: Mapping[str, tuple[str, ...]],
+        where: str,
+        bare: Mapping[str, str] = FrozenMap(),
+    ) -> Columns:
+        """Return the columns in a header; `bare`: units of titles that name none.
 
         Raises:
             ModelError: an unknown unit, or a column that occurs twice.
@@ -171,7 +180,7 @@ class Columns:
                     raise ModelError([f"{where}: column {got(title)} a second time, expected it once"])
                 unread.append(named[name])
             named[name], best[name] = title, rank
-            if unit is not None:
+            if unit := unit or bare.get(title):
                 units[name] = _size(unit, name, f"{where}: column {got(title)}")
         return cls(named, {name: units[name] for name in named if name in units}, tuple(unread))
 
@@ -263,6 +272,11 @@ def _or_nan(number: float | None) -> float:
     return math.nan if number is None else number
 
 
+def of_maps(title: str) -> str:
+    """Return the words for a column of maps whose numbers have the unit of OpenStreetMap."""
+    return f"their '{title}' is in {OSM[title]}, as in OpenStreetMap; 'speed' is in m/s"
+
+
 def fill(plant: Plant, nodes: Iterable[TableRecord], edges: Iterable[TableRecord], *, two_way: bool = False) -> None:
     """Add nodes and edges to a plant.
 
@@ -311,6 +325,8 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
             hint = did_you_mean(end, plant.points)
             record.refuse(column, f"no such node (got {got(end)}), expected the name of a node{hint}")
     speed, both = record.above_0("speed") or math.inf, record.flag("two_way")
+    if both is None and (one_way := record.flag("one_way")) is not None:
+        both = not one_way
     back = speed if record.get("speed_back") is None else record.above_0("speed_back") or math.inf
     back = back if (two_way if both is None else both) else 0.0
     name = ">".join(ends) if record.get("name") is None else record.text("name")

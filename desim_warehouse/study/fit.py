@@ -439,7 +439,7 @@ def read_times(path: Path, column: str) -> list[float]:
             rank = names.index(column)
             cells = [(line, row[rank]) for line, row in rows if row[rank:] and row[rank]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise StudyError(f"{path}: cannot be read ({reason(error)}), expected a CSV file") from error
+        raise StudyError(f"{path}: cannot be read ({reason(error)}), expected CSV UTF-8") from error
     times, problems = [], []
     for line, cell in cells:
         try:

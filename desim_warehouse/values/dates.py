@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Literal
 
-from desim_warehouse.errors import got
+from desim_warehouse.errors import got, spoken
 
 Slashes = Literal["us", "uk"]
 """Whether 03/02/2026 is March 2, or 3 February."""
@@ -27,6 +27,8 @@ _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 """The years 2000 to 2099 in days of Excel, and the longest stretch of days that is taken for such."""
 _MILLISECONDS, _LAST_TIME = 1e11, 4_102_444_800.0
 """A number above the first is in milliseconds since 1970, below in seconds; the second is the year 2100."""
+_SUNDAY, _CHANGING = 6, range(1, 4)
+"""The day on which clocks change, and the hours of it."""
 _MONTHS_OF_A_YEAR, _HOURS, _DAY = 12, 24, 86_400.0
 
 _AROUND = re.compile(
@@ -69,6 +71,8 @@ _ISO = re.compile(r"\d{4}-?\d\d", re.ASCII)
 _UNMARKED = re.compile(r"(?:19|20)\d{6}(?:\d{6})?", re.ASCII)
 _WITH_TIME = re.compile(r":\d\d|\d ?(?:[ap]\.?m|uhr)|^\d+\.\d+$", re.IGNORECASE)
 _FIXED = re.compile(r"\.(\d+)")
+_BLANKS = dict.fromkeys(map(ord, "\u00a0\u2007\u2009\u202f"), " ")
+"""Blanks at which no line is broken, which Excel and Java write before AM and PM."""
 
 
 def time_of_day(text: str) -> float | None:
@@ -76,7 +80,7 @@ def time_of_day(text: str) -> float | None:
 
     24:00 ends the day, and 25:10 is 01:10 on the next, as timetables write it.
     """
-    parts = _CLOCK.fullmatch(text.strip())
+    parts = _CLOCK.fullmatch(text.translate(_BLANKS).strip())
     if parts is None or not (":" in text or parts["half"] or parts["uhr"]):
         return None
     return _seconds(parts, 2 * _HOURS)
@@ -98,7 +102,7 @@ def read_date(text: str, slashes: Slashes | None = None) -> dt.datetime | None:
 
     24:00 is the midnight that ends a day. `slashes`: how 03/02/2026 is meant; None: it is not read.
     """
-    text = text.strip()
+    text = text.translate(_BLANKS).strip()
     if _ISO.match(text):
         try:
             return dt.datetime.fromisoformat(text)
@@ -212,9 +216,19 @@ def read_times(
             read.clocks.append(math.nan if clock is None else clock)
             read.dates.append(read_date(text, slashes) if math.isnan(number) and clock is None else None)
     read.clocks = read.clocks or [math.nan] * len(texts)
+    if nights := dict.fromkeys(f"{date:%Y-%m-%d}" for date in read.dates if date is not None and _is_of_change(date)):
+        why = "and its times have no offset from UTC: an hour may be missing, or there twice"
+        read.notes.append(f"has the night of {spoken(nights)}, in which clocks change, {why}")
     pairs = zip(texts, read.dates, strict=True)
     read.twofold = [slashes is None and date is None and is_twofold(text) for text, date in pairs]
     return read
+
+
+def _is_of_change(date: dt.datetime) -> bool:
+    """Whether a date without an offset from UTC is in a night in which clocks change, in Europe or North America."""
+    last = date.month in {3, 10} and date.day > 24  # noqa: PLR2004 - the last Sunday of the month
+    american = date.day - 7 * (date.month == 3) in range(1, 8) and date.month in {3, 11}  # noqa: PLR2004
+    return date.tzinfo is None and date.weekday() == _SUNDAY and date.hour in _CHANGING and (last or american)
 
 
 def across_midnight(clocks: list[float], start: float = 0.0) -> list[int]:
@@ -256,6 +270,19 @@ def _parted(text: str) -> str:
 def has_time(text: str) -> bool:
     """Whether a date has a time of day: as 06:15, 6 am or 22 Uhr, or as a fraction of a day of Excel."""
     return _WITH_TIME.search(text) is not None
+
+
+def exchanged(texts: Sequence[str], dates: Sequence[dt.datetime | None]) -> list[bool]:
+    """Return in which dates a spreadsheet has probably exchanged day and month as it opened the file.
+
+    It took 03/02/2026 for a date in the order of its own country, and left 13/02/2026 as text. So all dates with
+    slashes have one reading, and all ISO dates could have had two.
+    """
+    left = [max(int(parts[1]), int(parts[3])) for text in texts if (parts := _SLASHES.match(text))]
+    taken = [_ISO.match(text) is not None for text in texts]
+    days = [date.day for date, is_taken in zip(dates, taken, strict=True) if date is not None and is_taken]
+    is_probable = bool(left and days) and max(days) <= _MONTHS_OF_A_YEAR < min(left)
+    return [is_taken and is_probable for is_taken in taken]
 
 
 def is_twofold(text: str) -> bool:

@@ -140,6 +140,19 @@ def test_a_row_of_trips_without_all_cells_is_refused_in_words(tmp_path):
     assert "trips.csv:5: timestamp: no time from 1970 to 2099 (got '1e300')" in late
 
 
+def test_a_bad_row_of_trips_has_the_line_of_its_file(tmp_path):
+    path = tmp_path / "trips.csv"
+    path.write_text('robot,pick,drop,start,end\n\n"R1","A","B",10,70\n,,,,\n\nR1,A,B,oops,90\n')
+    assert [problem.partition("trips.csv")[2][:3] for problem in read_log(path).notes.problems] == [":4:", ":6:"]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252"])
+def test_trips_in_another_encoding_are_refused_with_the_one_to_save(tmp_path, encoding):
+    (path := tmp_path / "trips.csv").write_text("robot,pick,drop,start,end\nGrün,A,B,10,70\n", encoding=encoding)
+    with pytest.raises(ReportError, match=r"cannot be read \(not text in UTF-8\), expected trips as CSV UTF-8"):
+        read_log(path)
+
+
 def test_a_log_without_a_good_row_is_refused(tmp_path):
     with pytest.raises(ReportError, match="no rows that can be read"):
         log_of(tmp_path, ["nothing"])
@@ -254,6 +267,30 @@ def test_logs_as_recorders_write_them_are_the_plain_one(tmp_path, form):
     log = log_of(tmp_path, [RECORDED[form](one) for one in two_robots()])
     assert log.table.equals(plain.table)
     assert (log.robots, log.notes.bad) == (("R1", "R2"), 0)
+
+
+@pytest.mark.parametrize(("begin", "end"), [("[\n", "\n]\n"), ("[", "]")])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_list_with_a_message_on_each_line_is_the_plain_log(tmp_path, begin, end, encoding):
+    text = begin + ",\n".join(map(json.dumps, two_robots())) + end
+    (path := tmp_path / "list.json").write_text(text, encoding=encoding)
+    log = read_log(path)
+    assert log.table.equals(log_of(tmp_path, two_robots()).table)
+    assert log.notes.bad == 0
+
+
+def test_a_message_over_several_lines_is_refused_with_what_is_expected(tmp_path):
+    (path := tmp_path / "log.json").write_text(json.dumps(two_robots(), indent=1))
+    with pytest.raises(ReportError, match=r"log.json:2: not JSON .*expected a state message of VDA 5050 on each line"):
+        read_log(path)
+
+
+def test_a_log_of_one_time_calibrates_nothing(tmp_path, a_plant):
+    (path := tmp_path / "log.jsonl").write_text(json.dumps(message(0)) + "\n{}\n")
+    with pytest.raises(
+        ReportError, match=r"all that can be read is of one time, expected the log of a day; .*jsonl:2:"
+    ):
+        dw.calibrate(a_plant.sheet, path)
 
 
 def test_robots_of_two_makers_with_one_serial_number_are_two(tmp_path):

@@ -64,6 +64,13 @@ def test_a_column_has_one_reading_of_points_and_commas(hall, tmp_path, cells, re
     assert ("points in 'release' stand between thousands" in day.assumed) == (cells == ["1.234", "2.000"])
 
 
+@pytest.mark.parametrize("cell", ["1'200", "1’200", "1 200", "1\u00a0200", "1\u202f200 Stk", "1 200,0"])
+def test_blanks_and_apostrophes_stand_between_thousands(hall, tmp_path, cell):
+    day = read(tmp_path, hall, f"release;quantity\n60;{cell}\n")
+    assert (day.problems, day.pieces) == ((), 1200)
+    assert read(tmp_path, hall, "release;quantity\n60;12 20\n").problems
+
+
 def test_a_column_is_read_by_all_of_its_rows(hall, tmp_path):
     day = read(tmp_path, hall, "release;from\n1.234;1\n2;1\n2.5;1\n3;1\n")
     assert [line.release for line in day.lines] == [1.234, 2, 2.5, 3]

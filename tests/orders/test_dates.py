@@ -242,6 +242,69 @@ def test_other_offsets_are_refused(tmp_path):
     assert "a time of another zone than Z" in problem
 
 
+def test_a_summer_is_on_the_clock_of_the_hall(tmp_path):
+    """An export of half a year: orders of eight o'clock come at eight, before and after clocks change."""
+    releases = ["2026-03-02T08:00+01:00", "2026-07-02T08:00+02:00", "2026-11-02T08:00+01:00"]
+    day = orders(tmp_path, releases)
+    assert (day.problems, [time[-7:] for time in clock_of(day)]) == ((), ["8:00:00"] * 3)
+    assert "'release' is as on the clock of the hall, which changes: +01:00 and +02:00 are left out" in day.assumed
+
+
+@pytest.mark.parametrize(
+    ("time", "is_said"),
+    [
+        ("2026-10-25 02:30", True),
+        ("29.03.2026 03:10", True),
+        ("2026-03-08 01:59", True),
+        ("2026-11-01 01:30", True),
+        ("2026-10-18 02:30", False),
+        ("2026-03-15 02:30", False),
+        ("2026-10-25 08:30", False),
+        ("2026-10-25T02:30+01:00", False),
+    ],
+)
+def test_a_night_in_which_clocks_change_is_named_where_no_offset_tells_the_hour(tmp_path, time, is_said):
+    said = "in which clocks change, and its times have no offset from UTC: an hour may be missing, or there twice"
+    assert any(said in one for one in orders(tmp_path, [time]).assumed) is is_said
+    (path := tmp_path / "trips.csv").write_text(f"robot,pick,drop,start,end\nR1,A,B,{time},{time}\n")
+    assert any(said in one for one in read_log(path).notes.lines()) is is_said
+
+
+def test_two_zones_on_one_day_are_no_clock_change(tmp_path):
+    releases = ["2026-07-02T08:00+01:00", "2026-07-02T09:30+02:00", "2026-07-02T09:00+01:00", "2026-07-02T22:00+02:00"]
+    (problem,) = orders(tmp_path, releases).problems
+    assert "a time of another zone than +01:00 (2 rows from row 2 on" in problem
+
+
+def test_numbers_of_another_program_are_said_to_count_from_the_start(tmp_path):
+    day = orders(tmp_path, ["830", "0915"], heading="created")
+    assert [line.release for line in day.lines] == [830, 915]
+    assert "'created' counts the time from the start of the run" in day.assumed
+
+
+@pytest.mark.parametrize("number", ["46083.35", "830"])
+def test_a_number_among_dates_is_no_second(tmp_path, number):
+    day = orders(tmp_path, ["2026-03-02 08:00", number], heading="created")
+    (problem,) = day.problems
+    assert f"row 2, created: a number among dates or times of day (got '{number}'), expected" in problem
+    assert len(day.lines) == 1
+
+
+def test_dates_that_a_spreadsheet_turned_round_are_refused(tmp_path):
+    """British dates opened in an American Excel: 03/02/2026 became March 2, and 13/02/2026 stayed text."""
+    day = orders(tmp_path, ["2026-03-02 08:00:00", "13/02/2026 08:10", "14/02/2026 08:10"])
+    (problem,) = day.problems
+    assert "row 1, release: a date whose day and month a spreadsheet may have exchanged, as those above" in problem
+    assert orders(tmp_path, ["2026-02-13 08:00:00", "14/02/2026 08:10"]).problems == ()
+    assert orders(tmp_path, ["2026-02-12 08:00:00", "14/02/2026 08:10", "11/02/2026 08:10"]).problems == ()
+
+
+def test_blanks_at_which_no_line_breaks_are_blanks(tmp_path):
+    day = orders(tmp_path, ["2026-03-02\u00a08:05\u202fAM", "2026-03-02 8:10\u00a0AM"])
+    assert (day.problems, clock_of(day)) == ((), ["8:05:00", "8:10:00"])
+    assert clock_of(orders(tmp_path, ["8:05\u202fPM"])) == ["20:05:00"]
+
+
 def test_a_date_of_nothing_moves_no_start(tmp_path):
     day = orders(tmp_path, ["1900-01-01 00:00", *(f"2026-03-02 0{hour}:00" for hour in range(6, 9))])
     assert f"{day.midnight:%Y-%m-%d}" == "2026-03-02"

@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+from desim_warehouse.errors import ModelError
 from desim_warehouse.orders.day import order_day
 
 WAYS = ("csv", "parquet")
@@ -81,3 +82,53 @@ def test_a_column_may_say_by_its_heading_what_was_called_off(hall, tmp_path, tit
 def test_a_column_without_a_heading_is_named_by_its_number_if_something_stands_there(hall, tmp_path):
     (tmp_path / "day.csv").write_text("release;;order;\n60;x;a;\n70;;b;\n")
     assert order_day(tmp_path / "day.csv", hall).unread == ("column 2",)
+
+
+@pytest.mark.parametrize("title", ["Cancelled at", "Storniert am", "Cancellation reason", "Stornogrund", "deleted_at"])
+@pytest.mark.parametrize("no", ["", "NULL", "0000-00-00 00:00:00", "N/A"])
+def test_a_column_may_say_when_or_why_an_order_was_called_off(hall, tmp_path, title, no):
+    day = read(tmp_path, hall, [f"release;order;{title}", f"60;a;{no}", "70;b;2026-03-02 07:00"])
+    assert [line.order for line in day.lines] == ["a"]
+    assert f"row 2, {title}: an order that was called off (got '2026-03-02 07:00')" in day.problems[0]
+
+
+@pytest.mark.parametrize(
+    "state", ["Cancelled by customer", "CANCELLED_BY_CUSTOMER", "canceled (sold out)", "Storno: X"]
+)
+def test_a_state_may_have_more_words(hall, tmp_path, state):
+    day = read(
+        tmp_path, hall, ["release;order;Order status", "60;a;not cancelled", f"70;b;{state}", "80;c;Stornoladen"]
+    )
+    assert [line.order for line in day.lines] == ["a", "c"]
+    assert f"row 2, Order status: an order that was called off (got '{state}')" in day.problems[0]
+    assert len(read(tmp_path, hall, ["release;order;Article", f"70;b;{state}"]).lines) == 1
+
+
+def test_the_header_is_the_row_with_most_headings(hall, tmp_path):
+    text = "Date;03.03.2026 07:00\nHall;Nord\n\nAuftrag;Datum;Platz;Ziel\n1;02.03.2026 06:05;3;pack\n"
+    (tmp_path / "day.csv").write_text(text)
+    day = order_day(tmp_path / "day.csv", hall)
+    assert [(line.order, line.release, line.source, line.target) for line in day.lines] == [("1", 300, 3, "pack")]
+    assert "the header is row 4" in day.assumed
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("day.xls", b"<html><table><tr><td>order</td></tr></table></html>", "a web page or XML; open it in"),
+        (
+            "day.xls",
+            b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(99),
+            "a workbook of Excel before 2007; save it as .xlsx",
+        ),
+        ("day.csv", b"PK\x03\x04" + bytes(99), "a workbook or another zip file; save it as .xlsx or CSV"),
+        ("day.csv", b'\xef\xbb\xbf[{"order": 1}]', "JSON; save it as CSV"),
+        ("day.xlsx", b"order,created\n1,06:05\n", "text; call it .csv"),
+        ("day.csv", "order,created\n1,06:05\n".encode("utf-16-le"), "no text, or UTF-16 without its mark; save it as"),
+    ],
+)
+def test_a_file_of_another_kind_is_called_by_it(hall, tmp_path, name, content, why):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ModelError) as refused:
+        order_day(tmp_path / name, hall)
+    assert f"{name}: cannot be read ({why}" in str(refused.value)

@@ -76,6 +76,16 @@ def test_lengths_that_look_like_millimetres(metres, doubted):
     assert any(remark.kind == "unit of length" for remark in made.remarks) == doubted
 
 
+@pytest.mark.parametrize(("metres", "doubted"), [(0.5, False), (0.05, True), (1e-5, True)])
+def test_a_floor_on_which_no_robot_fits(metres, doubted):
+    """Ten metres in km, and degrees of latitude in a table, whose numbers are metres."""
+    points = [("A", 0, 0), ("B", 10 * metres, 0), ("C", 10 * metres, 10 * metres)]
+    remarks = [str(one) for one in imported(plant(*WAYS, points=points)).remarks if one.kind == "floor"]
+    assert [remark.partition(";")[2] for remark in remarks] == [
+        f" are coordinates in km or degrees?: {10 * metres:.2g} x {10 * metres:.2g} m"
+    ] * doubted
+
+
 def test_energy_levels_in_the_wrong_order(tmp_path):
     before = 'energyLevelFullyRecharged="95" energyLevelSufficientlyRecharged="45" maxVelocity="1000"'
     after = 'energyLevelFullyRecharged="30" energyLevelSufficientlyRecharged="90" maxVelocity="1000"'

@@ -199,9 +199,9 @@ def test_a_graph_without_direction_has_two_way_lanes_and_edges_may_be_called_so(
         ({"nodes": [1]}, "nodes[0]: not an object (got 1), expected a graph (JSON)"),
         ({"directed": "yes"}, "directed: neither true nor false (got 'yes')"),
         ({"links": [{"source": 0, "target": 7}]}, "links[0]: to_node: no such node (got '7')"),
-        ({"links": [{"source": 0}]}, "links[0]: to_node: empty, expected a name"),
+        ({"links": [{"source": 0}]}, "links[0]: no 'target' (it has 'source'), expected it, as in networkx"),
         ({"nodes": [{"id": 0, "x": "left", "y": 1}]}, "nodes[0]: x: "),
-        ({"nodes": [{"x": 1, "y": 1}]}, "nodes[0]: node: empty, expected a name"),
+        ({"nodes": [{"x": 1, "y": 1}]}, "nodes[0]: no 'id' (it has 'x', 'y'), expected it, as in networkx"),
     ],
 )
 def test_a_damaged_graph_in_json_is_one_message(tmp_path, change, message):
@@ -211,6 +211,25 @@ def test_a_damaged_graph_in_json_is_one_message(tmp_path, change, message):
         import_layout(path)
     assert message in str(refused.value)
     assert len(refused.value.problems) == 1
+
+
+@pytest.mark.parametrize("first", ["directed", "graph", "nodes", "links"])
+def test_keys_of_a_graph_in_json_stand_in_any_order(tmp_path, first):
+    path = graph(tmp_path, [(a, b, {}) for a, b in LOOP])
+    content = json.loads(path.read_text()) | {"graph": {}}
+    path.write_text(json.dumps({first: content[first], **content}))
+    assert len(read_plant(path).links) == 4
+
+
+@pytest.mark.parametrize("form", [list, str, lambda at: [*at, 0.0], lambda at: f"{at[0]:.1f}, {at[1]:.1f}, 0.0"])
+def test_positions_may_have_a_height_or_be_text(tmp_path, form):
+    """GraphML has no lists, so that people write `str` of a position."""
+    path = graph(tmp_path, [(a, b, {}) for a, b in LOOP])
+    content = json.loads(path.read_text())
+    content["nodes"] = [{"id": one["id"], "pos": form(tuple(one["pos"]))} for one in content["nodes"]]
+    plain = read_plant(path).points
+    path.write_text(json.dumps(content))
+    assert [(one.x, one.y) for one in read_plant(path).points.values()] == [(one.x, one.y) for one in plain.values()]
 
 
 def in_a_block(folder, layer="AGV lanes", deep=1, beside=(), scale=1.0):

@@ -133,6 +133,21 @@ def test_geojson_in_degrees_is_projected(tmp_path):
     assert "degrees are projected around 15.44" in remark.why
 
 
+def test_a_maxspeed_is_in_kilometres_an_hour_as_in_openstreetmap(tmp_path):
+    made = import_layout(geojson(tmp_path))
+    text = (path := tmp_path / "yard.geojson").read_text()
+    path.write_text(text.replace('"speed": 1', '"maxspeed": "5"'))
+    assert text.count('"speed": 1') == 1
+    of_maps = import_layout(path)
+    assert {edge.speed for edge in made.model.layout.edges if edge.speed} == {1}
+    assert {round(edge.speed, 2) for edge in of_maps.model.layout.edges if edge.speed} == {1.39}
+    said = "assumed: layout.edges: their 'maxspeed' is in km/h, as in OpenStreetMap; 'speed' is in m/s"
+    assert said in map(str, of_maps.remarks)
+    assert said not in map(str, made.remarks)
+    path.write_text(text.replace('"speed": 1', '"maxspeed": "90 m/min"'))
+    assert {edge.speed for edge in import_layout(path).model.layout.edges if edge.speed} == {1.5}
+
+
 def test_geojson_lanes_of_a_layer(tmp_path):
     made = import_layout(geojson(tmp_path), lanes="lanes")
     left = {(one.kind, one.names, one.why) for one in made.remarks if one.what == "left out"}

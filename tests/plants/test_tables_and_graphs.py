@@ -54,6 +54,17 @@ def test_edges_that_do_not_say_may_lead_both_ways(tmp_path):
     assert {edge: two_way for edge, (*_, two_way, _) in lanes(model).items() if not two_way} == {("B", "C"): False}
 
 
+@pytest.mark.parametrize(("title", "yes", "no"), [("one_way", "no", "yes"), ("Oneway", "False", "True")])
+def test_a_table_may_say_which_edges_are_one_way(tmp_path, title, yes, no):
+    (tmp_path / "nodes.csv").write_text("name,x,y,role\nA,0,0,load\nB,20,0,unload\nC,20,12,\n")
+    (tmp_path / "edges.csv").write_text(f"from,to,{title}\nA,B,{yes}\nB,C,{no}\nC,A,{no}\n")
+    made = import_layout(tmp_path)
+    assert {edge: two_way for edge, (*_, two_way, _) in lanes(made.model).items()} == {
+        ("A", "B"): True, ("B", "C"): False, ("C", "A"): False
+    }  # fmt: skip
+    assert not [remark for remark in made.remarks if remark.what == "left out"]
+
+
 def test_y_may_be_upwards(tmp_path):
     path = tables(tmp_path)
     path.write_text(NODES.replace("Y [m]", "north [mm]").replace(";8;", ";8000;"))

@@ -93,9 +93,10 @@ def test_what_is_wrong_is_said_by_row_and_column_at_most_20_of_them(tmp_path):
     problems = refused.value.problems
     place = "expected a node, a station, 'storage', or a storage place from 0 to 1"
     whole = "expected a whole number of at least 1"
+    later = "expected a time from 06:00 on, or an earlier run.start in the model"
     a_time = "expected a number of at least 0, or a time such as 06:15 or 2026-03-02T06:15"
     assert problems == [
-        f"{path}, row 5, release: before the start of the run (got '05:00'), {a_time}",
+        f"{path}, row 5, release: before the start of the run (got '05:00'), {later}",
         f"{path}, row 2, release: not a time (got 'soon'), {a_time}",
         f"{path}, row 3, due: due before its release (got '06:01'), expected a time not before it",
         f"{path}, from: no such place (2 rows from row 3 on, 2 values: '7', 'pak'), {place}",

@@ -270,7 +270,8 @@ class OrderRows:
         values = self.times(column, text)
         late, early = values > _LATEST / self.how.seconds, values < 0
         self.flag(late, column, "later than 10 years after the start of the run", "seconds from it, or a date")
-        self.flag(early, column, "before the start of the run", _TIME)
+        cure = f"a time from {self.how.start} on, or an earlier run.start in the model"
+        self.flag(early, column, "before the start of the run", cure)
         self.flag(np.isnan(values) & ((column == "release") | (text != "").to_numpy()), column, "not a time", _TIME)
         return np.where(late | early, np.nan, values)
 

@@ -100,7 +100,7 @@ def not_plain(path: Path) -> list[str]:
     try:
         names = _names(path)
     except (OSError, ValueError, csv.Error) as error:
-        return [_why(error)]
+        return [reason(error)]
     others = [got(name) for name in names if name not in ORDER_COLUMNS]
     meant = nearest(others[0][1:-1], {*ORDER_COLUMNS} - {*names}) if len(others) == 1 else None
     ways = [f"column{'s' * (len(others) > 1)} {first_of(others, 4)}"] if others else []
@@ -123,11 +123,7 @@ def check_there(path: Path) -> tuple[int, int]:
 
 def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
     """Return the message that says why a file of orders cannot be read."""
-    return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
-
-
-def _why(error: Exception) -> str:
-    return "not text in UTF-8" if isinstance(error, UnicodeDecodeError) else reason(error)
+    return f"{near(path)}: cannot be read ({reason(error)}), expected orders in {kinds}"
 
 
 def _names(path: Path) -> list[str]:
