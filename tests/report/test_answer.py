@@ -149,7 +149,7 @@ def is_everywhere(answer):
         assert not (option.standing == "overloaded" and option.number)
         if option.number:
             intervals.setdefault((option.name, option.group), set()).add(option.number.text)
-    assert all(len(found) == 1 for found in intervals.values())
+    assert all(len(spellings) == 1 for spellings in intervals.values())
     assert left_out <= sum(map(int, re.findall(r"(\d+) more options?", terminal)))
     if isinstance(answer.figure, Rows):
         texts = {", ".join(filter(None, (one.group, one.name))): one.numbers for one in answer.options}
@@ -270,12 +270,12 @@ def test_every_open_fleet_is_named_or_counted():
 )
 def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, changes, runs):
     search, model = dw.Search(out=tmp_path, **runs), example().replace(changes)
-    found = plan_fleet(model, "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
-    found.answer.save(tmp_path)
+    plan = plan_fleet(model, "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
+    plan.answer.save(tmp_path)
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
-    for line in found.answer.answer:
+    for line in plan.answer.answer:
         assert line in source.replace("\u00a0", " ")
-    shown, days = found.answer.about, (found.grown.best or found.today.best).days
+    shown, days = plan.answer.about, (plan.grown.best or plan.today.best).days
     assert [one.seed for one in (shown, shown.worst)] == [run_seed(0, run) for run in (days.median_run, days.worst_run)]
     by_seed = {seed: dw.simulate(shown.model, seed).kpis["on_time"] for seed in (shown.seed, shown.worst.seed)}
     assert list(by_seed.values()) == pytest.approx([days.median, days.worst])
@@ -283,7 +283,7 @@ def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, changes, runs):
         assert capital(text) in source
     assert "Watch this run" in report(tmp_path, replay=True).read_text(encoding="utf-8")
     assert (tmp_path / "report-replay.html").is_file()
-    assert "iframe" in found._repr_html_()
+    assert "iframe" in plan._repr_html_()
 
 
 def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
@@ -305,12 +305,12 @@ def test_size_leads_with_its_count(tmp_path):
     model = example().replace({**LASTING, "run.length": 1800, "run.warm_up": 300})
     study = dw.Study(model, cases, name="size", target="on_time >= 75 %")
     study.plan = study.plan.unreplicated()
-    found = size(study, "on_time >= 75 %", search=dw.Search(first=5, cap=40, out=tmp_path))
-    answer = found.answer
+    sizing = size(study, "on_time >= 75 %", search=dw.Search(first=5, cap=40, out=tmp_path))
+    answer = sizing.answer
     assert is_everywhere(answer)
-    assert answer.tiles[0].value == str(found.smallest)
-    assert dw.load(answer.about.model).fleet.size == found.smallest
-    by_value = {one.value: one for one in found.decisions}
+    assert answer.tiles[0].value == str(sizing.smallest)
+    assert dw.load(answer.about.model).fleet.size == sizing.smallest
+    by_value = {one.value: one for one in sizing.decisions}
     for option in answer.options:
         one = by_value[option.set["fleet.size"]]
         assert option.number is None or (option.number.low, option.number.high) == (one.low, one.high)
@@ -318,24 +318,24 @@ def test_size_leads_with_its_count(tmp_path):
 
 def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_path):
     model = example().replace(LASTING)
-    found = why(model, search=dw.Search(cap=5, first=5, out=tmp_path))
-    answer = found.answer
+    diagnosis = why(model, search=dw.Search(cap=5, first=5, out=tmp_path))
+    answer = diagnosis.answer
     answer.save(tmp_path)
     assert answers.load(tmp_path) == answer
     assert dw.load(answer.about.model).fleet.size == model.fleet.size
     assert answer.tiles[0].what.endswith("as it is")
-    assert float(answer.tiles[0].value.removesuffix(" min")) == pytest.approx(found.as_it_is.mean / 60, rel=0.01)
+    assert float(answer.tiles[0].value.removesuffix(" min")) == pytest.approx(diagnosis.as_it_is.mean / 60, rel=0.01)
     source = report(tmp_path).read_text(encoding="utf-8")
     assert f"<h2>{answer.about.name.capitalize()}" in source
     assert source.partition("<details")[0].count("<figure") <= 3
     assert "<img" not in source
     assert len(source) < 40_000
-    assert "iframe" in found._repr_html_()
+    assert "iframe" in diagnosis._repr_html_()
 
 
 def test_an_answer_is_as_its_schema_says():
-    said = CliRunner().invoke(desim, ["schema", "--answer"], catch_exceptions=False).output
-    jsonschema.validate(json.loads(made_up_why(3).answer.model_dump_json()), json.loads(said))
+    schema = CliRunner().invoke(desim, ["schema", "--answer"], catch_exceptions=False).output
+    jsonschema.validate(json.loads(made_up_why(3).answer.model_dump_json()), json.loads(schema))
 
 
 def test_a_damaged_answer_is_one_message(tmp_path):
@@ -361,27 +361,27 @@ def test_no_template_has_a_bracket_in_a_bracket():
     for path in SAID_IN:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.JoinedStr):
-                said = "".join(str(one.value) if isinstance(one, ast.Constant) else "x" for one in node.values)
+                text = "".join(str(one.value) if isinstance(one, ast.Constant) else "x" for one in node.values)
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-                said = node.value
+                text = node.value
             else:
                 continue
-            if BRACKETS.search(said) and "\n" not in said:
-                nested.append((path.name, said))
+            if BRACKETS.search(text) and "\n" not in text:
+                nested.append((path.name, text))
     assert nested == []
 
 
 def test_keys_of_a_model_stand_in_commands_only():
     """A sentence names robots and lanes, not fleet.size and traffic; `input_words` has lines for a model file."""
     key = re.compile(r"\b(fleet|traffic|tasks|layout|policies|battery|prices|run)\.[a-z_]+")
-    found = []
+    keys = []
     for path in SAID_IN:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            said = node.value if isinstance(node, ast.Constant) else None
-            is_sentence = isinstance(said, str) and " " in said and "\n" not in said and not said.endswith(".")
-            if is_sentence and key.search(said.partition("desim ")[0]) and path.name != "input_words.py":
-                found.append((path.name, said))
-    assert found == []
+            text = node.value if isinstance(node, ast.Constant) else None
+            is_sentence = isinstance(text, str) and " " in text and "\n" not in text and not text.endswith(".")
+            if is_sentence and key.search(text.partition("desim ")[0]) and path.name != "input_words.py":
+                keys.append((path.name, text))
+    assert keys == []
 
 
 LONG = [pytest.mark.long]
@@ -422,12 +422,12 @@ def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_
         for tile in answer.tiles:
             whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
             assert whole in texts.values() or tile.what == "cost a year"
-        said = " ".join(answer.answer)
-        assert option.name in said or capital(option.name) in said or len(answer.options) == 1
+        sentences = " ".join(answer.answer)
+        assert option.name in sentences or capital(option.name) in sentences or len(answer.options) == 1
     first = text_of(page(answer)).partition("Everything tried")[0]
-    known = {text for one in answer.options for text in [one.instead, *(number.text for number in one.numbers)]}
+    listed = {text for one in answer.options for text in [one.instead, *(number.text for number in one.numbers)]}
     for interval in re.findall(INTERVAL, first):
-        assert any(interval in text for text in known), interval
+        assert any(interval in text for text in listed), interval
     told = re.findall(INTERVAL, " ".join(answer.answer))
     assert len(told) == len(set(told))
     if len(results.designs) > 1:
@@ -454,7 +454,7 @@ def is_what_the_live_page_says(results):
         estimates = {
             one: results.estimate(results.runs(design), one) for one in measured if goal is None or one != main
         }
-        for of, found in estimates.items():
-            scale = words.scale(of, runs.model, (found.mean,))
-            low, high = found.interval or (None, None)
-            assert measured[of] == judged_words.within(of, scale, (found.mean, low, high)).text
+        for of, estimate in estimates.items():
+            scale = words.scale(of, runs.model, (estimate.mean,))
+            low, high = estimate.interval or (None, None)
+            assert measured[of] == judged_words.within(of, scale, (estimate.mean, low, high)).text

@@ -26,13 +26,13 @@ def model(tmp_path_factory):
 
 def drawn(ax):
     """Colour of each group of squares -> the middles of the squares."""
-    found = {}
+    by_colour = {}
     for squares in ax.collections:
         if isinstance(squares, PolyCollection):
             colour = tuple(squares.get_facecolor()[0]) if len(squares.get_facecolor()) else None
             middles = {tuple(path.vertices[:4].mean(axis=0).round(6).tolist()) for path in squares.get_paths()}
-            found.setdefault(colour, set()).update(middles)
-    return found
+            by_colour.setdefault(colour, set()).update(middles)
+    return by_colour
 
 
 def rgba(colour):
@@ -47,10 +47,10 @@ def at(letter):
 
 def test_cells_have_the_colour_of_what_they_are_for(model):
     ax = floor.layout(model)
-    found = drawn(ax)
-    assert found[rgba(cells.GOODS)] == at("e")
-    assert found[rgba(palette.BAY)] == at("r")
-    assert found[rgba(cells.AISLE)] == at("e") | at("r") | at(".")
+    by_colour = drawn(ax)
+    assert by_colour[rgba(cells.GOODS)] == at("e")
+    assert by_colour[rgba(palette.BAY)] == at("r")
+    assert by_colour[rgba(cells.AISLE)] == at("e") | at("r") | at(".")
     assert rgba(ax.get_facecolor()) == rgba(cells.SHELF)  # which is what is left of a shelf
     assert not ax.texts
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [

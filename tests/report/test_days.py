@@ -113,21 +113,21 @@ def test_the_line_of_a_day_with_more_orders_leaves_the_band(wrong):
 
 def test_an_hour_without_messages_is_left_blank(model):
     simulated = [[20.0 + n % 5, 30.0 + n % 4, 25.0 - n % 3] for n in range(40)]
-    found = by_hand(model, [21.0, np.nan, 40.0], simulated)
-    assert found.drops[0].out.tolist() == [False, False, True]
-    line, _ = steps(plot.real_day(found))["real day"]
+    validation = by_hand(model, [21.0, np.nan, 40.0], simulated)
+    assert validation.drops[0].out.tolist() == [False, False, True]
+    line, _ = steps(plot.real_day(validation))["real day"]
     assert np.isnan(line).tolist() == [False, True, False]
 
 
 def test_edges_outside_are_coloured_and_named(model):
-    found = by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)])
+    validation = by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)])
     first, second, *_ = (">".join(edge) for edge in model.floor.graph.edges)
-    ax = plot.passages(found)
+    ax = plot.passages(validation)
     marks = {line.get_label(): line for line in ax.lines}
     assert marks["more than simulated"].get_ydata().tolist() == [9]
     assert marks["less than simulated"].get_ydata().tolist() == [0.5]
     assert {text.get_text() for text in ax.texts} == {first, second}
-    floor = plot.residuals(found)
+    floor = plot.residuals(validation)
     lanes = floor.collections[0]
     assert lanes.get_linewidths()[:3] == [5, 5, 2.5]
     red, _, blue, _ = np.array(lanes.get_colors()).T
@@ -140,12 +140,12 @@ def test_edges_outside_are_coloured_and_named(model):
 def test_trips_do_not_say_where_robots_drove(model):
     from dataclasses import replace
 
-    found = replace(by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)]), passed=None, stood=None)
+    validation = replace(by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)]), passed=None, stood=None)
     with pytest.raises(ReportError, match="logs of trips do not say where robots drove"):
-        plot.residuals(found)
+        plot.residuals(validation)
     with pytest.raises(ReportError, match="by 'x': expected passed or stood"):
-        plot.residuals(found, by="x")
-    html = validation_page.page(found)
+        plot.residuals(validation, by="x")
+    html = validation_page.page(validation)
     assert "Where robots drove" not in html
 
 

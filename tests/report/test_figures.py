@@ -29,11 +29,11 @@ HALF_WIDTH = 4.302652729911275 / np.sqrt(3)
 
 def lines(ax):
     """Label -> x and y of each line with an interval."""
-    found = {}
+    by_label = {}
     for container in ax.containers:
         line = container.lines[0]
-        found[container.get_label()] = list(line.get_xdata()), list(line.get_ydata())
-    return found
+        by_label[container.get_label()] = list(line.get_xdata()), list(line.get_ydata())
+    return by_label
 
 
 def half_widths(container):
@@ -292,8 +292,8 @@ def test_a_two_way_lane_is_drawn_and_coloured_as_one():
 def test_the_warm_up_is_cut_where_mser_says(lifelong):
     values = [100.0, 80, 60, 40, 20] * 4 + [10.0, 11, 9, 10, 10] * 20
     ax = plot.warm_up(values, label="Cycle time (step)")
-    found = mser(values)
-    assert found.truncate == 20
+    truncation = mser(values)
+    assert truncation.truncate == 20
     cut = next(line for line in ax.lines if line.get_label().startswith("cut at 20"))
     assert list(cut.get_xdata()) == [20, 20]
     assert plot.warm_up(lifelong).get_ylabel() == "Cycle time (step)"
@@ -388,13 +388,13 @@ def test_a_welch_plot_shows_the_observations_and_their_moving_averages():
 
 def test_a_welch_plot_of_a_model_has_its_units_and_the_cut():
     model = dw.load("models/tutorial.yaml", {"tasks.goods": {"saturated": 5}, "run.length": 1800})
-    found = settle(model, replications=2, observations=60, observed="cycle_time")
-    ax = plot.welch(found)
+    warm_up = settle(model, replications=2, observations=60, observed="cycle_time")
+    ax = plot.welch(warm_up)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("Time (s)", "Cycle time (s)")
-    assert list(ax.lines[0].get_ydata()) == list(found.series)
+    assert list(ax.lines[0].get_ydata()) == list(warm_up.series)
     cut = ax.lines[-1]
     assert cut.get_label() == "cut by MSER-5"
-    assert list(cut.get_xdata()) == [found.time] * 2
+    assert list(cut.get_xdata()) == [warm_up.time] * 2
 
 
 def test_no_word_beside_a_floor_is_cut_off_at_the_edge_of_its_picture():
@@ -409,12 +409,10 @@ def test_figures_have_the_intervals_of_the_table_and_do_not_cut_them_off():
 
     changes = {"tasks.goods": {"poisson": 100, "due_within": 60}, "run": {"length": 1800, "warm_up": 300}}
     study = dw.Study("models/tutorial.yaml", {"fleet.size": [2, 3]}, changes=changes, replications=3).run().results
-    found = cells(study.table, ["fleet.size"], "on_time")
-    assert [cell.estimate.interval for cell in found] == [
-        study.estimate(study.runs(design), "on_time").interval for design in study.designs
-    ]
+    intervals = [cell.estimate.interval for cell in cells(study.table, ["fleet.size"], "on_time")]
+    assert intervals == [study.estimate(study.runs(design), "on_time").interval for design in study.designs]
     low, high = plot.by_factor(study.table, "fleet.size", "on_time", target=0.5).get_ylim()
-    ends = [end for cell in found for end in cell.estimate.interval]
+    ends = [end for interval in intervals for end in interval]
     assert low <= min(*ends, 0.5) <= max(*ends, 0.5) <= high
 
 
@@ -429,11 +427,11 @@ def test_a_share_in_other_units_is_judged_as_the_number_that_it_is():
 
 
 def test_the_course_of_a_run_is_drawn_as_it_is_computed(lifelong):
-    ax, found = plot.day(lifelong), outcome.day(lifelong.history)
+    ax, course = plot.day(lifelong), outcome.day(lifelong.history)
     robots, delivered, *_, battery = ax.child_axes
-    assert [area.get_label() for area in robots.collections] == [outcome.DOING[name] for name in found.robots]
+    assert [area.get_label() for area in robots.collections] == [outcome.DOING[name] for name in course.robots]
     assert robots.get_ylim() == (0, 6)
-    for lane, values in ((delivered, found.delivered), (battery, found.battery)):
+    for lane, values in ((delivered, course.delivered), (battery, course.battery)):
         (curve,) = lane.patches
         assert list(curve.get_data()[0]) == values.tolist()
     assert [tick.get_text() for tick in battery.get_yticklabels()] == ["0", "100 %"]

@@ -89,12 +89,12 @@ def test_more_runs_leave_no_answer_of_fewer(tmp_path):
 
 
 def test_what_python_finds_is_kept_in_its_folder(tmp_path):
-    found = dw.best(
+    choice = dw.best(
         dw.Study(example().replace(LASTING), {"fleet.size": [1, 3]}),
         "throughput_per_hour",
         search=dw.Search(first=2, cap=2, out=tmp_path),
     )
-    assert json.loads((tmp_path / "answer.json").read_text("utf-8"))["answer"] == list(found.answer.answer)
+    assert json.loads((tmp_path / "answer.json").read_text("utf-8"))["answer"] == list(choice.answer.answer)
 
 
 def test_an_answer_that_another_replaces_is_named(tmp_path, monkeypatch):
@@ -102,8 +102,8 @@ def test_an_answer_that_another_replaces_is_named(tmp_path, monkeypatch):
     Path("w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
     size = f"desim size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT} --out made"
     assert pages.run_desim(size)[0] == 0
-    _, _, said = pages.run_desim("desim best made --indicator throughput_per_hour --first 2 --cap 2 --quiet")
-    assert said.startswith("made/answer.json: replaced; it answered: ")
+    _, _, err = pages.run_desim("desim best made --indicator throughput_per_hour --first 2 --cap 2 --quiet")
+    assert err.startswith("made/answer.json: replaced; it answered: ")
     assert json.loads(Path("made", "answer.json").read_text("utf-8"))["kind"] == "best"
 
 

@@ -45,10 +45,10 @@ def test_runs_results_answers_and_checks_are_shown_in_one_style_without_scripts(
 
 
 def test_a_check_shows_its_findings_with_what_to_do():
-    found = dw.check(example().replace({"fleet.size": 60}))
-    page = shown(found)
-    assert found.findings
-    for item in found.findings:
+    report = dw.check(example().replace({"fleet.size": 60}))
+    page = shown(report)
+    assert report.findings
+    for item in report.findings:
         assert {item.code, item.level} <= set(re.findall(r"<td>([^<]*)</td>", page))
     assert "<summary>The model</summary>" in page
 
@@ -58,8 +58,8 @@ def test_a_cell_shows_the_message_of_an_error_and_not_the_way_through_the_code(c
 
     shell = InteractiveShell()
     shell.run_cell("import desim_warehouse as dw\ndw.load('models/tutorial.yaml', {'fleet.sise': 3})")
-    said = capsys.readouterr().out.strip().splitlines()
-    assert said == ["ModelError: override fleet.sise: unknown key, did you mean 'fleet.size'?"]
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert lines == ["ModelError: override fleet.sise: unknown key, did you mean 'fleet.size'?"]
 
 
 @pytest.fixture

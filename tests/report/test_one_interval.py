@@ -47,7 +47,7 @@ def test_neither_mean_nor_end_is_written_as_the_target_or_as_none_or_all_that_is
 
 
 @pytest.mark.parametrize(
-    ("found", "target", "said"),
+    ("interval", "target", "expected"),
     [
         ((0.9838, 0.9462, 0.9991), 0.95, "98 % (94.6 to 99.9)"),
         ((0.976, 0.9496, 0.99), 0.95, "98 % (94.96 to 99)"),
@@ -57,8 +57,8 @@ def test_neither_mean_nor_end_is_written_as_the_target_or_as_none_or_all_that_is
         ((0.02, 1e-8, 0.07), 0.95, "2 % (0.001 to 7)"),
     ],
 )
-def test_only_what_would_look_like_the_target_has_more_digits(found, target, said):
-    assert PERCENT.within(*found, target) == said
+def test_only_what_would_look_like_the_target_has_more_digits(interval, target, expected):
+    assert PERCENT.within(*interval, target) == expected
 
 
 def test_what_a_table_and_a_sentence_show_is_the_interval_of_the_verdict():

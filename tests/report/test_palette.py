@@ -36,9 +36,9 @@ def test_contrast_is_that_of_the_standard():
 def test_robots_rings_goods_and_closures_are_seen_on_everything_they_lie_on(palette, theme):
     colours = GROUND[theme] | PALETTES[palette][theme]
     faint = {
-        (mark, ground): round(found, 2)
+        (mark, ground): round(ratio, 2)
         for mark, ground in itertools.product(sorted(MARKS), GROUNDS)
-        if (found := contrast(colours[mark], colours[ground])) < SEEN
+        if (ratio := contrast(colours[mark], colours[ground])) < SEEN
     }
     assert not faint
 

@@ -355,8 +355,8 @@ def test_the_facts_of_a_model_name_its_pickers_lifts_and_wide_aisles():
 
 
 def test_the_first_page_of_a_run_has_large_numbers(tmp_path, lifelong):
-    said = run_words.numbers_of(lifelong)
-    assert said[0].what == "loads an hour"
+    tiles = run_words.numbers_of(lifelong)
+    assert tiles[0].what == "loads an hour"
     page = report(lifelong, tmp_path / "run.html").read_text(encoding="utf-8").partition("<details")[0]
-    assert all(f"<dt>{tile.what}</dt><dd>{tile.value}" in page for tile in said)
+    assert all(f"<dt>{tile.what}</dt><dd>{tile.value}" in page for tile in tiles)
     assert run_words.waited(lifelong)[0] in Page(page).text.replace("\u00a0", " ")

@@ -89,7 +89,7 @@ def test_numbers_as_people_read_them(value, shown):
 
 
 @pytest.mark.parametrize(
-    ("values", "known", "text"),
+    ("values", "options", "text"),
     [
         ([1044.4, 4651.9, 2848.0], {}, "2,800 (−1,600 to 7,300)"),
         ([135.2, 140.1, 147.1], {}, "141 (126 to 156)"),
@@ -100,13 +100,12 @@ def test_numbers_as_people_read_them(value, shown):
         ([5.0], {}, "5 (one run)"),
     ],
 )
-def test_a_mean_has_the_digits_that_its_interval_deserves(values, known, text):
-    assert numbers.Scale().estimate(estimate(values, **known)) == text
+def test_a_mean_has_the_digits_that_its_interval_deserves(values, options, text):
+    assert numbers.Scale().estimate(estimate(values, **options)) == text
 
 
 def test_shares_are_per_cent_from_0_to_100():
-    found = estimate([1.0, 1.0], within=(0, 1))
-    assert numbers.PERCENT.estimate(found) == "100 % (16 to 100), 2 runs"
+    assert numbers.PERCENT.estimate(estimate([1.0, 1.0], within=(0, 1))) == "100 % (16 to 100), 2 runs"
     assert numbers.PERCENT.estimate(estimate([0.972, 0.976, 0.974], within=(0, 1))) == "97.4 % (96.9 to 97.9)"
     assert (numbers.PERCENT.value(0.006604), numbers.PERCENT.value(1.0), numbers.PERCENT.value(0.9997)) == (
         "0.7 %", "100 %", "over 99.9 %",

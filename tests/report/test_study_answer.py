@@ -49,12 +49,12 @@ def test_rows_are_those_of_the_table(answer, study_folder):
     }  # fmt: skip
     for option in answer.options:
         runs = table[table["fleet.size"] == option.set["fleet.size"]]
-        by = {of: found for _, rows in runs.groupby("tasks.goods") for of, found in [(rows["T"].mean(), rows)]}
+        by = {rows["T"].mean(): rows for _, rows in runs.groupby("tasks.goods")}
         rows = by[min(by, key=lambda mean: abs(mean - option.number.mean))]
-        known = {"deterministic": bool(rows["deterministic"].all()), "within": (0.0, math.inf)}
+        how = {"deterministic": bool(rows["deterministic"].all()), "within": (0.0, math.inf)}
         for one in option.numbers:
-            found = estimate(rows[one.of].tolist(), **known, counts=is_count(one.of))
-            assert (one.mean, one.low, one.high) == pytest.approx((found.mean, *(found.interval or (None, None))))
+            expected = estimate(rows[one.of].tolist(), **how, counts=is_count(one.of))
+            assert (one.mean, one.low, one.high) == pytest.approx((expected.mean, *(expected.interval or (None, None))))
 
 
 def test_hostile_names_are_shown_as_text(answer, page):
@@ -204,14 +204,14 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
 
 def test_differences_are_those_of_the_study_and_the_largest_is_said_first(study_folder):
     study = Study.open(study_folder)
-    found = study.compare("T")
-    answer = compare_words.answer(study.results, {"T": found})
+    comparison = study.compare("T")
+    answer = compare_words.answer(study.results, {"T": comparison})
     assert is_everywhere(answer)
-    for option, row in zip(answer.options, found.differences, strict=True):
+    for option, row in zip(answer.options, comparison.differences, strict=True):
         assert (option.number.low, option.number.high) == (row.estimate.interval or (None, None))
         assert option.p == row.p_adjusted
         assert option.standing == ("differs" if row.differs else "alike")
-    told = [row for row in found.differences if row.differs]
+    told = [row for row in comparison.differences if row.differs]
     most = max(told, key=lambda row: abs(row.estimate.mean))
     [line] = answer.answer
     which = "less" if most.estimate.mean < 0 else "more"
@@ -244,5 +244,5 @@ def test_noise_is_no_difference(model):
 
 
 def test_compare_prints_one_json_object(study_folder):
-    said = CliRunner().invoke(desim, ["compare", str(study_folder), "--json"], catch_exceptions=False).output
-    assert '"kind": "compare"' in said
+    output = CliRunner().invoke(desim, ["compare", str(study_folder), "--json"], catch_exceptions=False).output
+    assert '"kind": "compare"' in output

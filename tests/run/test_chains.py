@@ -95,8 +95,8 @@ def test_a_chain_ends_at_the_lane_beside_which_the_last_loads_not_at_the_station
         (8.0, 10.0, "empty", "A>B", None),
     ]
     floor = Floor([[EIGHT], BEHIND, third], [FIRST, SECOND])
-    found = lost_to(floor)
-    assert (found[Root("loading", "D>A")], found[Root("unloading", "A")]) == (6 + 6, 2 + 2)
+    lost = lost_to(floor)
+    assert (lost[Root("loading", "D>A")], lost[Root("unloading", "A")]) == (6 + 6, 2 + 2)
 
 
 def test_robots_that_wait_for_each_other_are_a_ring_until_one_moves(lost_to):

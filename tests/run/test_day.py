@@ -154,11 +154,11 @@ def test_the_worst_stretch_is_when_the_hall_stood_still_and_says_why(stopped):
     then = (course.bounds[:-1] >= course.worst.start) & (course.bounds[1:] <= course.worst.end)
     assert then.any()
     assert not course.delivered[then].any()
-    said = worst(course, stopped.model, stopped.history.chargers)
-    assert said.startswith("Deliveries stood still from 07:")
-    assert "robots charged or waited to charge, with 2 chargers" in said
+    sentence = worst(course, stopped.model, stopped.history.chargers)
+    assert sentence.startswith("Deliveries stood still from 07:")
+    assert "robots charged or waited to charge, with 2 chargers" in sentence
     page = str(figure(course, stopped.model, stopped.history.chargers))
-    assert said in page
+    assert sentence in page
     assert "nothing delivered" in page
 
 
@@ -175,9 +175,9 @@ def test_without_a_standstill_it_is_when_most_tasks_were_open():
     assert 2 * 3600 <= course.worst.start < course.worst.end
     assert course.worst.most == pytest.approx(course.open.max())
     assert course.worst.doing == "work"
-    said = worst(course, run.model, 0)
-    assert said.startswith("Most tasks were open from 2")
-    assert said.endswith("of the robots were at work.")
+    sentence = worst(course, run.model, 0)
+    assert sentence.startswith("Most tasks were open from 2")
+    assert sentence.endswith("of the robots were at work.")
 
 
 def test_a_run_in_which_nothing_stands_out_says_so():

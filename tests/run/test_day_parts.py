@@ -80,7 +80,7 @@ def test_parts_hold_all_orders_once_and_are_no_more_than_a_table_holds(rates, ev
     model = ring(rates, every=every, start=start, length=hours * HOUR, warm_up=warm_up * hours * HOUR)
     parts = parts_of_the_day(model)
     assert len(parts) <= MOST + 2  # the first and the last hour may be parts of one
-    stretches = sorted(stretch for found in parts.values() for stretch in found)
+    stretches = sorted(stretch for part in parts.values() for stretch in part)
     assert all(one[1] <= other[0] for one, other in pairwise(stretches))
     one = model.rates(model.tasks.flows["out"].when.profile)
     whole = one.expected(model.run.end) - one.expected(model.run.warm_up)

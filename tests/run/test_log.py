@@ -43,8 +43,8 @@ def test_the_law_sees_what_it_forbids(source):
 
 def test_nobody_but_the_log_and_the_history_reaches_for_its_rows():
     named = (file for file in ROOT.rglob("*.py") if re.search(r"\.\s*rows\b", file.read_text(encoding="utf-8")))
-    found = {file.relative_to(ROOT).as_posix() for file in named if touches_rows(tree_of(file))}
-    assert found == MAY
+    readers = {file.relative_to(ROOT).as_posix() for file in named if touches_rows(tree_of(file))}
+    assert readers == MAY
     assert "rows.append" not in (ROOT / "outcome/history.py").read_text()
 
 

@@ -92,9 +92,9 @@ def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
     (tmp_path / "model.yaml").write_text(json.dumps(dw.load(RING, changes).content()), encoding="utf-8")
     study = dw.Study(tmp_path / "model.yaml", {"fleet.size": [2, 4]})
     study.plan = study.plan.unreplicated()
-    found = race(study, "cost_per_task", 0.01, search=dw.Search(first=5, cap=20))
-    assert str(found.point) == f"fleet.size={robots}"
-    assert not found.maximise
+    choice = race(study, "cost_per_task", 0.01, search=dw.Search(first=5, cap=20))
+    assert str(choice.point) == f"fleet.size={robots}"
+    assert not choice.maximise
 
 
 def test_fewest_robots_are_sized_by_a_cost():

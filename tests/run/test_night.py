@@ -145,18 +145,18 @@ def night_codes(model):
 
 
 def test_check_says_who_runs_flat_at_night_and_what_is_short(fourteen):
-    found = night_codes(with_night(fourteen, SHORT))["NIGHT_FLAT"]
-    assert found.level == "warning"
-    assert "without orders, robot" in found.text
-    assert "(24 h were simulated)" in found.text
-    assert "at rest, 11 robots without a charger draw 0.055 per s, and 3 chargers supply 0.03" in found.text
-    assert "at least 5 chargers are needed" in found.text
+    finding = night_codes(with_night(fourteen, SHORT))["NIGHT_FLAT"]
+    assert finding.level == "warning"
+    assert "without orders, robot" in finding.text
+    assert "(24 h were simulated)" in finding.text
+    assert "at rest, 11 robots without a charger draw 0.055 per s, and 3 chargers supply 0.03" in finding.text
+    assert "at least 5 chargers are needed" in finding.text
     assert night_codes(with_night(fourteen)) == {}
 
 
 def test_it_is_a_note_where_the_run_has_no_night(fourteen):
-    found = night_codes(fourteen.replace(SHORT))
-    assert {code: item.level for code, item in found.items()} == {"REST_FLAT": "note"}
+    findings = night_codes(fourteen.replace(SHORT))
+    assert {code: item.level for code, item in findings.items()} == {"REST_FLAT": "note"}
     assert set(night_codes(fourteen.replace({**SHORT, "run.length": "24 h"}))) == {"NIGHT_FLAT"}
 
 

@@ -34,7 +34,7 @@ def counted(run):
 
 
 @pytest.mark.parametrize(
-    ("due", "length", "warm_up", "found"),
+    ("due", "length", "warm_up", "expected"),
     [
         (80, 200, 50, (1, 1, 0)),  # done before it is due
         (68, 200, 50, (1, 1, 0)),  # done at the instant at which it is due
@@ -50,9 +50,9 @@ def counted(run):
         (None, 200, 0, (None, None, None)),
     ],
 )
-def test_a_due_time_counts_where_it_falls_in_the_counted_time(due, length, warm_up, found):
+def test_a_due_time_counts_where_it_falls_in_the_counted_time(due, length, warm_up, expected):
     run = with_goods((0, due), (1000, None), length=length, warm_up=warm_up)
-    assert counted(run) == found
+    assert counted(run) == expected
 
 
 def test_each_of_two_halves_of_a_run_has_its_own():

@@ -10,8 +10,8 @@ from desim_warehouse.outcome.verdicts import Window, windows
 from tests.world.crowded import crowded, waves
 
 
-def shown(monkeypatch, found, waiting=0.5):
-    monkeypatch.setattr(verdicts, "windows", lambda _: found)
+def shown(monkeypatch, stretches, waiting=0.5):
+    monkeypatch.setattr(verdicts, "windows", lambda _: stretches)
     log = SimpleNamespace(robots=[{}])
     return verdicts.past_knee(SimpleNamespace(counted=100.0, log=log, totals={"waiting": 100 * waiting}))
 
@@ -27,7 +27,7 @@ def test_windows_with_fewer_robots_that_do_more_show_it(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("why", "found", "waiting"),
+    ("why", "stretches", "waiting"),
     [
         ("fewer do less", [*band(30, 4.0), *band(60, 6.0)], 0.5),
         ("as much, with chance", [*band(30, 6.1, apart=0.5), *band(60, 6.0, apart=0.5)], 0.5),
@@ -39,8 +39,8 @@ def test_windows_with_fewer_robots_that_do_more_show_it(monkeypatch):
         ("nothing happened", [], 0.5),
     ],
 )
-def test_nothing_else_does(monkeypatch, why, found, waiting):
-    assert shown(monkeypatch, found, waiting) is None, why
+def test_nothing_else_does(monkeypatch, why, stretches, waiting):
+    assert shown(monkeypatch, stretches, waiting) is None, why
 
 
 def test_a_run_past_its_knee_after_hours_with_fewer_robots_says_so():
@@ -66,8 +66,8 @@ def test_a_run_in_which_all_are_always_under_way_cannot_show_it():
 
 def test_windows_hold_all_robots_under_way_and_all_goods():
     run = dw.simulate(dw.load(crowded(20, run={"length": 600, "warm_up": 200})))
-    found = windows(run.history)
-    length = run.history.counted / len(found)
-    assert all(19.99 < window.under_way <= 20 + 1e-9 for window in found)
+    stretches = windows(run.history)
+    length = run.history.counted / len(stretches)
+    assert all(19.99 < window.under_way <= 20 + 1e-9 for window in stretches)
     rows = [row for row in run.record.rows if row[1] in {"loaded", "delivered"} and row[0] >= 200]
-    assert sum(window.done for window in found) * length == pytest.approx(len(rows))
+    assert sum(window.done for window in stretches) * length == pytest.approx(len(rows))

@@ -20,11 +20,11 @@ OUT = {
 
 def test_counts_over_time_and_the_area_below_them():
     """One from 2 to 5, another from 3 to 4; what begins as another ends changes nothing."""
-    found = steps([(2.0, 1), (5.0, -1), (3.0, 1), (4.0, -1), (4.5, 1), (4.5, -1)])
-    assert found == ([0.0, 2.0, 3.0, 4.0, 5.0], [0, 1, 2, 1, 0])
-    assert area(found, 0, 10) == 4
-    assert area(found, 2.5, 3.5) == pytest.approx(0.5 + 1)
-    assert area(found, 7, 9) == 0
+    curve = steps([(2.0, 1), (5.0, -1), (3.0, 1), (4.0, -1), (4.5, 1), (4.5, -1)])
+    assert curve == ([0.0, 2.0, 3.0, 4.0, 5.0], [0, 1, 2, 1, 0])
+    assert area(curve, 0, 10) == 4
+    assert area(curve, 2.5, 3.5) == pytest.approx(0.5 + 1)
+    assert area(curve, 7, 9) == 0
     assert steps([(0.0, 1), (1.0, -1)]) == ([0.0, 1.0], [1, 0])
 
 
@@ -100,5 +100,5 @@ def test_servers_in_use_are_kept_with_a_run(level, tmp_path):
     content = json.loads((folder / "run.json").read_text())
     del content["log"]["stations"]
     (folder / "run.json").write_text(json.dumps(content))
-    found = use_of_stations(dw.load_run(folder).history)
-    assert found == (pytest.approx(use_of_stations(run.history)) if level == "all" else {})
+    use = use_of_stations(dw.load_run(folder).history)
+    assert use == (pytest.approx(use_of_stations(run.history)) if level == "all" else {})

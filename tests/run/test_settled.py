@@ -67,9 +67,9 @@ def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
     short = before(warehouse).replace({"run.length": 9000})  # shows it, too
     study = dw.Study(short, {"fleet.size": [8]}, replications=4, target="on_time >= 50 %")
     study.run()
-    [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
-    assert found.text.startswith("not settled: batteries fall by ")
-    assert "once settled, chargers would be in use about 80 % of the time" in found.text
+    [verdict] = [one for one in study.results.verdicts["fleet.size=8"] if one.code == "NOT_SETTLED"]
+    assert verdict.text.startswith("not settled: batteries fall by ")
+    assert "once settled, chargers would be in use about 80 % of the time" in verdict.text
     assert study.results.judged["fleet.size=8"].verdict == "fails"
 
 
@@ -90,8 +90,9 @@ def test_a_draft_starts_settled_and_stays_so(warehouse, run, replications):
     study.run()
     assert study.results.verdicts["fleet.size=8"] == []
     assert study.results.judged["fleet.size=8"].verdict == "meets"
-    assert not [found for found in check(warehouse).findings if found.code == "START_ENERGY"]
-    assert [found.level for found in check(before(warehouse)).findings if found.code == "START_ENERGY"] == ["note"]
+    assert not [finding for finding in check(warehouse).findings if finding.code == "START_ENERGY"]
+    [finding] = [one for one in check(before(warehouse)).findings if one.code == "START_ENERGY"]
+    assert finding.level == "note"
 
 
 def test_one_run_is_judged_by_the_moves_of_its_robots():
@@ -118,9 +119,9 @@ def test_a_fleet_that_starts_low_is_said_to_look_worse_than_it_will_be(warehouse
         low.replace({"run": {"length": 7200}}), {"fleet.size": [9]}, replications=3, target="on_time >= 5 %"
     )
     study.run()
-    [found] = study.results.verdicts["fleet.size=9"]
-    assert found.code == "NOT_SETTLED"
-    assert found.text.startswith("not settled: batteries rise by ")
+    [verdict] = study.results.verdicts["fleet.size=9"]
+    assert verdict.code == "NOT_SETTLED"
+    assert verdict.text.startswith("not settled: batteries rise by ")
     assert study.results.judged["fleet.size=9"].verdict == "meets"  # as what is to come is better
 
 
@@ -145,7 +146,7 @@ def test_a_day_that_begins_full_after_a_night_on_chargers_is_sustainable(warehou
     assert [verdict.code for verdict in judge_design([kpis] * 3, model)] == ([] if is_day else ["BATTERIES_FALL"])
     calm = {**kpis, "energy": 0.0, "charger_utilisation": 0.5, "share_charging": 0.1}
     assert [verdict.code for verdict in judge_design([calm] * 3, model)] == ([] if is_day else ["NOT_SETTLED"])
-    notes = [found.code for found in check(model).findings if found.code == "START_ENERGY"]
+    notes = [finding.code for finding in check(model).findings if finding.code == "START_ENERGY"]
     assert notes == ([] if is_day else ["START_ENERGY"])
 
 
@@ -233,10 +234,10 @@ def test_a_day_that_one_charge_lasts_is_limited_by_no_charger(warehouse):
     """A tenth of the draw: 14.4 % a robot in 8 hours, and the night of 16 has time to fill all from one charger."""
     draws = {"battery.consumption": 0.0005, "layout.bays.charging.total_chargers": 1, "run.length": "8 h"}
     day = warehouse.replace({**DAY, **draws})
-    found = estimate(day)
-    power = found.power
-    assert (power.by_chargers, power.needed, found.charging) == (0, 1, 0)
-    assert "chargers" not in found.limits
+    quick = estimate(day)
+    power = quick.power
+    assert (power.by_chargers, power.needed, quick.charging) == (0, 1, 0)
+    assert "chargers" not in quick.limits
     assert "chargers" not in str(check(day)).partition("busiest")[2]
     assert dw.simulate(day, seed=1).kpis["charger_utilisation"] < 0.05  # when they have nothing else to do
 

@@ -126,11 +126,11 @@ SETS += [word for key, value in LASTING.items() for word in ("--set", f"{key}={v
 
 
 def test_a_run_says_its_verdicts_once():
-    said = dw.simulate(dw.load("models/tutorial.yaml", BUSY)).verdicts[0]
-    assert said.code == "CANNOT_KEEP_UP"
-    assert run_desim("run", "models/tutorial.yaml", *SETS).count(said.text.removeprefix("cannot")) == 1
+    verdict = dw.simulate(dw.load("models/tutorial.yaml", BUSY)).verdicts[0]
+    assert verdict.code == "CANNOT_KEEP_UP"
+    assert run_desim("run", "models/tutorial.yaml", *SETS).count(verdict.text.removeprefix("cannot")) == 1
     printed = json.loads(run_desim("run", "models/tutorial.yaml", *SETS, "--json"))
-    assert printed["verdicts"] == [{"code": said.code, "text": said.text}]
+    assert printed["verdicts"] == [{"code": verdict.code, "text": verdict.text}]
     assert json.loads(run_desim("run", "models/tutorial.yaml", "--json"))["verdicts"] == []
 
 
@@ -145,7 +145,7 @@ def test_a_study_says_of_each_design_that_it_cannot_keep_up(tmp_path):
     printed = run_desim("what-if", "models/tutorial.yaml", *SETS, *words)
     assert printed.count("cannot keep up") == 3  # in two rows, and where the note says why their times are blank
     study = dw.Results.load(tmp_path)
-    codes = [[one.code for one in found] for found in study.verdicts.values()]
+    codes = [[one.code for one in verdicts] for verdicts in study.verdicts.values()]
     assert codes == [[], ["CANNOT_KEEP_UP"], ["CANNOT_KEEP_UP"]]
     assert [one.standing for one in study.answer.options] == ["known", "overloaded", "overloaded"]
 
@@ -163,8 +163,8 @@ def test_procedures_say_what_is_wrong_with_the_designs_that_were_run():
         "--delta",
         "1",
     )
-    said = [line for line in run_desim(*asked, *runs).splitlines() if line.startswith("Cannot keep up")]
-    assert [line.partition("(")[2] for line in said] == ["1 robot; 2 of 2 options)."]
+    lines = [line for line in run_desim(*asked, *runs).splitlines() if line.startswith("Cannot keep up")]
+    assert [line.partition("(")[2] for line in lines] == ["1 robot; 2 of 2 options)."]
     asked = ("size", "models/tutorial.yaml", *SETS, "--range", "1..4", "--target", "throughput_per_hour >= 100")
     rows = [line for line in run_desim(*asked, *runs).splitlines() if line.rstrip(" 0123456789").endswith("keep up")]
     assert rows

@@ -116,9 +116,9 @@ def test_work_that_piles_up_cannot_be_kept_up_with():
 def test_check_names_what_is_missing():
     """40 tasks an hour, 100 s of work: one worker does 36; 90 s of unloading are too much for one server, too."""
     over = {f"{DESK}.work_time": 100, "run.length": 40_000, "tasks.goods": {"poisson": 40}, "fleet.size": 1}
-    found = warnings({**over, f"{DESK}.unload_time": 10})
-    assert "takes 111.1 % of the time of its 1 worker" in found
-    assert "it needs 2 workers, or less work_time" in found
+    message = warnings({**over, f"{DESK}.unload_time": 10})
+    assert "takes 111.1 % of the time of its 1 worker" in message
+    assert "it needs 2 workers, or less work_time" in message
     both = warnings({**over, f"{DESK}.unload_time": 100})
     assert "it needs 2 servers, or less unload_time" in both
     assert "it needs 2 workers, or less work_time" in both
@@ -127,6 +127,6 @@ def test_check_names_what_is_missing():
 
 
 def warnings(over):
-    found = check(dw.load(SQUARE, over))
-    assert found.errors == []
-    return " ".join(map(str, found.findings))
+    report = check(dw.load(SQUARE, over))
+    assert report.errors == []
+    return " ".join(map(str, report.findings))

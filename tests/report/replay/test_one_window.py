@@ -57,13 +57,13 @@ def delivered(message):
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * (name in LARGE)) for name in LENGTHS])
 def test_a_window_that_is_the_whole_run_shows_the_run_s_own_indicators(name):
     run = short(name)
-    at_end, said = shown(run, None, run.record.end)
-    assert at_end["tasks"] == run.kpis["tasks"] == delivered(said) > 0
+    at_end, totals = shown(run, None, run.record.end)
+    assert at_end["tasks"] == run.kpis["tasks"] == delivered(totals) > 0
     compared = at_end.keys() & {"on_time", "share_waiting", "throughput_per_hour"}
     assert "throughput_per_hour" in compared
     for key in compared:
         assert at_end[key] == pytest.approx(run.kpis[key], abs=1e-9), key
-    assert (at_end, said) == shown(run)
+    assert (at_end, totals) == shown(run)
 
 
 @pytest.mark.parametrize("name", [pytest.param("sorting", marks=pytest.mark.long), "e-commerce"])
@@ -72,11 +72,11 @@ def test_a_saved_run_cut_short_shows_what_a_run_of_that_length_has(name, tmp_pat
     cut = LENGTHS[name] * 0.8
     saved = dw.load_run(run.save(tmp_path / name))
     shorter = dw.simulate(run.model, seed=4, until=cut)
-    (first, said), (second, said_of_it) = shown(saved, None, cut), shown(shorter)
+    (first, totals), (second, shorter_totals) = shown(saved, None, cut), shown(shorter)
     assert first["tasks"] == second["tasks"] == shorter.kpis["tasks"]
     assert first.get("on_time") == second.get("on_time") == shorter.kpis.get("on_time")
     assert first["throughput_per_hour"] == pytest.approx(shorter.kpis["throughput_per_hour"])
-    assert said.split(",")[0] == said_of_it.split(",")[0]
+    assert totals.split(",")[0] == shorter_totals.split(",")[0]
 
 
 @pytest.mark.parametrize(
@@ -91,8 +91,8 @@ def test_a_saved_run_cut_short_shows_what_a_run_of_that_length_has(name, tmp_pat
 def test_a_window_counts_from_its_start_or_from_the_end_of_the_warm_up(start, end, begin):
     run = busy_run()
     inside = [task for task in run.history.delivered if begin <= task.delivered <= end]
-    at_end, said = shown(run, start, end)
-    assert at_end["tasks"] == delivered(said) == len(inside)
+    at_end, totals = shown(run, start, end)
+    assert at_end["tasks"] == delivered(totals) == len(inside)
     assert at_end["throughput_per_hour"] == pytest.approx(len(inside) * HOUR / (end - begin))
     assert counted(run, start, end)[0].begin == begin
 

@@ -305,9 +305,9 @@ def test_closed_edges_and_people_are_where_and_when_the_log_has_them():
         (edges[edge], round(start, 1), round(until, 1), visit)
         for edge, start, until, visit in zip(columns["shut_edge"], begin, end, columns["shut_visit"], strict=True)
     )
-    known = sorted((one.edge, round(one.start, 1), round(one.end, 1), one.visit) for one in run.history.blocked)
-    assert [(edge, visit) for edge, *_, visit in shown] == [(edge, visit) for edge, *_, visit in known]
-    np.testing.assert_allclose([row[1:3] for row in shown], [row[1:3] for row in known], atol=0.11)
+    blocked = sorted((one.edge, round(one.start, 1), round(one.end, 1), one.visit) for one in run.history.blocked)
+    assert [(edge, visit) for edge, *_, visit in shown] == [(edge, visit) for edge, *_, visit in blocked]
+    np.testing.assert_allclose([row[1:3] for row in shown], [row[1:3] for row in blocked], atol=0.11)
     causes = ["waiting", "waiting_closed", "waiting_person"]
     assert [causes[cause] for cause in columns["wait_cause"]] == [wait.cause for wait in run.history.waits]
     assert set(columns["wait_cause"]) == {0, 1, 2}
