@@ -16,8 +16,8 @@ For `desim check`, the figures of `desim new`, and the fleet with which the sear
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from operator import itemgetter
 
@@ -100,6 +100,8 @@ class QuickEstimate:
     """The lifts that tasks use."""
     pickers: PickerLoad | None = None
     """The people who pick into robots; None if robots load by themselves."""
+    crews: Mapping[str, float] = field(default_factory=dict)
+    """Tasks per time unit that the robots of each crew could do by themselves, by name; empty where all are one."""
     busiest_hour: QuickEstimate | None = None
     """The estimate of the busiest hour, whose `rate` is `peak`; None if arrivals do not change."""
 

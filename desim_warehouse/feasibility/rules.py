@@ -9,9 +9,10 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from desim_warehouse.errors import number_of
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility import at_once, hours, limit, of_kinds, rest, starts
 from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.feasibility.loads import loads
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
 from desim_warehouse.feasibility.parts import LiftLoad
@@ -213,7 +214,10 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             f"demand is {asked:g} tasks an hour, but {limit.fleet(estimate)} can do {estimate.can_do(hour)}{part}",
             _cure(
-                estimate, max(estimate.robots_busy, estimate.robots_needed or 0.0), ", each with a place at a station"
+                model,
+                estimate,
+                max(estimate.robots_busy, estimate.robots_needed or 0.0),
+                ", each with a place at a station",
             ),
         )
     elif (busy := estimate.busiest_hour) is not None and busy.is_overloaded:
@@ -225,14 +229,19 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
                 f"{limit.fleet(busy)} can do {amount(busy.can_do_at_most * hour)}, so work piles "
                 "up until it is over"
             ),
-            _cure(busy, busy.robots_needed or 0.0, " to keep up with it"),
+            _cure(model, busy, busy.robots_needed or 0.0, " to keep up with it"),
         )
     yield from _demand_of_stations(model, estimate)
     yield from _demand_of_lifts(model, estimate, estimate.rate)
 
 
-def _cure(estimate: QuickEstimate, need: float, how: str) -> str:
+def _cure(model: Model, estimate: QuickEstimate, need: float, how: str) -> str:
     """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
+    of_crews = [load for load in loads(model, estimate) if load.group.crew is not None]
+    if short := [load for load in of_crews if load.robots_needed > load.group.number]:
+        return f"at least {spoken(f'{load.robots_needed} of {load.group.zone}' for load in short)} are needed{how}"
+    if of_crews and math.isfinite(need):
+        return f"more robots of {max(of_crews, key=lambda load: load.need).group.zone}, which are the busiest"
     if estimate.pickers_walk_less and need > estimate.knee[0]:
         return "add robots or pickers, and see by a run how many: pickers walk less, the more robots wait for them"
     if math.isinf(need):

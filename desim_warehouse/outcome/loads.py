@@ -9,15 +9,17 @@ explains, loads refer to all work that arrived (`Load.piles_up`), and may exceed
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.crews import Crew
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, of_slots
 from desim_warehouse.outcome import measures
 from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.records import TaskHistory
 from desim_warehouse.outcome.resources import use_of_stations
 from desim_warehouse.states import AT_START, BROKEN, IN_LIFT, OFF_DUTY, TIMES, Phase
 
@@ -70,13 +72,14 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     left = {"people": carried * worked, "chargers": 1.0, "lanes": 1.0}
     taken = measures.lifts_taken(history)
     time, at_servers, at_work = of_robots(kpis, model), use_of_stations(history), _use_of_people(history)
+    if time.traffic > time.work:
+        measured.append(Load(LANES, time.traffic))
+    measured.append(of_slots(model, time.tasks * model.fleet.size * carried, since))
     for group in groups(model):
         if group.kind == "robots":
-            if time.traffic > time.work:
-                measured.append(Load(LANES, time.traffic))
-            mean = time.work * carried
-            measured.append(Load(group, mean, in_peak(model, group, mean, since), mean, time.back, time.held))
-            measured.append(of_slots(model, time.tasks * group.number * carried, since))
+            own, times = (time, carried) if group.crew is None else _of_crew(history, group.crew)
+            left[group.name], mean = times, own.work * times
+            measured.append(Load(group, mean, in_peak(model, group, mean, since), mean, own.back, own.held))
         elif group.kind == "pickers" and not group.zone:
             mean = (kpis.get("picker_utilisation", math.nan) + kpis.get("picker_walking", math.nan)) * carried
             measured.append(Load(group, mean, in_peak(model, group, mean, since), mean))
@@ -91,10 +94,17 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
             asked = {node: shares[node] * times for node in group.nodes if node in shares}
             measured.append(at_nodes(model, group, asked, since))
     return tuple(
-        replace(load, piles_up=left.get(load.group.kind, carried) > 1)
+        replace(load, piles_up=left.get(load.group.name, left.get(load.group.kind, carried)) > 1)
         for load in measured
         if load is not None and math.isfinite(load.mean)
     )
+
+
+def _of_crew(history: History, crew: Crew) -> tuple[RobotTime, float]:
+    """Return the shares of the time of a crew, and the ratio of the tasks that arrived for it to those delivered."""
+    rows, whole = [history.log.robots[robot] for robot in crew.robots], history.counted * len(crew.robots)
+    shares = {f"share_{key}": math.fsum(row[key] for row in rows) / whole for key in rows[0]} if whole else {}
+    return of_robots(shares, history.model), _asked_for(history, crew.flows)[0]
 
 
 def left_waiting(history: History) -> tuple[int, float]:
@@ -106,27 +116,30 @@ def left_waiting(history: History) -> tuple[int, float]:
     return came - len(history.counted_done) - _in_hand(history), math.sqrt(came)
 
 
-def _came(history: History) -> int:
-    return sum(1 for task in history.tasks.values() if history.counts(task.released))
+def _came(history: History, flows: Sequence[str] | None = None) -> int:
+    return sum(history.counts(task.released) for task in history.tasks.values() if _is_of(task, flows))
 
 
-def _in_hand(history: History) -> int:
+def _is_of(task: TaskHistory, flows: Sequence[str] | None) -> bool:
+    """Whether a task is of one of some flows; None: of any."""
+    return flows is None or task.flow in flows
+
+
+def _in_hand(history: History, flows: Sequence[str] | None = None) -> int:
     """Return by how much the number of tasks assigned to robots grew in the evaluation period."""
+    assignments = [item for item in history.assignments if _is_of(history.tasks[item.task], flows)]
     begin, end = (
-        sum(
-            1
-            for task in history.assignments
-            if task.start <= time < task.end or (time == task.end and task.ended == "open")
-        )
+        sum(1 for task in assignments if task.start <= time < task.end or (time == task.end and task.ended == "open"))
         for time in (history.begin, history.end)
     )
     return end - begin
 
 
-def _asked_for(history: History) -> tuple[float, float]:
+def _asked_for(history: History, flows: Sequence[str] | None = None) -> tuple[float, float]:
     """Return the ratio of arrived to delivered tasks, and of load units put down to load units worked on.
 
     Each is 1 if the backlog is no larger than chance and arrivals outside the hours of stations or robots explain.
+    `flows`: those whose tasks are counted as arrived and delivered; None: all.
     """
     model, hours = history.model, history.counted
     if not model.tasks.arrive or not hours:
@@ -137,10 +150,11 @@ def _asked_for(history: History) -> tuple[float, float]:
         by_chance = 2 * math.sqrt(came) + came * closed + at_once
         return came / (came - left) if by_chance < left < came else 1.0
 
-    came, delivered = _came(history), len(history.counted_deliveries)
+    came = _came(history, flows)
+    delivered = sum(_is_of(task, flows) for task in history.counted_deliveries)
     put = sum(1 for task in history.put_down if history.counts(task.delivered))
     people = sum(group.number for group in groups(model) if group.kind == "people")
-    carried = times(came, came - delivered - _in_hand(history), 0)
+    carried = times(came, came - delivered - _in_hand(history, flows), 0)
     return carried, times(put, put - measures.worked(history), people)
 
 

@@ -17,7 +17,7 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import demand, listed
 from desim_warehouse.model.facts.places import own_destinations, place_shares
-from desim_warehouse.model.sections.flows import FlowSpec, OrdersArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.flows import Flows
@@ -164,14 +164,3 @@ class Backlog:
         cut = np.cumsum(np.asarray(weights, dtype=float))
         points = (parts + self._random.random(len(parts))) / len(parts) * cut[-1]
         return np.minimum(np.searchsorted(cut, points, side="right"), len(cut) - 1)[:count].tolist()  # type: ignore[no-any-return]
-
-
-def flows_of(model: Model, kind: str) -> dict[str, FlowSpec]:
-    """Return the flows whose tasks robots of a kind do."""
-    fleet = model.fleet
-    carries = fleet.robots()[fleet.kinds_of_robots().index(kind)].carries
-    return {
-        name: flow
-        for name, flow in model.tasks.flows.items()
-        if (not flow.kinds or kind in flow.kinds) and (not carries or not flow.load_type or flow.load_type in carries)
-    }

@@ -23,13 +23,14 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
+from desim_warehouse.model.facts.crews import flows_of
 from desim_warehouse.model.facts.demand import flow_rates, open_share
 from desim_warehouse.model.sections.fleet import Consumption, Kind
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import catalogue
-from desim_warehouse.run.backlog import Backlog, flows_of
+from desim_warehouse.run.backlog import Backlog
 from desim_warehouse.states import STATES, Phase
 from desim_warehouse.values.fields import FrozenMap
 from desim_warehouse.world import World

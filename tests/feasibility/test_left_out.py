@@ -37,7 +37,7 @@ def test_delays_closures_slow_zones_and_people_are_said():
     ]
     assert said({"people": {"pickers": {"per_hour": 60, "stay": 30}, "boss": {"times": [9, 99], "stay": 60}}}) == [
         "people (pickers): an aisle has somebody in it for 39.3 % of the time on average",  # 1 - exp(-0.5)
-        "people (boss): visits at 2 times",
+        "people (boss): 2 visits",
     ]
     hours = {"people": {"pickers": {"per_hour": 60, "stay": 30, "hours": "cleaning"}}}
     assert said(hours) == ["people (pickers): an aisle has somebody in it for 9.84 % of the time on average"]

@@ -171,6 +171,32 @@ def test_the_drive_back_to_parking_is_no_work():
     assert ", at work 54.5 % of the time, plus 10.1 % driving back to parking. " in " ".join(words.sentences(run))
 
 
+def test_robots_of_kinds_that_share_no_flow_are_busy_each_for_themselves():
+    """One robot has 90 totes an hour of 64 s, 160 % of its time; three have 9 pallets, 5 %; the last has nothing."""
+    flows = {
+        "totes": {"from": "storage", "to": "packing", "kinds": ["small"], "arrivals": {"poisson": 90}},
+        "pallets": {"from": "storage", "to": "packing", "kinds": ["big"], "arrivals": {"poisson": 9}},
+    }
+    kinds = {"fleet.size": 5, "fleet.kinds": {"small": {"count": 1}, "big": {"count": 3}}}
+    model = dw.load(HALL, {"tasks": {"flows": flows, "load_time": 2, "unload_time": 2}, **kinds})
+    robots = {load.group.name: load.mean for load in foreseen(model, estimate(model)) if load.group.kind == "robots"}
+    expected = {"robots of kind small": 90 * 64 / 3600, "robots of kind big": 9 * 64 / 3600 / 3, "robots of no kind": 0}
+    assert robots == pytest.approx(expected, rel=0.02)
+    report = check(model)
+    sentences = " ".join(report.sentences)
+    assert "Robots of no kind have nothing to do: no flow is for them." in sentences
+    assert "Robots: 2 of kind small are needed (you have 1) and 1 of kind big is enough (you have 3)." in sentences
+    assert "The robots of kind small are busiest: demand is 160 % of their capacity" in sentences
+    (short,) = [one for one in report.findings if one.code == "DEMAND_ABOVE_FLEET"]
+    assert short.cure == "at least 2 of kind small are needed, each with a place at a station"
+    run = dw.simulate(model, 1)
+    (load,) = busiest(loads(run.history, run.kpis))
+    came = sum(task.released >= 3600 and task.flow == "totes" for task in run.history.tasks.values())
+    assert (load.group.name, load.piles_up) == ("robots of kind small", True)
+    assert load.mean == pytest.approx(came * 64 / run.history.counted, rel=0.02)
+    assert "The robots of kind small were the busiest, with demand at 1" in " ".join(words.sentences(run))
+
+
 def test_a_robot_that_rides_in_a_lift_is_at_work():
     """A robot always on its way: of 108 s a load, 24 up and 24 down go into doors and rides, and it is at work in all.
 

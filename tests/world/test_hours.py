@@ -355,9 +355,9 @@ def test_shifts_go_on_for_ever_but_keep_no_stalled_run_alive():
 
 def test_hours_that_never_come_are_an_error_with_the_place():
     over = {"calendars.later": {"between": [[2000, 3000]]}, "run.length": 1000}
-    with pytest.raises(CheckError, match=r"layout.stations.desk.hours: calendar 'later' does not open before"):
+    with pytest.raises(CheckError, match=r"layout.stations.desk.hours: calendar 'later' does not open in the run"):
         simulated({**over, "layout.stations.desk.hours": "later"})
-    with pytest.raises(CheckError, match=r"fleet.hours: calendar 'later' does not open before"):
+    with pytest.raises(CheckError, match=r"fleet.hours: calendar 'later' does not open in the run"):
         simulated({**over, "fleet.hours": "later"})
 
 

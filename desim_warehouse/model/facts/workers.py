@@ -16,6 +16,7 @@ from typing import Literal
 
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.crews import Crew, crews
 from desim_warehouse.model.facts.demand import open_share
 from desim_warehouse.model.facts.peak import mean_and_peak
 from desim_warehouse.model.facts.places import slots
@@ -32,13 +33,15 @@ NEAR = 0.05
 """Loads that differ by no more are both named as the largest."""
 SCARCE = 0.7
 """The load from which on a group is scarce."""
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Group:
     """Workers of one kind: all robots, all chargers, the lift `zone`, or those at the `nodes` of the station `zone`.
 
-    `number`: of all of them. `open`: the part of the run in which they are in their hours.
+    `number`: of all of them. `open`: the part of the run in which they are in their hours. `crew`: where robots are
+    several crews, the one whose name is the `zone`.
     """
 
     kind: Kind
@@ -47,6 +50,7 @@ class Group:
     open: float = 1.0
     nodes: tuple[str, ...] = ()
     packs: bool = False
+    crew: Crew | None = None
 
     @property
     def name(self) -> str:
@@ -55,7 +59,7 @@ class Group:
             return "slots of the stations" if self.kind == "slots" else self.kind
         if self.is_lift:
             return f"lift {self.zone}"
-        who = {"people": "workers", "pickers": "pickers"}.get(self.kind, "places")
+        who = {"robots": "robots", "people": "workers", "pickers": "pickers"}.get(self.kind, "places")
         return "packers" if self.packs else f"{who} of {self.zone}"
 
     @property
@@ -93,6 +97,11 @@ class Load:
         return max(self.mean, self.peak or 0.0)
 
     @property
+    def robots_needed(self) -> int:
+        """The number of robots that the work of a group of robots takes, on the mean and in the busiest hour."""
+        return math.ceil(self.need * self.group.number * (1 - _ROUNDING))
+
+    @property
     def peak_with_waits(self) -> float | None:
         """The load of robots in the busiest hour with their waits, which grow at least as their work does."""
         return None if self.peak is None or not self.mean else self.peak * (1 + self.held / self.mean)
@@ -102,14 +111,19 @@ class Load:
 def groups(model: Model) -> tuple[Group, ...]:
     """List the workers of a warehouse: robots, chargers, servers or pickers and people of each station, then lifts.
 
+    Robots whose kinds share no flow are a group for each crew.
+
     Pickers of no station walk to robots.
 
     In a station named for packing the packers are its people where loads are worked on there (`work_time`), else its
     servers.
     """
     fleet, layout = model.fleet, model.floor
-    on_duty = fmean(open_share(model, name) for name in fleet.hours_of_robots())
-    workers = [Group("robots", number=fleet.size, open=on_duty)]
+    on_duty = [open_share(model, name) for name in fleet.hours_of_robots()]
+    workers = [
+        Group("robots", crew.name, len(crew.robots), fmean(on_duty[robot] for robot in crew.robots), crew=crew)
+        for crew in crews(model)
+    ] or [Group("robots", number=fleet.size, open=fmean(on_duty))]
     chargers = sum(chargers_at(model, layout).values()) if model.battery is not None else 0
     if chargers:
         workers.append(Group("chargers", number=chargers))
@@ -153,10 +167,10 @@ def peak_factor(model: Model, group: Group, since: float = 0.0) -> float | None:
 def work_of(model: Model, group: Group, flow: str) -> float:
     """Return the work that a task of a flow is for a group, on the mean; 0 if the flow does not visit it.
 
-    For servers and pickers it is their time, for people the loads, and for robots and lifts all tasks are alike.
+    For servers and pickers it is their time, for people the loads, and for robots and lifts all their tasks are alike.
     """
     if group.kind in {"robots", "lifts", "slots"}:
-        return 1.0
+        return float(group.crew is None or flow in group.crew.flows)
     spec, times, work = model.tasks.flows[flow], handling_of(model, model.floor).means(), 0.0
     comes = not group.nodes and model.pickers is not None and model.pickers.serves(flow)
     stops: list[tuple[float, StorageEnd | tuple[str, ...], Act]] = [

@@ -66,7 +66,6 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
     """Return the lines on the quick estimate: floor, mean task, robots, stations, energy and the knee."""
     time, hour = units.time, units.hour
     together = "" if estimate.measured is None else f", and on {estimate.looked_at:,} of the whole fleet"
-    robots, limit = estimate.knee
     return [
         _floor(estimate, units),
         _task(estimate, time),
@@ -76,9 +75,14 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
         _stations(estimate, hour),
         *_lifts(estimate, hour),
         *([] if estimate.power is None else _energy(estimate.power, time)),
-        f"knee: about {number_of(robots, 'robot')}; twice as many do hardly more, limited by {limit}"
-        + (", unless they walk less" if limit == PICKERS and estimate.pickers_walk_less else ""),
+        *([] if estimate.crews else [_knee(estimate)]),
     ]
+
+
+def _knee(estimate: QuickEstimate) -> str:
+    robots, limit = estimate.knee
+    unless = ", unless they walk less" if limit == PICKERS and estimate.pickers_walk_less else ""
+    return f"knee: about {number_of(robots, 'robot')}; twice as many do hardly more, limited by {limit}{unless}"
 
 
 def _times_that_vary(model: Model) -> Iterator[str]:
@@ -137,7 +141,7 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
         text += f", held back by queues for {estimate.queues.longest}"
     if estimate.charging:
         text += f", and charge {amount(estimate.charging)} {time} per task"
-    if estimate.rate is not None and estimate.robots_needed is not None:
+    if not estimate.crews and estimate.rate is not None and estimate.robots_needed is not None:
         text += f"; {_need(estimate, estimate.rate * hour, estimate.robots_needed, 'demanded')}"
         if (busy := estimate.busiest_hour) is not None and busy.rate is not None:
             text += f"; {_need(busy, busy.rate * hour, busy.robots_needed or 0.0, 'of the busiest hour')}"

@@ -16,7 +16,7 @@ from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.feasibility.power import Power
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import kind_in_words
-from desim_warehouse.model.facts.workers import Group, groups
+from desim_warehouse.model.facts.workers import Group, Load, groups
 from desim_warehouse.run.quick import Choice, Nearer, left_out
 
 _FEW, _MANY = 10.0, 1000.0
@@ -99,7 +99,9 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
             line += "" if peak is None else f" on average and {peak} in the busiest hour"
         yield f"{line}."
     yield from _at_work(model, estimate)
-    if estimate.rate is not None and estimate.robots_needed is not None:
+    if estimate.crews and estimate.rate is not None:
+        yield from _enough_of_crews(loads(model, estimate))
+    elif estimate.rate is not None and estimate.robots_needed is not None:
         yield _enough(model, estimate, estimate.robots_needed)
 
 
@@ -132,6 +134,20 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
     return f"Robots: {_are(counts, most, most <= estimate.robots)}; you have {estimate.robots:,}."
+
+
+def _enough_of_crews(foreseen: Iterable[Load]) -> Iterator[str]:
+    """Yield the sentences on how many robots of each crew are enough, and on crews without work."""
+    parts = []
+    for load in foreseen:
+        if load.group.crew is None:
+            continue
+        need, has, kinds = load.robots_needed, load.group.number, load.group.zone
+        if load.group.crew.flows:
+            parts.append(f"{_are(f'{need} of {kinds}', need, need <= has)} (you have {has})")
+        else:
+            yield f"Robots of {kinds} have nothing to do: no flow is for them."
+    yield f"Robots: {spoken(parts)}."
 
 
 def _are(counts: str, number: int, enough: bool) -> str:
@@ -199,6 +215,8 @@ def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
+    if estimate.crews:
+        return  # more robots of which crew?
     robots, place = estimate.knee
     if place and not (place == PICKERS and estimate.pickers_walk_less):
         yield f"Beyond about {number_of(robots, 'robot')}, {limiting(place)}."

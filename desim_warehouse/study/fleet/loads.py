@@ -1,7 +1,8 @@
 """Utilisation of each group at a design (the loads of `model.facts.workers`), as means over its runs.
 
 Runs of a study keep only indicators. These give the whole load of robots and chargers, but the time of servers and
-people only as a total over stations, which is divided in the proportions of the quick estimate. The estimate itself is
+people only as a total over stations, and of robots as a total over crews, which are divided in the proportions of the
+quick estimate. The estimate itself is
 used for a group with more work than it can do, since no run shows a load above one, and for a station of which runs
 that begin empty show less.
 """
@@ -58,8 +59,9 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
         if more is not None and more.mean > max(mean, 0.0 if group.zone else _BEYOND):
             measured[more] = estimate([more.mean], confidence, deterministic=True)
             continue
-        back = fmean(time.back for time in times) if group.kind == "robots" else 0.0
-        held = fmean(time.held for time in times) if group.kind == "robots" else 0.0
+        all_robots = group.kind == "robots" and group.crew is None
+        back = fmean(time.back for time in times) if all_robots else 0.0
+        held = fmean(time.held for time in times) if all_robots else 0.0
         load = Load(group, mean, in_peak(model, group, mean, model.run.warm_up), mean, back, held)
         measured[load] = estimate(values, confidence, deterministic=exact, within=(0.0, 1.0))
     in_hand = [time.tasks * model.fleet.size for time in times]
@@ -77,7 +79,8 @@ def _values(
     values, parts = {}, {} if quick is None else _parts(model, quick)
     for group in groups(model):
         if group.kind == "robots":
-            values[group] = [time.work for time in times]
+            part = 1.0 if group.crew is None else _part_of_crew(model, quick, group)
+            values[group] = [time.work * part for time in times]
         elif group.kind == "chargers":
             values[group] = [row.value("charger_utilisation") for row in rows]
         elif group.kind == "lifts":
@@ -93,6 +96,13 @@ def _values(
     if fmean(time.traffic for time in times) > fmean(time.work for time in times):
         values[LANES] = [time.traffic for time in times]
     return values
+
+
+def _part_of_crew(model: Model, quick: QuickEstimate | None, group: Group) -> float:
+    """Return the load of the robots of a crew as a multiple of the load of all robots, by the quick estimate."""
+    busy = {} if quick is None else {load.group: load.mean for load in foreseen(model, quick) if load.group.crew}
+    whole = math.fsum(mean * crew.number for crew, mean in busy.items()) / model.fleet.size
+    return busy.get(group, 0.0) / whole if whole else math.nan
 
 
 def _part_of_lift(quick: QuickEstimate | None, group: Group) -> float:
