@@ -348,7 +348,11 @@ def left_out(model: Model, layout: Layout) -> list[str]:
     if model.fleet.breaks_down:
         lines.append(f"robots draw energy while they are broken, and then begin anew what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
-        lines.append(f"robots finish their tasks and charge after their hours, or those of stations, are over{UNKNOWN}")
+        finishes = any(spec.hours is not None and spec.at_close == "finish" for spec in model.layout.stations.values())
+        lines.append(
+            f"robots {'and stations ' * finishes}finish after their hours what they began in them, up to one task more "
+            f"for each in each opening, and robots charge then, too{UNKNOWN}"
+        )
     if model.pickers is not None and model.battery is not None:
         lines.append(f"robots draw energy while they wait for pickers, which they do not foresee{UNKNOWN}")
     lines += [
