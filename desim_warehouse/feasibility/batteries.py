@@ -24,6 +24,7 @@ from desim_warehouse.model.facts.charging import (
     charging_rate,
     cycle_levels,
     levels,
+    sharing_with,
     start_energy,
 )
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, listed, orders_of
@@ -79,20 +80,30 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
 
 
 def cause(
-    model: Model, layout: Layout, started: float | None = None, *, drew: float = 0.0, resting: bool = False
+    model: Model,
+    layout: Layout,
+    started: float | None = None,
+    *,
+    kind: str = "",
+    drew: float = 0.0,
+    resting: bool = False,
 ) -> str:
     """Return in one line why a battery ran flat and what helps, for the error that ends a run.
 
+    `model`: taken as if all robots had the battery of the robot's `kind`; `layout`: with the chargers of all kinds.
     `started`: the energy at the start of the run, if below a full battery and if the robot has not been charged since.
     It is a cause if it does not exceed the level at which charging begins. `drew`: mean energy that the robot drew per
     time unit so far. `resting`: whether the robot had no work.
     """
-    chargers = chargers_at(model, layout)
+    alike = sharing_with(model, layout, kind)
+    chargers = chargers_at(alike, alike.floor)
+    bays = [bay for bay in layout.bays.values() if bay.is_for(kind)]
     if not chargers:
-        return f"no bay has a charger: give {_some_bay(layout.bays.values())}"
-    if resting and sum(chargers.values()) < needed_at_rest(model):
-        return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
-    findings = [*errors(model, layout), *of_levels(model, layout, None)]
+        for_it = " for it" if any(bay.kinds for bay in layout.bays.values()) else ""
+        return f"no bay has a charger{for_it}: give {_some_bay(bays)}"
+    if resting and sum(chargers.values()) < needed_at_rest(alike):
+        return f"{at_rest(alike, alike.floor)} (layout.bays), or faster ones (battery.charge_rate)"
+    findings = [*errors(model, model.floor), *of_levels(model, model.floor, None)]
     thresholds = levels(model)
     looks_ahead = thresholds is not None and thresholds.margin is not None
     # A policy that looks ahead sends no robot out with a battery that is too small.
@@ -100,15 +111,19 @@ def cause(
     causes = [item for item in findings if item.code in drains]
     if causes:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in causes[:2])
-    return _no_charger_in_time(model, layout, chargers, started, drew, resting=resting)
+    return _no_charger_in_time(alike, bays, started, drew, resting=resting)
 
 
 def _no_charger_in_time(
-    model: Model, layout: Layout, chargers: dict[str, int], started: float | None, drew: float, *, resting: bool
+    model: Model, bays: Iterable[BayPlaces], started: float | None, drew: float, *, resting: bool
 ) -> str:
-    """Return why a robot reached no charger in time, if the model itself has no fault; arguments as in `cause`."""
+    """Return why a robot reached no charger in time, if the model itself has no fault; arguments as in `cause`.
+
+    `model`: with only the robots that share its chargers; `bays`: those that it may use.
+    """
+    chargers = chargers_at(model, model.floor)
     battery, count, robots = _battery(model), sum(chargers.values()), number_of(model.fleet.size, "robot")
-    zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
+    zones = dict.fromkeys(bay.zone for bay in bays if bay.node not in chargers)
     text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {robots}"
     if zones:
         text += f", none in the bays {some(zones)} (layout.bays)"
@@ -116,7 +131,8 @@ def _no_charger_in_time(
         short = f"it started with {started:g} of {battery.capacity:g} and came to no charger in time"
         return f"{text}: {short}; a higher fleet.start_energy, more chargers, or chargers where robots start"
     if resting:
-        return f"{text}: {at_rest(model, layout)}; more chargers, or more energy kept back (policies.charging: margin)"
+        short = at_rest(model, model.floor)
+        return f"{text}: {short}; more chargers, or more energy kept back (policies.charging: margin)"
     each, drawn = charging_rate(model), drew * model.fleet.size
     gives = count * each
     if drawn > gives:

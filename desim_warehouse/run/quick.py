@@ -363,8 +363,12 @@ def left_out(model: Model, layout: Layout) -> list[str]:
         draw = "draw energy while they are broken, and then" if has_battery else "that were broken"
         lines.append(f"robots {draw} begin anew what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
-        charge = " and charge" if has_battery else ""
-        lines.append(f"robots finish their tasks{charge} after their hours, or those of stations, are over{UNKNOWN}")
+        finishes = any(spec.hours is not None and spec.at_close == "finish" for spec in model.layout.stations.values())
+        charge = ", and robots charge then, too" if has_battery else ""
+        lines.append(
+            f"robots {'and stations ' * finishes}finish after their hours what they began in them, up to one task more "
+            f"for each in each opening{charge}{UNKNOWN}"
+        )
     if model.pickers is not None and has_battery:
         lines.append(f"robots draw energy while they wait for pickers, which they do not foresee{UNKNOWN}")
     lines += [

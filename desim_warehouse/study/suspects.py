@@ -431,7 +431,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
             more[f"fleet.kinds.{kind}.count"] = count + 1
             name, relief = f"robots of kind {kind}", f"one {kind} more"
         elif model.fleet.kinds:
-            name, relief = "robots of no kind", "one robot of no kind more"
+            name, relief = "robots of no kind", "one more robot of no kind"
         yield Suspect(name, relief, more, dose=1 / count)
     if model.fleet.exit_time:
         yield Suspect("the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}, dose=-1)

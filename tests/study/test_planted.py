@@ -72,7 +72,7 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
         (
             {"fleet.size": 2, "fleet.kinds": {"old": {"count": 1}}, "layout.bays.home.places": 3},
             "robots of no kind",
-            "one robot of no kind more",
+            "one more robot of no kind",
             {"fleet.size": 3},
         ),
     ],

@@ -263,6 +263,28 @@ def test_the_bay_that_is_to_get_chargers_is_one_that_the_robot_may_use(kinds, cu
         World(load(RING, {**TWO, "layout.bays": bays, "fleet.start": ["A"], "tasks.goods": {"random": 20}}))
 
 
+@pytest.mark.parametrize(
+    ("kind", "kinds_at_home", "begins"),
+    [
+        ("small", ["small"], "1 charger (at A) for 3 robots: it waited longer"),
+        ("large", ["small"], "2 chargers (at D) for 1 robot: it waited longer"),
+        ("small", [], "1 charger (at A) for 4 robots: it waited longer"),  # the large one may charge there, too
+        ("large", [], "3 chargers (at A, D) for 4 robots: it waited longer"),
+    ],
+)
+def test_a_robot_that_runs_flat_had_the_chargers_that_it_may_use_and_those_who_share_them(kind, kinds_at_home, begins):
+    """Three small robots, and a large one with two chargers at D of its own."""
+    bays = {
+        "home": {"at": ["A"], "places": 4, "chargers": 1, "kinds": kinds_at_home},
+        "large": {"at": ["D"], "places": 2, "chargers": 2, "kinds": ["large"]},
+    }
+    kinds = {"large": {"count": 1, "battery": {**LARGE, "consumption": 0.1}}, "small": {"count": 3}}
+    changes = {"layout.bays": bays, "fleet": {**RING["fleet"], "size": 4, "start": ["A", "D"], "kinds": kinds}}
+    world = World(load(RING, {**changes, "battery.consumption": 0.1}), 0)
+    robot = next(robot for robot in world.robots if robot.kind == kind)
+    assert robot.reach.why_flat(None, 0.1, robot.view(), resting=False).startswith(begins)
+
+
 @pytest.mark.usefixtures("whole_probes")
 def test_the_energy_balance_by_kind():
     # A saturated robot drives 80 a task, loads 5, unloads 10: 95 (its charging aside). The large one draws 190 of its

@@ -293,6 +293,19 @@ def as_kind(model: Model, kind: str) -> Model:
     )
 
 
+def sharing_with(model: Model, layout: Layout, kind: str) -> Model:
+    """Return a model `as_kind` with only the robots that may use chargers which this kind may use, as its whole fleet.
+
+    `layout`: the floor of the model itself, with the kinds that may use each charger.
+    """
+    bays, fleet = layout.bays.values(), model.fleet
+    kinds = fleet.kinds_of_robots()
+    sharing = {other for other in kinds if any(bay.charges(kind) and bay.is_for(other) for bay in bays)} | {kind}
+    homes = [home for other, home in zip(kinds, fleet.homes(layout.bays), strict=True) if other in sharing]
+    alone = {"size": len(homes), "start": tuple(homes), "kinds": FrozenMap({})}
+    return model.model_copy(update={"fleet": fleet.model_copy(update=alone)})
+
+
 def by_kind(model: Model) -> dict[str, Model]:
     """Return for each kind with robots ("": ordinary) the model `as_kind`: itself where all robots charge alike."""
     kinds = dict.fromkeys(model.fleet.kinds_of_robots(), model)

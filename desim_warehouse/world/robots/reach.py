@@ -85,7 +85,7 @@ class Reach:
     ) -> None:
         self.battery = model.battery
         self.batteries = model.battery is not None
-        self._model, self._layout = model, layout
+        self._model, self._layout, self._kind = model, layout, kind
         self.tasks = model.tasks
         self.tours = model.pods is not None or model.tasks.has_via or model.policies.batching.name != "single"
         self.kinds = self.tours or any(flow.kinds or flow.load_type for flow in model.tasks.flows.values())
@@ -116,7 +116,7 @@ class Reach:
 
     def why_flat(self, started: float | None, drew: float, robot: RobotView, *, resting: bool) -> str:
         """Return why a robot's battery ran flat in this model, and a remedy (for the arguments see `cause`)."""
-        text = cause(self._model, self._layout, started, drew=drew, resting=resting)
+        text = cause(self._model, self._layout, started, kind=self._kind, drew=drew, resting=resting)
         if resting and self.chargers:
             way, level = (
                 self.consumption.empty * self.out_of(robot.node, robot),
@@ -134,8 +134,8 @@ class Reach:
         kept = f", with {amount(levels.margin)} kept back" if levels.margin else ""
         has = f"robot {best.number} has {amount(best.energy)}, and needs {amount(self._enough_now(best, task))} for it"
         if not self.chargers:
-            return f"{has}{kept}; {cause(self._model, self._layout)}"
-        if small := too_small(self._model, self._layout):
+            return f"{has}{kept}; {cause(self._model, self._layout, kind=self._kind)}"
+        if small := too_small(self._model, self._model.floor):
             return f"{small}; {has}{kept}"
         return (
             f"{has}{kept}; charging ends at {amount(levels.full)} (policies.charging); a larger battery, or levels and "
