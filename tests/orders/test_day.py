@@ -253,7 +253,7 @@ def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
         "row 111, Anlagedatum: not a time (got 'soon')",
         "row 112, Menge: not a number of this kind (got '1,5')",
         "row 113: a total (got 'Summe",
-        "--skip-bad leaves out 97 rows",
+        "--skip-bad leaves out 97 rows; row 1 is the first below the header",
     ):
         assert said in told, said
     assert not out.exists()
