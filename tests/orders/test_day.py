@@ -423,6 +423,14 @@ def test_a_cover_in_front_of_the_orders_is_told_with_the_other_sheets(hall, tmp_
         order_day(path, hall)
 
 
+def test_which_of_several_sheets_was_read_is_said(hall, tmp_path):
+    (path := tmp_path / "a.xlsx").write_bytes(book(("May", [["release"], [60]]), ("June", [["release"], [70]])))
+    day = order_day(path, hall)
+    assert [line.release for line in day.lines] == [60]
+    assert "sheet 'May', the first of 2" in day.assumed
+    assert not any("sheet" in one for one in order_day(path, hall, sheet="June").assumed)
+
+
 def test_a_folder_is_no_file_of_orders(hall, tmp_path):
     with pytest.raises(dw.ModelError, match=r"cannot be read \(a folder\), expected orders in CSV"):
         order_day(tmp_path, hall)
