@@ -69,7 +69,8 @@ def command(
 
     day = order_day(file, model, columns=dict(map(_column, columns)), **settings)
     if day.problems and not skip_bad:
-        raise ModelError([*day.problems, f"{file}: --skip-bad leaves out {number_of(len(day.skipped), 'row')}"])
+        left = f"--skip-bad leaves out {number_of(len(day.skipped), 'row')}; row 1 is the first below the header"
+        raise ModelError([*day.problems, f"{file}: {left}"])
     if not day.lines:
         raise ModelError([*day.problems, f"{file}: no rows, expected at least one order"])
     for problem in day.problems:

@@ -158,9 +158,25 @@ def _weights(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePos
     form = WeightsFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     table.require(form.column, (*keys, "column" if "column" in named else "file"))
-    for rank, row in enumerate(table.rows):
+    rows = _by_place(table, (*keys, "file"))
+    for rank, row in enumerate(rows):
         positions.values[*keys, "weights", rank] = row.at[form.column]
-    return {"weights": [row.number(form.column) for row in table.rows]}
+    return {"weights": [row.number(form.column) for row in rows]}
+
+
+def _by_place(table: _Table, keys: Keys) -> list[_Row]:
+    """Return the rows of a table in the order of their column `place`, numbers from 0 on; without one as they stand."""
+    if "place" not in table.header:
+        return list(table.rows)
+    rows: dict[float | str, _Row] = {}
+    for row in table.rows:
+        place = row.number("place")
+        if place in rows or place not in range(len(table.rows)):
+            text = f"no number of a storage place, or a second time (got {row.at['place'].text})"
+            expected = f"all numbers from 0 to {len(table.rows) - 1} in column 'place', or no such column"
+            raise _RefusedError(Problem(keys, f"{text}, expected {expected}"))
+        rows[place] = row
+    return [rows[place] for place in range(len(rows))]
 
 
 def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:

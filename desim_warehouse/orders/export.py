@@ -15,7 +15,7 @@ import csv
 import io
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -103,7 +103,10 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
             return _made(path, columns, _of_parquet(path, columns))
         _check_kind(path)
         if path.suffix.lower() in EXCEL:
-            return _made(path, columns, rows_of(path, sheet), sheet=sheet)
+            sheets = sheets_of(path)
+            several = [f"sheet {got(sheets[0])}, the first of {len(sheets)}"] if sheet is None and sheets[1:] else []
+            export = _made(path, columns, rows_of(path, sheet), sheet=sheet)
+            return replace(export, assumed=(*several, *export.assumed))
         encoding = _encoding(path)
         delimiter = _delimiter(path, columns, encoding)
         return _made(path, columns, _of_text(path, encoding, delimiter), encoding, delimiter)

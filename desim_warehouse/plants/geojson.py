@@ -9,7 +9,8 @@ degrees, a larger file in metres: no plant is 50 km wide, and none half a metre.
 - In all other files, lines are two-way unless they have `oneway` or `two_way`. A place has a `role` (or `layer`) and a
 `name`, and belongs to the nearest point of a lane up to 2 m away.
 - `speed` is in m/s, `maxspeed` in km/h, as in OpenStreetMap.
-- Floors are flat: lines that cross, or end on another, are joined. Ends within 5 cm of each other are one point.
+- Floors are flat: lines that cross, or end on another, are joined. Ends within 5 cm of each other are one point;
+within 50 cm they are doubtful.
 - Corners are points. Curves become chords up to 25 cm off, with the length of the curve.
 
 Source: RFC 7946; crs: The GeoJSON Format Specification 1.0 (2008), section 3; Nav2, Route Server: graph file formats.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -20,6 +20,8 @@ from desim_warehouse.values.fields import LIMITS
 
 JOIN = 0.05
 """Distance in metres up to which ends of lines are joined to each other, or to another line."""
+GAP = 0.5
+"""Distance in metres from another line up to which a loose end is doubtful: no robot fits between the two."""
 CURVE = 0.25
 """Largest distance of a chord from its curve, in metres."""
 NEAR = 2.0
@@ -77,6 +79,7 @@ def join(plant: Plant, lines: Iterable[Line], marks: Iterable[Mark]) -> None:
     floor = _Floor(plant, lines)
     floor.cross()
     spots = floor.place(list(marks))
+    floor.doubt_ends(spots)
     _Network(plant, lines, floor.chains(), spots)
 
 
@@ -203,6 +206,31 @@ class _Floor:
         why = f"more than {NEAR:g} m from any lane"
         self.plant.note("left out", "place", [mark.name for mark in away], why, [mark.position for mark in away])
         return placed
+
+    def doubt_ends(self, marked: Container[Spot]) -> None:
+        """Note lines whose end stops short of another line or of their other end, unless it has a mark.
+
+        Lines of up to twice that distance are left alone, as they are near what they begin at.
+        """
+        meeting = Counter(spot for piece in self.pieces for spot in (piece.a, piece.b, *(cut for _, cut in piece.cuts)))
+        loose = []
+        for rank, line in enumerate(self.lines):
+            length = sum(math.dist(a, b) for a, b in pairwise(line.points))
+            ends = self.spot(line.points[0]), self.spot(line.points[-1])
+            alone = [end for end in ends if meeting[end] == 1 and end not in marked]
+            if length > 2 * GAP and alone and (math.dist(*ends) <= GAP or any(self.misses(end, rank) for end in alone)):
+                loose.append(line)
+        why = (
+            f"ends up to {GAP:g} m from another end or line without touching it, so no robot goes from one to the other"
+        )
+        self.plant.note("doubtful", "line", [line.name for line in loose], why, [line.position for line in loose])
+
+    def misses(self, end: Spot, line: int) -> bool:
+        """Return whether an end of a line is near a piece of another line."""
+        i, j = self.cell(end[0]), self.cell(end[1])
+        around = [(i + di, j + dj) for di in (-1, 0, 1) for dj in (-1, 0, 1)]
+        others = (self.pieces[rank] for cell in around for rank in self.cells.get(cell, ()))
+        return any(other.line != line and _off(end, other.a, other.b) <= GAP for other in others)
 
     def chains(self) -> list[list[Spot]]:
         """Return the spots along every line, with the spots at which it is cut."""

@@ -112,10 +112,12 @@ def read_book(path: Path, content: bytes, *, two_way: bool = False) -> Plant:  #
         names = sheets_of(path)
         sheets = []
         for pattern, what in ((_NODES, "nodes"), (_EDGES_SHEET, "edges")):
-            sheet = next((name for name in names if pattern.search(name)), None)
-            if sheet is None:
-                raise ModelError([f"{path}: no sheet of {what} (got {spoken(names)}), expected sheets nodes and edges"])
-            sheets.append(_Table.of_sheet(path, sheet))
+            called = [name for name in names if pattern.fullmatch(name.strip())]
+            called = called or [name for name in names if pattern.search(name)]
+            if len(called) != 1:
+                have = f"{'several sheets' if called else 'no sheet'} of {what} (got {spoken(called or names)})"
+                raise ModelError([f"{path}: {have}, expected sheets nodes and edges"])
+            sheets.append(_Table.of_sheet(path, called[0]))
         plant = Plant(path.stem, f"{path.name} (Excel)")
         _read(plant, *sheets, two_way=two_way)
     except (OSError, ValueError, zipfile.BadZipFile) as error:

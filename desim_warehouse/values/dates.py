@@ -28,7 +28,8 @@ _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 _MILLISECONDS, _LAST_TIME = 1e11, 4_102_444_800.0
 """A number above the first is in milliseconds since 1970, below in seconds; the second is the year 2100."""
 _SUNDAY, _CHANGING = 6, range(1, 4)
-"""The day on which clocks change, and the hours of it."""
+_CHANGES = (3, range(25, 32)), (10, range(25, 32)), (3, range(8, 15)), (11, range(1, 8))
+"""The day on which clocks change, and the hours of it; months with the days of that Sunday, Europe first."""
 _MONTHS_OF_A_YEAR, _HOURS, _DAY = 12, 24, 86_400.0
 
 _AROUND = re.compile(
@@ -226,9 +227,9 @@ def read_times(
 
 def _is_of_change(date: dt.datetime) -> bool:
     """Whether a date without an offset from UTC is in a night in which clocks change, in Europe or North America."""
-    last = date.month in {3, 10} and date.day > 24  # noqa: PLR2004 - the last Sunday of the month
-    american = date.day - 7 * (date.month == 3) in range(1, 8) and date.month in {3, 11}  # noqa: PLR2004
-    return date.tzinfo is None and date.weekday() == _SUNDAY and date.hour in _CHANGING and (last or american)
+    if date.tzinfo is not None or date.hour not in _CHANGING or date.weekday() != _SUNDAY:
+        return False
+    return any(date.month == month and date.day in days for month, days in _CHANGES)
 
 
 def across_midnight(clocks: list[float], start: float = 0.0) -> list[int]:

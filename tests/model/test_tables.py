@@ -45,6 +45,24 @@ def test_weights_are_read_from_the_column_popularity_if_none_is_named(folder):
     assert model.tasks.popularity.weights == (1.5, 0.0)
 
 
+def test_weights_belong_to_the_places_that_their_table_names(folder):
+    """A list of picks that is sorted by picks, as analyses of fast movers are."""
+    (folder / "picks.csv").write_text("place,picks\n1,90\n0,10\n")
+    model = load(folder / "model.yaml", {"tasks.popularity": {"file": "picks.csv", "column": "picks"}})
+    assert model.tasks.popularity.weights == (10.0, 90.0)
+
+
+@pytest.mark.parametrize("places", [("R1", "R2"), ("1", "2"), ("1", "1"), ("0.5", "1"), ("", "1")])
+def test_weights_of_places_that_are_no_numbers_from_0_are_refused(folder, places):
+    (folder / "picks.csv").write_text(f"place,picks\n{places[0]},90\n{places[1]},10\n")
+    with pytest.raises(ModelError) as refused:
+        load(folder / "model.yaml", {"tasks.popularity": {"file": "picks.csv", "column": "picks"}})
+    (problem,) = refused.value.problems
+    line = 3 if places[0] == "1" else 2
+    assert f"no number of a storage place, or a second time (got {folder / 'picks.csv'}:{line}:1), expected" in problem
+    assert problem.endswith("all numbers from 0 to 1 in column 'place', or no such column")
+
+
 def test_the_model_is_complete_without_its_tables(folder):
     model = load(folder / "model.yaml")
     (folder / "storage.csv").unlink()

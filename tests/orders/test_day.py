@@ -253,7 +253,7 @@ def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
         "row 111, Anlagedatum: not a time (got 'soon')",
         "row 112, Menge: not a number of this kind (got '1,5')",
         "row 113: a total (got 'Summe",
-        "--skip-bad leaves out 97 rows",
+        "--skip-bad leaves out 97 rows; row 1 is the first below the header",
     ):
         assert problem in told, problem
     assert not out.exists()
@@ -421,6 +421,14 @@ def test_a_cover_in_front_of_the_orders_is_told_with_the_other_sheets(hall, tmp_
     path.write_bytes(book(("Cover", [])))
     with pytest.raises(dw.ModelError, match=r"a.xlsx: empty, expected a header with a column 'release'$"):
         order_day(path, hall)
+
+
+def test_which_of_several_sheets_was_read_is_said(hall, tmp_path):
+    (path := tmp_path / "a.xlsx").write_bytes(book(("May", [["release"], [60]]), ("June", [["release"], [70]])))
+    day = order_day(path, hall)
+    assert [line.release for line in day.lines] == [60]
+    assert "sheet 'May', the first of 2" in day.assumed
+    assert not any("sheet" in one for one in order_day(path, hall, sheet="June").assumed)
 
 
 def test_a_folder_is_no_file_of_orders(hall, tmp_path):

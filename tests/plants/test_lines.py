@@ -50,6 +50,28 @@ def test_an_end_on_another_line_is_a_junction_even_if_it_misses_it_a_little():
     assert len(drawn([[(0, 0), (10, 0)], [(4, 0.06), (4, 3)]]).links) == 2
 
 
+SQUARE = [(0, 0), (20, 0), (20, 12), (0, 12)]
+GAPS = {
+    "closed": ([[*SQUARE, (0, 0)]], ()),
+    "a ring that is not closed": ([[*SQUARE, (0, 0.3)]], ("line 0",)),
+    "two lines end to end": ([[(0, 0), (10, 0)], [(10.3, 0), (20, 0)]], ("line 0", "line 1")),
+    "an end beside a line": ([[(0, 0), (10, 0)], [(4, 0.2), (4, 3)]], ("line 1",)),
+    "far apart": ([[(0, 0), (10, 0)], [(4, 0.6), (4, 3)]], ()),
+    "a short spur": ([[(0, 0), (10, 0)], [(4, 0), (4, 0.4)]], ()),
+    "lanes side by side": ([[(0, 0), (10, 0), (10, 5)], [(10, 5), (10.4, 5), (10.4, 0), (20, 0)]], ()),
+}
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_an_end_that_stops_short_of_a_line_is_doubtful(name):
+    lines, short = GAPS[name]
+    assert said(drawn(lines), "doubtful") == {("line", short)} - {("line", ())}
+
+
+def test_an_end_with_a_mark_stops_where_it_should():
+    assert not said(drawn([[(0, 0), (10, 0)], [(4, 0.4), (4, 3)]], [("charger", (4, 0.4))]), "doubtful")
+
+
 def test_ends_that_nearly_meet_are_one_point():
     plant = drawn([[(0, 0), (10, 0)], [(10.03, 0.03), (10, 8)]])
     assert pairs(plant) == {((0, 0), (10, 0)), ((10, 0), (10, 8))}

@@ -157,6 +157,22 @@ def test_a_workbook_is_read_as_its_two_tables(tmp_path):
     assert "yard.xlsx (Excel)" in book.content["description"]
 
 
+def test_of_several_sheets_of_nodes_the_one_called_so_is_read(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
+    book = openpyxl.load_workbook(path := excel(tmp_path))
+    old = book.copy_worksheet(book["Nodes"])
+    old["B2"], old.title = 99, "old nodes"
+    book.move_sheet(old, -2)
+    book.save(path)
+    assert import_layout(path).model.layout == import_layout(tables(tmp_path)).model.layout
+    book["Nodes"].title = "new nodes"
+    book.save(path)
+    with pytest.raises(
+        dw.ModelError, match=r"several sheets of nodes \(got old nodes and new nodes\), expected sheets"
+    ):
+        import_layout(path)
+
+
 def test_what_is_wrong_with_a_workbook_is_said_with_sheet_and_row(tmp_path):
     openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
     path, book = tmp_path / "hall.xlsx", openpyxl.Workbook()

@@ -87,7 +87,7 @@ class Popularity(Part):
 
 
 class WeightsFile(Part):
-    """Weights from a column of a CSV file with one row for each storage place, in order of number."""
+    """Weights from a column of a CSV file with one row for each storage place, in order of number or of `place`."""
 
     file: Name = Field(description="CSV file, relative to the model file")
     column: Name = Field("popularity", description="the column with the weights")
