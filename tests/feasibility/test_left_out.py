@@ -44,17 +44,17 @@ def test_delays_closures_slow_zones_and_people_are_said():
 
 
 def test_work_that_a_station_finishes_after_its_hours_is_said_to_be_left_out():
-    """Ten minutes an hour are open, and unloading takes 20: half a load an hour by the time open, one by those begun."""
+    """Ten minutes an hour are open, and unloading takes 20: half a load an hour by hours, one by what is begun."""
     tasks = {"goods": {"saturated": 2}, "unload_at": ["desk"], "load_time": 0, "unload_time": 1200}
     over = {"calendars.day": {"every": 3600, "lasts": 600}, "layout.stations.desk.hours": "day", "run.length": 72_000}
     model = dw.load({**LIFELONG, "tasks": tasks, "calendars": {}}, over)
-    found = check(model)
-    assert found.calculation.stations[0].capacity * 3600 == pytest.approx(0.5)
+    report = check(model)
+    assert report.calculation.stations[0].capacity * 3600 == pytest.approx(0.5)
     assert dw.simulate(model).kpis["tasks"] == 20
     assert (
         "robots and stations finish after their hours what they began in them, up to one task more for each in each "
-        "opening, and robots charge then, too; estimates leave this out"
-    ) in found.facts
+        "opening; estimates leave this out"
+    ) in report.facts
     pause = check(model.replace({"layout.stations.desk.at_close": "pause"}))
     assert any(fact.startswith("robots finish after their hours") for fact in pause.facts)
 
