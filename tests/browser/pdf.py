@@ -40,11 +40,11 @@ def _letters(objects, number):
 
 
 def _text(content, fonts):
-    letters, said = {}, []
+    letters, characters = {}, []
     for font, alone, several in _SHOWN.findall(content):
         if font:
             letters = fonts.get(font, {})
         for glyphs in [alone] if alone else re.findall(rb"<([0-9A-Fa-f]+)>", several):
             text = glyphs.decode("ascii")
-            said += [letters.get(int(text[at : at + 4], 16), "") for at in range(0, len(text), 4)]
-    return "".join(unicodedata.normalize("NFKC", "".join(said)).split())
+            characters += [letters.get(int(text[at : at + 4], 16), "") for at in range(0, len(text), 4)]
+    return "".join(unicodedata.normalize("NFKC", "".join(characters)).split())

@@ -65,10 +65,10 @@ def an_answer_of_a_study(folder):
 
 
 def an_answer_of_a_race(folder):
-    found = dw.best(
+    choice = dw.best(
         dw.Study(example(), {"fleet.size": [1, 3]}), "throughput_per_hour", search=dw.Search(first=3, cap=3)
     )
-    found.answer.save(folder)
+    choice.answer.save(folder)
     return report(folder, folder / "page.html")
 
 
@@ -113,8 +113,8 @@ def an_answer_of_directions(folder):
 
 
 def an_answer_of_a_warm_up(folder):
-    found = settle(example(), replications=2, observations=50)
-    return of(input_words.warm_up(found, example(), "throughput", 2), folder)
+    warm_up = settle(example(), replications=2, observations=50)
+    return of(input_words.warm_up(warm_up, example(), "throughput", 2), folder)
 
 
 def an_answer_of_a_fit(folder):
@@ -196,18 +196,18 @@ def test_axe_finds_nothing(browser, tmp_path, make, screens):
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
     browser.execute_script(UNFOLD)
-    found = []
+    violations = []
     for scheme, (width, height) in screens:
         browser.execute_cdp_cmd(
             "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
         )
         page.enlarge(width, height)
-        found += [
+        violations += [
             (scheme, width, one["id"], [node["html"][:120] for node in one["nodes"][:3]])
             for one in browser.execute_async_script(AXE, EVERY)
         ]
         assert browser.execute_script("return document.documentElement.scrollWidth") <= width
-    assert found == []
+    assert violations == []
 
 
 @pytest.mark.long
@@ -221,5 +221,5 @@ def test_axe_finds_nothing_on_the_notebook_as_html_and_nothing_is_wider_than_it(
     Opened(browser, page).enlarge(1200, 900)
     assert browser.execute_script("return document.documentElement.scrollWidth") == 1200
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
-    found = browser.execute_async_script(AXE, {**EVERY, "iframes": False})
-    assert [(one["id"], [node["html"][:120] for node in one["nodes"][:3]]) for one in found] == []
+    violations = browser.execute_async_script(AXE, {**EVERY, "iframes": False})
+    assert [(one["id"], [node["html"][:120] for node in one["nodes"][:3]]) for one in violations] == []

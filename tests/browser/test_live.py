@@ -54,8 +54,7 @@ class LivePage(Opened):
         return self.browser.execute_script(f"const live = window.desimLive.live; return {expression}")
 
     def chips(self):
-        found = self.browser.execute_script(CHIPS)
-        return [text.replace("\n", " ") for text in found]
+        return [text.replace("\n", " ") for text in self.browser.execute_script(CHIPS)]
 
 
 CHIPS = "return [...document.querySelectorAll('#chips button')].map((one) => one.innerText)"
@@ -232,10 +231,10 @@ def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(
     with serving(tmp_path, vary=["fleet.size"]) as own:
         page = LivePage(browser, own.address)
         page.done("3 robots")
-        said, port, token = page.text("said"), own.port, own.token
+        sentence, port, token = page.text("said"), own.port, own.token
     page.until("live.state === 'offline'")
     assert "Connection lost." in page.text("note")
-    assert page.text("said") == said
+    assert page.text("said") == sentence
     assert page.ask("[...document.querySelectorAll('#knobs input')].every((field) => field.disabled)")
     if not back:
         return
@@ -258,6 +257,6 @@ def test_axe_finds_nothing_and_nothing_is_wider_than_the_screen(page, width, sch
     page.done("3 robots")
     script = files("axe_core_python").joinpath("axe.min.js").read_text("utf-8")
     page.browser.execute_cdp_cmd("Runtime.evaluate", {"expression": script})
-    found = page.browser.execute_async_script(AXE, EVERY)
-    assert [(one["id"], one["nodes"][0]["html"][:100]) for one in found] == []
+    violations = page.browser.execute_async_script(AXE, EVERY)
+    assert [(one["id"], one["nodes"][0]["html"][:100]) for one in violations] == []
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width

@@ -73,14 +73,14 @@ def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(br
     run = people_run()
     page = Page(browser, run, tmp_path)
     assert {"closed", "person in the aisle"} <= set(page.text("legend").splitlines())
-    for cause, said in (("waiting_closed", "for a lane to open"), ("waiting_person", "for a person")):
+    for cause, reason in (("waiting_closed", "for a lane to open"), ("waiting_person", "for a person")):
         wait = max((one for one in run.history.waits if one.cause == cause), key=lambda one: one.end - one.start)
         time = (wait.start + wait.end) / 2
         page.ask("page.positions(arguments[0])", time)
         now = [one for one in run.history.blocked if one.start <= time < one.end]
         assert sorted(page.ask("page.blocked()")) == sorted([*one.edge, one.visit >= 0] for one in now)
         page.tap(*page.ask("page.drawn()")[wait.robot])
-        assert re.search(rf"waits \S+ \w+(?: \d+ s)? {said} until \d\d:\d\d", page.text("robot"))
+        assert re.search(rf"waits \S+ \w+(?: \d+ s)? {reason} until \d\d:\d\d", page.text("robot"))
         page.press(ESCAPE)
     assert page.complaints() == []
 
@@ -96,8 +96,8 @@ def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page):
         for (x, y), state, heading in zip(page.ask("page.drawn()"), page.ask("page.states()"), headings, strict=True):
             if state in colours:
                 beside = 0.77 * radius  # clear of number, square, head and rim
-                found = page.pixel(x - beside * math.sin(heading), y + beside * math.cos(heading))
-                assert found == pytest.approx(colours[state], abs=30)
+                colour = page.pixel(x - beside * math.sin(heading), y + beside * math.cos(heading))
+                assert colour == pytest.approx(colours[state], abs=30)
                 seen.add(state)
     assert seen == set(colours)
 
@@ -135,13 +135,13 @@ def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser, t
         return set(map(tuple, page.pixels(at)))
 
     cells = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
-    found = [
+    painted = [
         colours([place for node, place in cells.items() if node in stores]),
         colours([place for node, place in cells.items() if node not in stores | zones]),
         colours([(float(x), float(y)) for x, y in WALLS]),
     ]
-    assert [len(one) for one in found] == [1, 1, 1]
-    light, lightest, dark = (sum(next(iter(one))) for one in found)
+    assert [len(one) for one in painted] == [1, 1, 1]
+    light, lightest, dark = (sum(next(iter(one))) for one in painted)
     assert lightest > light + 30 > dark + 60
 
 
@@ -224,16 +224,16 @@ def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)
     page.seek(run.record.end)
-    found, header = page.ask("page.tiles()"), page.ask("page.header")
+    tiles, header = page.ask("page.tiles()"), page.ask("page.header")
     near = {"share": 1e-6, "time": header["tick"], "rate": 1e-6, "lost": 1e-6, "chargers": 1e-3}
     for key, _, form, _ in header["tiles"]:
         if key != "battery":
-            assert found[key] == pytest.approx(run.kpis[key], abs=near.get(form, 0))
-    said = {
+            assert tiles[key] == pytest.approx(run.kpis[key], abs=near.get(form, 0))
+    texts = {
         key: words.value(key, run.kpis[key], run.model) for key, _, form, _ in header["tiles"] if form in SAID_ALIKE
     }
-    assert said
-    assert said == {key: page.indicator(key) for key in said}
+    assert texts
+    assert texts == {key: page.indicator(key) for key in texts}
 
 
 ROWS = "return [...document.querySelectorAll('#stations tbody tr')].map((row) => row.innerText)"
@@ -244,17 +244,17 @@ def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browse
     page, expected = Page(browser, run, tmp_path), resources(run.history)
     for time in (200.0, 550.0, run.record.end):
         page.seek(time)
-        found = page.ask("page.resources()")
+        drawn = page.ask("page.resources()")
         rows = page.browser.execute_script(ROWS)
-        assert len(found) == len(rows) == len(expected) == 8
-        for item, row, one in zip(found, rows, expected, strict=True):
+        assert len(drawn) == len(rows) == len(expected) == 8
+        for item, row, one in zip(drawn, rows, expected, strict=True):
             used = one.utilisation(run.history.begin, time)
             queue = one.queue[1][np.searchsorted(one.queue[0], time, side="right") - 1]
             assert (item["kind"], item["node"], item["queue"]) == (one.kind, one.node, queue)
             assert item["utilisation"] == pytest.approx(used, abs=1e-3)
             assert one.zone in row
             assert f"{round(100 * used)} %" in row or used < 0.1
-    assert max(item["queue"] for item in found) >= 0
+    assert max(item["queue"] for item in drawn) >= 0
 
 
 def test_the_heat_map_has_the_part_of_the_time_that_was_lost_where_robots_stood(browser, tmp_path):
@@ -303,8 +303,8 @@ def test_the_story_stops_where_it_says_and_ends_with_the_totals(browser, tmp_pat
     for stop in stops:
         page.press("n")
         page.frame()
-        said = page.browser.find_element("id", "status").get_attribute("textContent")
-        assert said.startswith(stop["said"])
+        status = page.browser.find_element("id", "status").get_attribute("textContent")
+        assert status.startswith(stop["said"])
         if stop["time"] is None:
             continue
         assert page.ask("page.time()") == pytest.approx(stop["time"], abs=1e-6)
@@ -314,7 +314,7 @@ def test_the_story_stops_where_it_says_and_ends_with_the_totals(browser, tmp_pat
             assert 0 < x < box["width"]
             assert 0 < y < box["height"]
         if len(stop.get("robots", [])) == 1:
-            assert f"{stop['said']} It waits " in said
+            assert f"{stop['said']} It waits " in status
     assert stops[-1]["said"].startswith("In all: ")
     assert page.text("counted").startswith("Totals for the whole run")
     page.press("n")
@@ -439,8 +439,8 @@ def test_the_paper_s_palette_can_be_asked_for(browser, tmp_path):
     robot = page.ask("page.states()").index("empty")
     (x, y), heading = page.ask("page.drawn()")[robot], headings[robot]
     beside = 0.77 * radius
-    found = page.pixel(x - beside * math.sin(heading), y + beside * math.cos(heading))
-    assert found == pytest.approx([0, 0, 255], abs=30)
+    colour = page.pixel(x - beside * math.sin(heading), y + beside * math.cos(heading))
+    assert colour == pytest.approx([0, 0, 255], abs=30)
 
 
 def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(browser, tmp_path):
@@ -484,10 +484,10 @@ def test_a_click_says_the_chain_of_waits_to_its_root(browser, tmp_path):
     time = (max(link[0].start, link[1].start) + min(link[0].end, link[1].end)) / 2
     page.seek(time)
     page.tap(*page.ask("page.drawn()")[link[0].robot])
-    said = page.text("robot")
+    sentence = page.text("robot")
     assert page.ask("page.chosen()") == link[0].robot
-    assert f"robot {link[1].robot}, which waits " in said
-    assert f"robot {link[1].other}, which " in said
+    assert f"robot {link[1].robot}, which waits " in sentence
+    assert f"robot {link[1].other}, which " in sentence
     assert page.complaints() == []
 
 

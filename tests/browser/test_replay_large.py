@@ -35,9 +35,9 @@ def test_an_hour_of_a_thousand_robots_fits_into_15_megabytes(run):
 
 @pytest.mark.long
 def test_load_time_and_frame_rate_are_reported(browser, tmp_path, run, record_property, capsys):
-    found = benchmark.measure(run, tmp_path)
-    assert found["frames_per_second"] > 0
-    line = ", ".join(f"{key} {value:.4g}" for key, value in found.items())
+    timings = benchmark.measure(run, tmp_path)
+    assert timings["frames_per_second"] > 0
+    line = ", ".join(f"{key} {value:.4g}" for key, value in timings.items())
     record_property("replay of 1,000 robots", line)
     with capsys.disabled():
         print(f"\nreplay of 1,000 robots for 600 s: {line}")  # noqa: T201

@@ -11,8 +11,8 @@ def test_a_robot_with_a_pod_says_what_it_holds_and_for_whom_it_goes(browser, tmp
     page.seek(20)
     page.tap(*page.ask("page.drawn()[0]"))
     line = next(run.history.rows("delivered"))
-    said = f"Pod 0, for \u2068pick\u2069 (\u2068C\u2069): line {line.task} (item 0); holds item 0 (1)"
-    assert said in page.text("robot")
+    sentence = f"Pod 0, for \u2068pick\u2069 (\u2068C\u2069): line {line.task} (item 0); holds item 0 (1)"
+    assert sentence in page.text("robot")
     page.seek(next(row.time for row in run.history.rows("stored")) + 1)
     assert "Pod 0" not in page.text("robot")
     assert page.complaints() == []

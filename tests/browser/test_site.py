@@ -69,8 +69,8 @@ def test_its_navigation_has_every_page_once_and_its_reference_names_that_are_the
 
 def test_every_public_name_is_in_the_full_reference():
     page = (ROOT / "docs/reference/api.md").read_text("utf-8")
-    said = re.findall(r"(?m)^::: desim_warehouse\.(?:report\.)?(\w+)$", page)
-    assert sorted(said) == sorted(set(dw.__all__) - {"__version__"})
+    names = re.findall(r"(?m)^::: desim_warehouse\.(?:report\.)?(\w+)$", page)
+    assert sorted(names) == sorted(set(dw.__all__) - {"__version__"})
 
 
 @pytest.mark.long
@@ -100,7 +100,7 @@ def test_its_search_finds_it_among_the_first_three(browser, site, words, page):
 @pytest.mark.parametrize("name", READ)
 def test_axe_finds_nothing(browser, site, name):
     """Frames hold pages of their own, which test_axe.py sees to."""
-    found = []
+    violations = []
     for scheme in ("light", "dark"):
         page = Opened(browser, site / f"{name}.html")
         browser.execute_cdp_cmd(
@@ -110,10 +110,10 @@ def test_axe_finds_nothing(browser, site, name):
         browser.execute_script(STILL, "* { transition: none !important }")
         for width, height in ((1400, 900), (390, 844)):
             page.enlarge(width, height)
-            found += [
+            violations += [
                 (scheme, width, one["id"], [node["html"][:120] for node in one["nodes"][:3]])
                 for one in browser.execute_async_script(AXE, {**EVERY, "iframes": False})
             ]
             assert browser.execute_script("return document.documentElement.scrollWidth") <= width
         assert page.requests() == []
-    assert found == []
+    assert violations == []

@@ -100,7 +100,7 @@ def test_robots_whose_home_has_no_charger_take_turns_or_check_says_that_they_run
     """Under policies that ran flat once: they live where chargers give what is drawn at rest; else check warns."""
     run = dw.simulate(load("packing_hall", policies={}))
     assert run.kpis["energy_lowest"] > 0.1
-    assert not [said for said in run.verdicts if said.is_lasting]
+    assert not [verdict for verdict in run.verdicts if verdict.is_lasting]
     slow = load("packing_hall", policies={}, **{"battery.charge_rate": 0.001})
     assert {"CHARGERS_SHORT", "REST_FLAT"} <= {item.code for item in dw.check(slow).findings}
     with pytest.raises(WarehouseError, match=r"at least 10 chargers are needed .layout\.bays."):

@@ -114,25 +114,25 @@ def test_a_study_has_the_table_that_was_saved_with_it():
 
 
 def test_a_study_is_compared_and_the_table_says_of_which_version_it_is(kept):
-    said = called("compare", kept / "study")
-    assert f"S{SIMULATED[1:]}.\n" in said.output
+    done = called("compare", kept / "study")
+    assert f"S{SIMULATED[1:]}.\n" in done.output
     # throughput in the saved table: 39.25 an hour on average, 39.375 as it is
-    assert re.search(r"one charger more +−0\.12 tasks/h \(−0\.56 to 0\.31\) +not shown to differ", said.output)
+    assert re.search(r"one charger more +−0\.12 tasks/h \(−0\.56 to 0\.31\) +not shown to differ", done.output)
 
 
 def test_a_finished_study_is_shown_on_a_page_and_in_tables_without_simulating(kept):
     before = {path.name: path.read_bytes() for path in (kept / "study").iterdir()}
-    said = called("study", kept / "study", "--page", kept / "page.html", "--quantile", "50%")
-    assert f"50 % quantiles over runs, 95 % intervals, {SIMULATED}\n" in said.output
+    done = called("study", kept / "study", "--page", kept / "page.html", "--quantile", "50%")
+    assert f"50 % quantiles over runs, 95 % intervals, {SIMULATED}\n" in done.output
     assert SIMULATED[1:] in (kept / "page.html").read_text(encoding="utf-8")
     assert {path.name: path.read_bytes() for path in (kept / "study").iterdir()} == before
 
 
 @pytest.mark.long  # one that is not finished is resumed every day
 def test_resuming_a_finished_study_says_that_it_simulates_anew(kept):
-    said = called("study", kept / "study", "--out", kept / "study")
-    assert f"40 runs are of version 0.3.0 not used again, but kept; {dw.__version__} simulates anew" in said.output
-    assert "simulated with" not in said.output
+    done = called("study", kept / "study", "--out", kept / "study")
+    assert f"40 runs are of version 0.3.0 not used again, but kept; {dw.__version__} simulates anew" in done.output
+    assert "simulated with" not in done.output
     assert dw.Results.load(kept / "study").version == dw.__version__
     assert len((kept / "study" / "runs.jsonl").read_bytes().splitlines()) == 40 + 40
 
@@ -152,8 +152,8 @@ def test_resuming_a_study_with_more_replications_says_that_it_simulates_anew(kep
     content |= {"points": content["points"][:designs], "replications": replications}
     (folder / "study.json").write_text(json.dumps(content))
     assert not dw.Results.load(folder).is_whole
-    said = called("study", folder)
-    assert f"{runs} runs are of version 0.3.0 not used again" in said.output
+    done = called("study", folder)
+    assert f"{runs} runs are of version 0.3.0 not used again" in done.output
     assert len(dw.Results.load(folder).rows) == runs + 1
 
 

@@ -92,8 +92,8 @@ class FleetBank(MadeUpBank):
         slack, both = self.slack(design), math.hypot(SHARED, OWN)
         steps = [-4 + 0.2 * step for step in range(41)]
         weights = [math.exp(-z * z / 2) for z in steps]
-        found = [self.values(design, slack + both * z) for z in steps]
-        return tuple(sum(w * one[i] for w, one in zip(weights, found, strict=True)) / sum(weights) for i in (0, 1))
+        values = [self.values(design, slack + both * z) for z in steps]
+        return tuple(sum(w * one[i] for w, one in zip(weights, values, strict=True)) / sum(weights) for i in (0, 1))
 
     def run(self, design, day):
         off = SHARED * self.noise(day) + OWN * self.noise(day, design)
@@ -189,26 +189,26 @@ def halved(bank, runs, seed=0):
     """Designs drawn at random, of which the better half has twice the days until few are left."""
     draw, left, days = random.Random(seed), runs, 1
     alive = list(dict.fromkeys(bank.sample(draw) for _ in range(runs // 4)))
-    found = {design: [] for design in alive}
-    while alive and left >= sum(days - len(found[design]) for design in alive):
+    outcomes = {design: [] for design in alive}
+    while alive and left >= sum(days - len(outcomes[design]) for design in alive):
         for design in alive:
-            left -= days - len(found[design])
-            found[design] += [bank.run(design, f"search {seed} {day}") for day in range(len(found[design]), days)]
-        most = [one for one in ranked(bank, found) if one in alive]
+            left -= days - len(outcomes[design])
+            outcomes[design] += [bank.run(design, f"search {seed} {day}") for day in range(len(outcomes[design]), days)]
+        most = [one for one in ranked(bank, outcomes) if one in alive]
         alive, days = most[: max(2, len(most) // 2)], 2 * days
-    return [one for one in ranked(bank, found) if one in alive]
+    return [one for one in ranked(bank, outcomes) if one in alive]
 
 
-def ranked(bank, found):
+def ranked(bank, outcomes):
     """Designs by their means: those first that meet the target by them."""
     sign = 1 if bank.maximise else -1
 
     def score(design):
-        values, reached = zip(*found[design], strict=True)
+        values, reached = zip(*outcomes[design], strict=True)
         beyond = 0.0 if bank.goal is None else min(0.0, statistics.fmean(reached) - bank.goal.value)
         return beyond, sign * statistics.fmean(values)
 
-    return sorted(found, key=score, reverse=True)
+    return sorted(outcomes, key=score, reverse=True)
 
 
 def chosen(bank, candidates, runs, seed=0):
@@ -242,8 +242,8 @@ def main(count):
                 gaps += [bank.gap(design)] if bank.meets(design) else []
                 exact += bank.meets(design) and bank.gap(design) < 1e-9
             gap = 100 * statistics.fmean(gaps)
-            said = f"gap {gap:.2f} %, the best {100 * exact / count:.0f} %, missed {missed}, not shown {unproved}"
-            sys.stdout.write(f"{kind.__name__:11} {name:19} {said}\n")
+            line = f"gap {gap:.2f} %, the best {100 * exact / count:.0f} %, missed {missed}, not shown {unproved}"
+            sys.stdout.write(f"{kind.__name__:11} {name:19} {line}\n")
             sys.stdout.flush()
 
 

@@ -137,39 +137,39 @@ class Blame:
 def blame(number):
     """Ask why, carry out the advice on other days, and see what it gains."""
     model, name = planted(number)
-    found = why(model, search=dw.Search(seed=number))
-    suspect, gain = found.ranked[0]
+    diagnosis = why(model, search=dw.Search(seed=number))
+    suspect, gain = diagnosis.ranked[0]
     study = dw.Study(
         model, {"relief": {"cases": {"no": {}, "yes": dict(suspect.overrides)}}}, replications=DAYS, seed=OTHER_SEED
     )
     study.run()
-    had = study.compare(found.indicator).differences[0].estimate.mean
-    waiting = [one for one, _ in found.ranked if one.waited]  # who would be blamed without a test
+    had = study.compare(diagnosis.indicator).differences[0].estimate.mean
+    waiting = [one for one, _ in diagnosis.ranked if one.waited]  # who would be blamed without a test
     return Blame(
         number,
         name,
         suspect.name,
         max(waiting, key=lambda one: one.waited).name if waiting else None,
-        found.gains.clear,
+        diagnosis.gains.clear,
         (gain.low, gain.high),
         had,
-        found.gains.runs,
+        diagnosis.gains.runs,
     )
 
 
-def summary(found):
+def summary(blames):
     """How many are right, keep their promise, and would be wrong by plain waiting."""
-    right, kept = sum(one.right for one in found), sum(one.as_promised for one in found)
-    misled = sum(one.by_waiting != one.planted for one in found)
-    return f"{len(found)}: {right} right, {kept} gains as promised; plain waiting would be wrong in {misled}"
+    right, kept = sum(one.right for one in blames), sum(one.as_promised for one in blames)
+    misled = sum(one.by_waiting != one.planted for one in blames)
+    return f"{len(blames)}: {right} right, {kept} gains as promised; plain waiting would be wrong in {misled}"
 
 
 def main(first, last):
     """Print who is blamed, and how often rightly."""
-    found = told(range(first, last), blame)
+    blames = told(range(first, last), blame)
     for name, among in (
-        ("planted", [one for one in found if one.number < MISLEADING]),
-        ("planted where waiting misleads", [one for one in found if one.number >= MISLEADING]),
+        ("planted", [one for one in blames if one.number < MISLEADING]),
+        ("planted where waiting misleads", [one for one in blames if one.number >= MISLEADING]),
     ):
         if among:
             sys.stdout.write(f"{name}: {summary(among)}\n")

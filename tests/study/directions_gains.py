@@ -34,8 +34,8 @@ def model(number):
     changes = {"battery": None, "run": {"length": 700, "warm_up": 100}, "log": "tasks"}
     if number >= DRAWN:
         name, robots = list(IMPORTED.items())[number - DRAWN]
-        found = import_layout(Path(FOLDER or "") / name, robots=robots).model
-        return found.replace(
+        imported = import_layout(Path(FOLDER or "") / name, robots=robots).model
+        return imported.replace(
             {**changes, "tasks.goods": {"saturated": 2 * robots}, "name": Path(name).name.split(".")[0]}
         )
     draw = random.Random(f"gains {number}")
@@ -69,17 +69,19 @@ def main(first, last):
     shown, passed, searched = 0, 0, 0
     for number in range(first, last):
         drawn = model(number)
-        found = orient(drawn, "throughput_per_hour", search=dw.Search(runs=RUNS, seed=number, workers=1, cache=False))
+        directions = orient(
+            drawn, "throughput_per_hour", search=dw.Search(runs=RUNS, seed=number, workers=1, cache=False)
+        )
         lanes = len({frozenset(lane) for lane in drawn.floor.edges})
-        passes = errors(found.model) <= errors(drawn)
-        gain = found.gain
-        said = "nothing better than as drawn"
+        passes = errors(directions.model) <= errors(drawn)
+        gain = directions.gain
+        finding = "nothing better than as drawn"
         if gain is not None:
-            said = f"{100 * gain.mean:+.1f} % ({100 * gain.low:+.1f} to {100 * gain.high:+.1f}), {gain.pairs} pairs"
+            finding = f"{100 * gain.mean:+.1f} % ({100 * gain.low:+.1f} to {100 * gain.high:+.1f}), {gain.pairs} pairs"
         name = f"{drawn.name}, {lanes} lanes, {drawn.fleet.size} robots"
         sys.stdout.write(
-            f"{number:2} {name}: {said}; {len(found.turned)} of {found.units} turned, {found.runs} runs, "
-            f"{'passes check' if passes else 'DOES NOT PASS'}\n"
+            f"{number:2} {name}: {finding}; {len(directions.turned)} of {directions.units} turned, "
+            f"{directions.runs} runs, {'passes check' if passes else 'DOES NOT PASS'}\n"
         )
         sys.stdout.flush()
         shown += gain is not None and bool(gain.is_better)

@@ -81,7 +81,7 @@ class Answer:
     @property
     def smallest(self):
         """None of those said to be too small is better than the target by the indifference zone."""
-        return all(mean < self.target + self.zone for _, said, mean in self.below if said != "undecided")
+        return all(mean < self.target + self.zone for _, verdict, mean in self.below if verdict != "undecided")
 
     @property
     def misses(self):
@@ -105,7 +105,7 @@ def on_other_days(described, changes, *, drifting=False):
             raise
         return 0.0
     verdicts = study.results.verdicts[str(study.points[0])]
-    if any(said.is_lasting and not (drifting and said.code == "NOT_SETTLED") for said in verdicts):
+    if any(verdict.is_lasting and not (drifting and verdict.code == "NOT_SETTLED") for verdict in verdicts):
         return 0.0
     return sum(0.0 if row.outcome.error else row.value("on_time") for row in study.rows) / DAYS
 
@@ -113,24 +113,25 @@ def on_other_days(described, changes, *, drifting=False):
 def answer(number):
     """Plan a model, and look at the answer."""
     described, target = model(number)
-    found = plan_fleet(described, f"on_time >= {target}", strategies={}, search=dw.Search(seed=number))
-    said = Answer(number, target, found.zone, found.runs)
-    if found.today.best is not None:
-        best = found.today.best
-        said.named, said.true = (best.robots, best.chargers), on_other_days(described, best.overrides, drifting=True)
-        said.below = tuple(
+    plan = plan_fleet(described, f"on_time >= {target}", strategies={}, search=dw.Search(seed=number))
+    outcome = Answer(number, target, plan.zone, plan.runs)
+    if plan.today.best is not None:
+        best = plan.today.best
+        outcome.named = best.robots, best.chargers
+        outcome.true = on_other_days(described, best.overrides, drifting=True)
+        outcome.below = tuple(
             ((one.robots, one.chargers), one.vetoed or one.verdict.verdict, on_other_days(described, one.overrides))
-            for one in found.today.below
+            for one in plan.today.below
         )
-    return said
+    return outcome
 
 
 def main(first, last):
     """Print the answers and how many of them hold."""
-    found = told(range(first, last), answer)
-    named = [said for said in found if said.named]
-    counts = [sum(getattr(said, name) for said in named) for name in ("meets", "smallest", "misses")]
-    sys.stdout.write("{} answers of {}: {} meet, {} smallest, {} miss\n".format(len(named), len(found), *counts))
+    answers = told(range(first, last), answer)
+    named = [one for one in answers if one.named]
+    counts = [sum(getattr(one, name) for one in named) for name in ("meets", "smallest", "misses")]
+    sys.stdout.write("{} answers of {}: {} meet, {} smallest, {} miss\n".format(len(named), len(answers), *counts))
 
 
 if __name__ == "__main__":

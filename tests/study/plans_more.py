@@ -27,20 +27,20 @@ def on_days(model, changes, days):
     """The mean of on_time on fresh days; 0 where the design cannot last."""
     study = dw.Study(model, changes=changes, replications=days, seed=plans.OTHER_SEED)
     study.run(cache=False)
-    if any(said.is_lasting for said in study.results.verdicts[str(study.points[0])]):
+    if any(verdict.is_lasting for verdict in study.results.verdicts[str(study.points[0])]):
         return 0.0
     return sum(0.0 if row.outcome.error else row.value("on_time") for row in study.rows) / days
 
 
 def truth(plan, designs):
     """The mean of each design on other days, by its counts; few days of those that are far below the target."""
-    found = {}
+    means = {}
     for counts in designs:
         changes = plan.designs.overrides(counts)
-        found[counts] = on_days(plan.model, changes, GLANCE)
-        if found[counts] > plan.target.value - FAR or counts == plan.today.best.counts:
-            found[counts] = on_days(plan.model, changes, DAYS)
-    return found
+        means[counts] = on_days(plan.model, changes, GLANCE)
+        if means[counts] > plan.target.value - FAR or counts == plan.today.best.counts:
+            means[counts] = on_days(plan.model, changes, DAYS)
+    return means
 
 
 def packed(number):
@@ -97,11 +97,11 @@ def years(number):
         plan_fleet(model.replace({"tasks.demand": round(GROWTH**year, 9)}), f"on_time >= {target}", **how)
         for year in range(YEARS + 1)
     ]
-    said, separate = (
+    together, separate = (
         [one.best and one.best.counts for one in answers] for answers in (plan.demands, [one.today for one in alone])
     )
     runs = plan.runs, sum(one.runs for one in alone)
-    return {"number": number, "same": said == separate, "said": said, "separate": separate, "runs": runs}
+    return {"number": number, "same": together == separate, "said": together, "separate": separate, "runs": runs}
 
 
 def vendors(number):
@@ -114,18 +114,18 @@ def vendors(number):
     options = {"A": model.replace({"prices": prices, "fleet.robot.speed": 1}), "B": model.replace({"prices": prices})}
     options["B"] = options["B"].replace(faster)
     ranges = {"robots": list(ROBOTS), "chargers": list(CHARGERS)}
-    found = plan_options(options, f"on_time >= {target}", search=Search(seed=number), **ranges)
-    if not found.feasible:
+    comparison = plan_options(options, f"on_time >= {target}", search=Search(seed=number), **ranges)
+    if not comparison.feasible:
         return {"number": number, "covers": None}
     costs = {}
-    for name, plan in found.plans.items():
+    for name, plan in comparison.plans.items():
         best = plan.today.best
         designs = [one for one in plan.today.counts if abs(one[0] - best.robots) <= 1]
         designs = [one for one in designs if plan.designs.key(one) <= plan.designs.key(best.counts)]
         means = truth(plan, designs)
         costs[name] = min(plan.designs.cost(one) for one, mean in means.items() if mean >= target or one == best.counts)
-    (one,) = found.against
-    true = costs[one.name] - costs[found.first]
+    (one,) = comparison.against
+    true = costs[one.name] - costs[comparison.first]
     return {
         "number": number,
         "said": (one.mean, one.low, one.high),
@@ -136,11 +136,13 @@ def vendors(number):
 
 def main(kind, first, last):
     """Print what is said and what is true, and how many hold."""
-    found = told(range(int(first), int(last)), {"packers": packers, "years": years, "vendors": vendors}[kind])
-    marks = [mark for mark in ("meets", "cheapest", "smallest", "same", "covers") if any(mark in one for one in found)]
+    answers = told(range(int(first), int(last)), {"packers": packers, "years": years, "vendors": vendors}[kind])
+    marks = [
+        mark for mark in ("meets", "cheapest", "smallest", "same", "covers") if any(mark in one for one in answers)
+    ]
     for mark in marks:
-        known = [one[mark] for one in found if one.get(mark) is not None]
-        sys.stdout.write(f"{mark}: {sum(known)} of {len(known)}\n")
+        decided = [one[mark] for one in answers if one.get(mark) is not None]
+        sys.stdout.write(f"{mark}: {sum(decided)} of {len(decided)}\n")
 
 
 if __name__ == "__main__":

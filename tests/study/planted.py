@@ -188,7 +188,7 @@ class Named:
     case: Planted
     first: str
     clear: bool
-    said: str
+    sentence: str
     runs: int
     bounds: tuple[float, float] | None = None
     gain: float | None = None
@@ -203,26 +203,26 @@ class Named:
         bounds = "" if self.bounds is None else f" [{self.bounds[0]:.4g} to {self.bounds[1]:.4g}]"
         other = "" if self.gain is None else f", on other days {self.gain:.4g}"
         verdict = "right" if self.right else "first" if self.first == self.case.named else "WRONG"
-        return f"{verdict:5}  {self.case.title}: {self.said}{bounds}{other} ({self.runs} runs)"
+        return f"{verdict:5}  {self.case.title}: {self.sentence}{bounds}{other} ({self.runs} runs)"
 
 
 def named(case, *, days=0):
     """Ask why; with `days` carry out the advice on so many other days."""
     model = case.model()
-    found = why(model, search=dw.Search(seed=SEED, cap=CAP, workers=1))
-    said = found.answer.answer[0]
-    if not found.ranked:
-        return Named(case, FLAT if FLAT in said else "", clear=True, said=said, runs=1)
-    if not found.is_held_up:
-        return Named(case, NOTHING, clear=True, said=said, runs=found.gains.runs)
-    suspect, gain = found.ranked[0]
-    answer = Named(case, suspect.name, found.is_clear, said, found.gains.runs, (gain.low, gain.high))
+    diagnosis = why(model, search=dw.Search(seed=SEED, cap=CAP, workers=1))
+    sentence = diagnosis.answer.answer[0]
+    if not diagnosis.ranked:
+        return Named(case, FLAT if FLAT in sentence else "", clear=True, sentence=sentence, runs=1)
+    if not diagnosis.is_held_up:
+        return Named(case, NOTHING, clear=True, sentence=sentence, runs=diagnosis.gains.runs)
+    suspect, gain = diagnosis.ranked[0]
+    answer = Named(case, suspect.name, diagnosis.is_clear, sentence, diagnosis.gains.runs, (gain.low, gain.high))
     if days:
         cases = {"cases": {"no": {}, "yes": dict(suspect.overrides)}}
         study = dw.Study(model, {"relief": cases}, replications=days, seed=OTHER_SEED)
         study.run(workers=1)
-        more = study.compare(found.indicator).differences[0].estimate.mean
-        answer.gain = more if find(found.indicator).better == "more" else -more
+        more = study.compare(diagnosis.indicator).differences[0].estimate.mean
+        answer.gain = more if find(diagnosis.indicator).better == "more" else -more
     return answer
 
 
@@ -234,8 +234,8 @@ def main(*wanted):
         for number, case in enumerate(CASES)
         if not wanted or any(word == str(number) or word in case.title for word in wanted)
     ]
-    found = told(chosen, lambda case: named(case, days=days))
-    sys.stdout.write(f"{sum(one.right for one in found)} of {len(found)} named first and alone\n")
+    answers = told(chosen, lambda case: named(case, days=days))
+    sys.stdout.write(f"{sum(one.right for one in answers)} of {len(answers)} named first and alone\n")
 
 
 if __name__ == "__main__":

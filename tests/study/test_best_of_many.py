@@ -59,17 +59,17 @@ def of_search(bank, seed):
 
 
 def test_fleets_that_are_named_meet_their_target_and_cost_little_more_than_the_cheapest_that_do():
-    found = gaps(FleetBank, 6, of_search)
-    assert sum(shown and not bank.meets(design) for bank, design, shown in found) <= 1
-    assert sum(shown for *_, shown in found) >= 5
-    assert statistics.fmean(bank.gap(design) for bank, design, _ in found if bank.meets(design)) <= 0.03
+    searches = gaps(FleetBank, 6, of_search)
+    assert sum(shown and not bank.meets(design) for bank, design, shown in searches) <= 1
+    assert sum(shown for *_, shown in searches) >= 5
+    assert statistics.fmean(bank.gap(design) for bank, design, _ in searches if bank.meets(design)) <= 0.03
 
 
 @pytest.mark.parametrize(("kind", "least"), [(AisleBank, 0.01), (NodeBank, 0.01)])
 def test_directions_and_nodes_found_are_nearly_the_best(kind, least):
-    found = gaps(kind, 6, of_search)
+    searches = gaps(kind, 6, of_search)
     drawn = gaps(kind, 6, lambda bank, seed: (at_random(bank, 400, seed)[0], True))
-    mean = statistics.fmean(bank.gap(design) for bank, design, _ in found)
+    mean = statistics.fmean(bank.gap(design) for bank, design, _ in searches)
     assert mean <= least
     assert mean < statistics.fmean(bank.gap(design) for bank, design, _ in drawn)
 
@@ -77,9 +77,9 @@ def test_directions_and_nodes_found_are_nearly_the_best(kind, least):
 @pytest.mark.long
 def test_two_hundred_searches_of_each_kind():
     for kind, most in ((FleetBank, 0.03), (AisleBank, 0.01), (NodeBank, 0.01)):
-        found = gaps(kind, 200, of_search)
-        assert sum(shown and not bank.meets(design) for bank, design, shown in found) <= 16
-        assert statistics.fmean(bank.gap(design) for bank, design, _ in found if bank.meets(design)) <= most
+        searches = gaps(kind, 200, of_search)
+        assert sum(shown and not bank.meets(design) for bank, design, shown in searches) <= 16
+        assert statistics.fmean(bank.gap(design) for bank, design, _ in searches if bank.meets(design)) <= most
 
 
 def parts(model, *, chargers=2):
@@ -150,12 +150,12 @@ def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(mod
 
 @pytest.mark.long
 def test_a_design_shown_to_meet_the_target_does_so_on_further_days(model):
-    found = best(model, "annual_cost", **asked(runs=100))
-    assert found.shown
-    assert found.best.verdict == "meets"
-    later = [dw.simulate(found.model, seed).kpis["on_time"] for seed in range(1000, 1010)]
+    choice = best(model, "annual_cost", **asked(runs=100))
+    assert choice.shown
+    assert choice.best.verdict == "meets"
+    later = [dw.simulate(choice.model, seed).kpis["on_time"] for seed in range(1000, 1010)]
     assert statistics.fmean(later) >= 0.8
-    assert found.delta == pytest.approx(0.01 * found.tried[0].mean)
+    assert choice.delta == pytest.approx(0.01 * choice.tried[0].mean)
 
 
 def test_where_no_design_is_enough_that_is_said(file):
@@ -172,11 +172,11 @@ def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_pa
     words += ["--vary", "fleet.size=1..5", "--place-chargers", "1", "--page", str(page), "--quiet"]
     done = CliRunner().invoke(desim, words)
     assert done.exit_code == 0, done.output
-    (said, *others) = done.stdout.splitlines()
+    (sentence, *others) = done.stdout.splitlines()
     assert re.match(
         r"The cheapest option shown to give at least 80 % on time is \d robots?, chargers at \w: "
         r"[\d,]+ EUR \(.*\) a year, [\d.]+ % \(.*\) on time, in \d+ runs on fresh days\.$",
-        said,
+        sentence,
     )
     assert any(re.match(r"\d+ of 35 options were tried, in \d+ runs in all\.", line) for line in others)
     html = page.read_text(encoding="utf-8")
@@ -186,19 +186,19 @@ def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_pa
 
 
 def test_without_a_target_the_next_best_is_compared_on_the_same_days(model):
-    found = best(model, "throughput_per_hour", directions=True, search=dw.Search(runs=60))
-    assert found.shown is None
-    assert found.apart.n == found.best.value.n == 6
-    said = found.answer.answer
-    assert "on fresh days" in said[0]
-    assert said[1].startswith("Next: ")
-    assert "in 6 pairs of runs" in said[1]
+    choice = best(model, "throughput_per_hour", directions=True, search=dw.Search(runs=60))
+    assert choice.shown is None
+    assert choice.apart.n == choice.best.value.n == 6
+    sentences = choice.answer.answer
+    assert "on fresh days" in sentences[0]
+    assert sentences[1].startswith("Next: ")
+    assert "in 6 pairs of runs" in sentences[1]
 
 
 def test_few_designs_without_a_target_race_as_before(model):
-    found = dw.best(model, "annual_cost", 500, vary={"fleet.size": [2, 3]})
+    choice = dw.best(model, "annual_cost", 500, vary={"fleet.size": [2, 3]})
     study = dw.Study(model, {"fleet.size": [2, 3]}, indicators=["annual_cost"])
-    assert found.point.labels == dw.best(study, "annual_cost", 500).point.labels
+    assert choice.point.labels == dw.best(study, "annual_cost", 500).point.labels
     assert isinstance(
         dw.best(model, "annual_cost", vary={"fleet.size": [2, 3, 4, 5]}, place_chargers=1, search=dw.Search(runs=60)),
         BestOfMany,
@@ -206,9 +206,9 @@ def test_few_designs_without_a_target_race_as_before(model):
 
 
 def test_the_zone_is_by_default_one_per_cent_of_the_first_mean(model):
-    found = dw.best(dw.Study(model, {"fleet.size": [2, 4]}, indicators=["annual_cost"]), "annual_cost")
+    choice = dw.best(dw.Study(model, {"fleet.size": [2, 4]}, indicators=["annual_cost"]), "annual_cost")
     first = [dw.simulate(model.replace({"fleet.size": size}), 0).kpis["annual_cost"] for size in (2, 4)]
-    assert 0.008 * max(first) < found.selection.delta < 0.012 * max(first)
+    assert 0.008 * max(first) < choice.selection.delta < 0.012 * max(first)
 
 
 @pytest.mark.parametrize(
@@ -235,46 +235,46 @@ def test_of_a_study_folder_nothing_is_searched(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def found():
+def choice():
     return best(dw.load(YAML(typ="safe").load(SMALL)), "annual_cost", **asked())
 
 
-def test_the_table_has_every_design_tried(found):
-    head, rows = table(found, in_order(found))
-    assert len(rows) == len(found.tried)
+def test_the_table_has_every_design_tried(choice):
+    head, rows = table(choice, in_order(choice))
+    assert len(rows) == len(choice.tried)
     assert head[-1] == "runs in the search"
-    [kept] = found.answer.tables
+    [kept] = choice.answer.tables
     assert [list(row) for row in kept.rows] == rows
 
 
 @pytest.mark.long
 def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
-    found = best(model, "annual_cost", **asked(runs=100, out=tmp_path))
-    found.answer.save(tmp_path)
-    assert answer.load(tmp_path) == found.answer
-    assert is_everywhere(found.answer)
-    assert found.answer.about.model == found.model.content()
+    choice = best(model, "annual_cost", **asked(runs=100, out=tmp_path))
+    choice.answer.save(tmp_path)
+    assert answer.load(tmp_path) == choice.answer
+    assert is_everywhere(choice.answer)
+    assert choice.answer.about.model == choice.model.content()
     source = report(tmp_path).read_text(encoding="utf-8")
     assert source.partition("<details")[0].count("<figure") <= 3
     assert "Annual cost and done on time of all tried" in source
 
 
-def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model, found):
-    figure = found.answer.figure
-    assert len(figure.points) == len(found.tried)
+def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model, choice):
+    figure = choice.answer.figure
+    assert len(figure.points) == len(choice.tried)
     named = {point.name: point for point in figure.points if point.name}
-    first = named[design(found.best)]
-    assert (first.x, first.y) == (found.best.reached.mean, found.best.value.mean)
-    assert figure.at == found.target.value
+    first = named[design(choice.best)]
+    assert (first.x, first.y) == (choice.best.reached.mean, choice.best.value.mean)
+    assert figure.at == choice.target.value
     free = best(model, "cycle_time_mean", **(asked() | {"target": None}))
     labels = [row.label for row in free.answer.figure.rows]
     assert len(labels) == len(set(labels))
     assert len(labels) >= min(len(free.tried), 12)
 
 
-def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(found):
-    order = in_order(found)
-    met = [found.target.met_by(one.reached) for one in order]
+def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(choice):
+    order = in_order(choice)
+    met = [choice.target.met_by(one.reached) for one in order]
     assert met == sorted(met, reverse=True)
     costs = [one.mean for one, is_met in zip(order, met, strict=True) if is_met]
     assert costs == sorted(costs)

@@ -177,16 +177,16 @@ def test_a_full_disk_is_said_once_and_changes_no_answer(monkeypatch, room):
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "write", full)
-        found, made = chosen(fleets=(1, 2, 3))
-    said = [note for note in made.notes if "cache" in note]
-    assert len(said) == 1
-    assert "cannot be written (No space left on device)" in said[0]
-    assert found == chosen(fleets=(1, 2, 3), cache=False)[0]
+        choice, made = chosen(fleets=(1, 2, 3))
+    notes = [note for note in made.notes if "cache" in note]
+    assert len(notes) == 1
+    assert "cannot be written (No space left on device)" in notes[0]
+    assert choice == chosen(fleets=(1, 2, 3), cache=False)[0]
     assert chosen(fleets=(1, 2))[0] == kept
     again, _ = chosen(fleets=(1, 2, 3))  # there is room again, after a line that was cut short
-    assert again == found
+    assert again == choice
     assert len(journals()) == before + 1
-    assert chosen(fleets=(1, 2, 3))[0] == found
+    assert chosen(fleets=(1, 2, 3))[0] == choice
 
 
 def test_a_line_after_one_that_was_cut_short_is_found(simulated):
@@ -202,8 +202,8 @@ def test_a_line_after_one_that_was_cut_short_is_found(simulated):
 def test_a_folder_that_cannot_be_used_is_said_and_changes_no_answer(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("DESIM_CACHE", str(tmp_path / "file"))
-    found, made = chosen()
-    assert found == chosen(cache=False)[0]
+    choice, made = chosen()
+    assert choice == chosen(cache=False)[0]
     (note,) = made.notes
     assert "cannot be used (a file is in the place of a folder)" in note
     assert "DESIM_CACHE names another folder" in note
@@ -282,10 +282,10 @@ def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, fleets, 
         assert time.monotonic() < end
         time.sleep(0.01)
     process.send_signal(number)
-    _, said = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=PATIENCE)
     if number == signal.SIGINT:
         assert process.returncode == 130
-        assert "finished runs are kept in the cache; the same command resumes" in said
+        assert "finished runs are kept in the cache; the same command resumes" in stderr
     kept = lines()
     whole, resumed = (
         dw.Study(MULTIBOTS, {"fleet.size": range(1, fleets + 1)}, changes={"tasks.goods": {"random": 8}})
@@ -301,10 +301,10 @@ def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, fleets, 
 @posix
 def test_two_commands_on_one_cache_at_once_answer_as_one():
     both = [started(command(6, 50), "--workers", number) for number in "12"]
-    said = [process.communicate(timeout=PATIENCE) for process in both]
-    assert [process.returncode for process in both] == [0, 0], said
-    assert said[0] == said[1]
-    assert said[0][0] == answer(command(6, 50))
+    outputs = [process.communicate(timeout=PATIENCE) for process in both]
+    assert [process.returncode for process in both] == [0, 0], outputs
+    assert outputs[0] == outputs[1]
+    assert outputs[0][0] == answer(command(6, 50))
 
 
 def test_a_second_plan_of_the_same_question_takes_under_two_seconds(tmp_path):

@@ -32,29 +32,29 @@ def test_a_cap_is_tried_where_robots_wait_a_fifth_of_their_time():
 
 @pytest.mark.long
 def test_half_of_sixty_robots_do_more_than_all():
-    found, runs = tried_cap(
+    limit, runs = tried_cap(
         dw.load(crowded(60, run=SHORT)), "throughput_per_hour", dw.Search(first=3, cap=6, cache=False)
     )
-    assert found is not None
-    assert (found.robots, found.cap, found.overrides) == (60, 30, {"traffic.most_out": 30})
+    assert limit is not None
+    assert (limit.robots, limit.cap, limit.overrides) == (60, 30, {"traffic.most_out": 30})
     without = [dw.simulate(dw.load(crowded(60, run=SHORT)), seed).kpis["throughput_per_hour"] for seed in range(2)]
-    assert found.gain.low > 0
-    assert found.mean - found.gain.mean == pytest.approx(sum(without) / 2, rel=0.1)
-    assert found.mean > 3500
+    assert limit.gain.low > 0
+    assert limit.mean - limit.gain.mean == pytest.approx(sum(without) / 2, rel=0.1)
+    assert limit.mean > 3500
     assert runs >= 12
 
 
 def test_no_cap_gains_where_the_floor_is_not_full():
-    found, runs = tried_cap(
+    limit, runs = tried_cap(
         dw.load(crowded(10, run=SHORT)), "throughput_per_hour", dw.Search(first=2, cap=2, cache=False)
     )
-    assert (found, runs) == (None, 8)
+    assert (limit, runs) == (None, 8)
 
 
 def test_what_a_cap_gives_in_words():
     gain = Gain(1, 500.0, 450.0, 550.0, 6)
-    found = Capped(60, 30, "throughput_per_hour", 3900.0, gain)
-    assert capped(found, words.scale("throughput_per_hour", None)) == (
+    limit = Capped(60, 30, "throughput_per_hour", 3900.0, gain)
+    assert capped(limit, words.scale("throughput_per_hour", None)) == (
         "With at most 30 of 60 robots under way, throughput is 3,900 tasks/h: better by 500 tasks/h "
         "(450 to 550); desim size --key traffic.most_out finds the best cap"
     )
@@ -85,17 +85,17 @@ def floor(tmp_path):
 @pytest.mark.parametrize("target", [["--target", "throughput_per_hour >= 9000"], []])
 def test_size_says_what_a_cap_gives_where_more_robots_do_not_help(floor, target):
     size = ["size", floor, "--range", "40,60", *target, "--first", "3", "--cap", "6", "--quiet", "--no-cache"]
-    said = CliRunner().invoke(desim, size, catch_exceptions=False).stdout
-    assert "With at most 30 of 60 robots under way, throughput is " in said
-    assert "desim size --key traffic.most_out finds the best cap" in said
+    output = CliRunner().invoke(desim, size, catch_exceptions=False).stdout
+    assert "With at most 30 of 60 robots under way, throughput is " in output
+    assert "desim size --key traffic.most_out finds the best cap" in output
 
 
 @pytest.mark.long
 def test_plan_says_what_a_cap_gives_the_largest_fleet_where_none_is_enough(floor):
     plan = ["plan", floor, "--target", "throughput_per_hour >= 9000", "--robots", "59,60", "--first", "3", "--json"]
-    said = CliRunner().invoke(desim, [*plan, "--quiet", "--no-cache"], catch_exceptions=False)
-    found = json.loads(said.stdout)
-    assert found["today"]["capped"]["cap"] == 30
-    assert "no fleet is enough" in found["answer"][0]
-    assert "With at most 30 of 60 robots under way" in found["answer"][0]
-    assert any(one["set"].get("traffic.most_out") == 30 for one in found["options"])
+    done = CliRunner().invoke(desim, [*plan, "--quiet", "--no-cache"], catch_exceptions=False)
+    content = json.loads(done.stdout)
+    assert content["today"]["capped"]["cap"] == 30
+    assert "no fleet is enough" in content["answer"][0]
+    assert "With at most 30 of 60 robots under way" in content["answer"][0]
+    assert any(one["set"].get("traffic.most_out") == 30 for one in content["options"])

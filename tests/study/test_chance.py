@@ -70,8 +70,8 @@ def study(changes):
 def test_one_storage_place_is_compared_exactly():
     """Whatever is drawn is the same good: sixteen replications could say no more than one."""
     only = {"tasks.goods": {"saturated": 4}, "tasks.popularity": {"weights": [1, *[0] * 11]}, "run.length": 900}
-    found = dw.size(study(only), "throughput_per_hour >= 10")
-    assert all(decision.deterministic and decision.n == 1 for decision in found.decisions)
+    sizing = dw.size(study(only), "throughput_per_hour >= 10")
+    assert all(decision.deterministic and decision.n == 1 for decision in sizing.decisions)
     assert race(study(only), "throughput_per_hour").selection.deterministic
 
 
@@ -79,14 +79,14 @@ def test_runs_show_that_no_chance_was_used_where_a_model_cannot_say():
     """People who come when all is done: which aisle they choose is drawn, but never for this work."""
     late = {"tasks.goods": [0, 3], "people.p": {"times": [10_000], "stay": 5}}
     assert not dw.load(TUTORIAL, late).is_deterministic
-    found = dw.size(study(late), "T <= 1000", search=dw.Search(first=4))
-    assert all(decision.deterministic for decision in found.decisions)
+    sizing = dw.size(study(late), "T <= 1000", search=dw.Search(first=4))
+    assert all(decision.deterministic for decision in sizing.decisions)
     assert race(study(late), "T", 1).selection.deterministic
 
 
 def test_runs_that_draw_are_not_exact_whatever_models_say(monkeypatch):
     """A model that forgot to say so: the first run that drew a number corrects it."""
     monkeypatch.setattr(Model, "is_deterministic", True)
-    found = race(study({"tasks.goods": {"random": 5}}), "T", 1000, search=dw.Search(first=3))
-    assert not found.selection.deterministic
-    assert found.selection.samples == (3, 3)
+    choice = race(study({"tasks.goods": {"random": 5}}), "T", 1000, search=dw.Search(first=3))
+    assert not choice.selection.deterministic
+    assert choice.selection.samples == (3, 3)

@@ -33,14 +33,14 @@ def cluster(tmp_path):
     processes = [scheduler]
     try:
         end = time.monotonic() + PATIENCE
-        while not (found := re.search(r"Scheduler at:\s+(tcp://127\.0\.0\.1:\d+)", log.read_text())):
+        while not (match := re.search(r"Scheduler at:\s+(tcp://127\.0\.0\.1:\d+)", log.read_text())):
             assert time.monotonic() < end, log.read_text()
             time.sleep(0.05)
         options = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--local-directory", str(tmp_path)]
         for number in range(2):
-            worker = ["distributed.cli.dask_worker", found[1], *options]
+            worker = ["distributed.cli.dask_worker", match[1], *options]
             processes.append(started(worker, tmp_path / f"worker{number}.log"))
-        yield found[1], processes[1:]
+        yield match[1], processes[1:]
     finally:
         for process in processes:
             process.kill()
@@ -72,8 +72,8 @@ def test_a_cluster_gives_the_same_results_though_a_worker_is_killed_half_way(clu
         assert time.monotonic() < end
         time.sleep(0.02)
     os.kill(workers[0].pid, signal.SIGKILL)
-    _, said = study.communicate(timeout=PATIENCE)
-    assert study.returncode == 0, said
+    _, stderr = study.communicate(timeout=PATIENCE)
+    assert study.returncode == 0, stderr
     assert journal.read_bytes().count(b"\n") == 450  # nothing lost, nothing twice
     here = dw.Study(MULTIBOTS, {"fleet.size": [1, 2, 6]}, changes=CHANGES, replications=150).run()
     there = pd.read_parquet(out / "results.parquet")

@@ -59,16 +59,16 @@ def truth(model):
 
 def test_the_directions_found_are_the_best_that_there_are(file):
     model = dw.load(file)
-    found = orient(model, "throughput_per_hour", search=dw.Search(runs=80))
+    directions = orient(model, "throughput_per_hour", search=dw.Search(runs=80))
     every = truth(model)
     best = max(every.values())
-    chosen = next(mean for design, mean in every.items() if dict(found.ways) == dict(_lanes(model, design)))
+    chosen = next(mean for design, mean in every.items() if dict(directions.ways) == dict(_lanes(model, design)))
     assert chosen >= 0.99 * best
-    assert found.runs <= 80
-    assert found.gain.is_better
-    assert found.gain.low > 0
-    assert found.cost == 150 * len(found.turned)
-    assert not [item for item in dw.check(found.model).findings if item.level == "error"]
+    assert directions.runs <= 80
+    assert directions.gain.is_better
+    assert directions.gain.low > 0
+    assert directions.cost == 150 * len(directions.turned)
+    assert not [item for item in dw.check(directions.model).findings if item.level == "error"]
 
 
 def _lanes(model, design):

@@ -77,14 +77,14 @@ def simulating(pool, handle):
 def test_callers_in_several_threads_are_given_their_own_runs(made):
     model = dw.load(MULTIBOTS, SHORT)
     right = {seed: dw.simulate(model, seed).T for seed in range(12)}
-    found = {}
+    task_times = {}
     ask = [(made, short(range(first, first + 4))) for first in (0, 4, 8)]
-    threads = [threading.Thread(target=lambda *one: found.update(times(*one)), args=one) for one in ask]
+    threads = [threading.Thread(target=lambda *one: task_times.update(times(*one)), args=one) for one in ask]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join(PATIENCE)
-    assert found == right
+    assert task_times == right
 
 
 def test_a_running_simulation_is_stopped_and_its_process_goes_on(two, monkeypatch):
@@ -150,9 +150,11 @@ def test_a_process_that_does_not_heed_is_killed_and_replaced(parking):
 def test_a_killed_worker_costs_no_caller_a_run():
     messages, others = [], multiprocessing.active_children()
     with executor(2, messages) as pool:
-        found = {}
+        task_times = {}
         threads = [
-            threading.Thread(target=lambda seeds: found.update(times(pool, short(seeds))), args=[range(at, at + 24)])
+            threading.Thread(
+                target=lambda seeds: task_times.update(times(pool, short(seeds))), args=[range(at, at + 24)]
+            )
             for at in (0, 24)
         ]
         for thread in threads:
@@ -161,7 +163,7 @@ def test_a_killed_worker_costs_no_caller_a_run():
         os.kill(next(worker for worker in pool.workers if worker.handles).process.pid, signal.SIGKILL)
         for thread in threads:
             thread.join(PATIENCE)
-    assert len(found) == 48
+    assert len(task_times) == 48
     assert set(messages) == {"a worker process died; its runs are retried"}
     assert {*multiprocessing.active_children()} <= {*others}
 

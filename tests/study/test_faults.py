@@ -55,13 +55,13 @@ def lines(folder):
 
 def children(pid):
     """Worker processes of a study (not the resource tracker)."""
-    found = []
+    workers = []
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in task.read_text().split():
             command_line = Path(f"/proc/{child}/cmdline").read_bytes()
             if b"spawn_main" in command_line:
-                found.append(int(child))
-    return found
+                workers.append(int(child))
+    return workers
 
 
 def alive(pid):
@@ -110,9 +110,9 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path, repli
         wait_for(lambda least=target: lines(tmp_path) > least)
         wait_for(lambda: len(children(process.pid)) >= 2)
         os.kill(children(process.pid)[0], signal.SIGKILL)
-    _, said = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
-    assert "a worker process died; its runs are retried" in said
+    assert "a worker process died; its runs are retried" in stderr
     assert lines(tmp_path) == 3 * replications
     table = pd.read_parquet(tmp_path / "results.parquet")
     assert finished(table).equals(finished(study(replications).run().table))
@@ -126,10 +126,10 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     wait_for(lambda: lines(tmp_path) > 20 and children(process.pid))
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
-    _, said = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
-    assert "finished runs are kept in" in said
-    assert "Traceback" not in said
+    assert "finished runs are kept in" in stderr
+    assert "Traceback" not in stderr
     wait_for(lambda: not any(alive(pid) for pid in workers))
     with Store(tmp_path, pytest.fail) as store:
         assert len(store.runs) == lines(tmp_path) > 20
@@ -177,9 +177,9 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     os.kill(worker, signal.SIGSTOP)  # it never says hello; the other does
     wait_for(lambda: lines(tmp_path) > 0)
     os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
-    assert said.startswith("stopped: ")
+    assert stderr.startswith("stopped: ")
     assert not alive(worker)
 
 
@@ -190,10 +190,10 @@ def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     process.terminate()
-    _, said = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 143
     count = lines(tmp_path)
-    assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command resumes\n"
+    assert stderr == f"stopped: {count} finished runs are kept in {tmp_path}; the same command resumes\n"
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == count
     assert not any(alive(pid) for pid in workers)
 
@@ -249,9 +249,9 @@ def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers, ti
         process = subprocess.Popen(command(tmp_path / str(number), 20_000, workers), **options)
         time.sleep(chance.uniform(0, 1.5))
         process.terminate()
-        _, said = process.communicate(timeout=PATIENCE)
+        _, stderr = process.communicate(timeout=PATIENCE)
         assert process.returncode in {143, -signal.SIGTERM}
-        assert said == "" or (said.startswith("stopped: ") and said.count("\n") == 1)
+        assert stderr == "" or (stderr.startswith("stopped: ") and stderr.count("\n") == 1)
 
 
 def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_run(tmp_path, parking):
@@ -299,8 +299,8 @@ def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_pa
 def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monkeypatch, main, limit, status):
     monkeypatch.setattr("desim_warehouse.study.execution.pool._START", limit)
     monkeypatch.setattr("desim_warehouse.study.execution.worker.main", main)
-    said = rf"^worker processes end before they are ready \(exit status {status}\); try --workers 1$"
-    with pytest.raises(dw.StudyError, match=said):
+    message = rf"^worker processes end before they are ready \(exit status {status}\); try --workers 1$"
+    with pytest.raises(dw.StudyError, match=message):
         study(1).run(workers=2, out=tmp_path)
     assert not children(os.getpid())
     assert lines(tmp_path) == 0
@@ -330,8 +330,8 @@ def test_a_debugger_follows_what_comes_after_a_time_limit():
         "        while done(): pass\n"
         "except TimeOutError: print(done())\n"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert found.stdout == "True\n"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert process.stdout == "True\n"
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
@@ -342,8 +342,8 @@ def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, worke
         made = study(1, factors, timeout=timeout).run(workers=workers, out=tmp_path)
     errors = made.table.set_index(["policies.parking", "replication"])["error"]
     assert errors["good"].isna().all()
-    [said] = errors["endless"]
-    assert re.fullmatch(rf"time-out: not finished after {timeout:g} s in .*\.py, line \d+", said)
+    [error] = errors["endless"]
+    assert re.fullmatch(rf"time-out: not finished after {timeout:g} s in .*\.py, line \d+", error)
     assert lines(tmp_path) == 2
 
 

@@ -34,5 +34,5 @@ def test_a_target_that_the_fewest_miss_is_missed_by_all(ring):
 
 def test_size_knows_it_too(ring):
     study = dw.Study(ring, {"fleet.size": [1, 2, 3, 4]})
-    found = dw.size(study, "share_idle <= 50 %", search=SEARCH)
-    assert (found.smallest, [one.value for one in found.decisions]) == (1, [1])
+    sizing = dw.size(study, "share_idle <= 50 %", search=SEARCH)
+    assert (sizing.smallest, [one.value for one in sizing.decisions]) == (1, [1])

@@ -27,24 +27,24 @@ ROUNDED = {kind: draw for kind, draw in DRAWN.items() if kind != "uniform"} | {
 @pytest.mark.parametrize("kind", some(DRAWN, 2))
 def test_the_family_that_times_were_drawn_from_is_proposed(kind):
     times = DRAWN[kind](np.random.default_rng(3))
-    found = fit(times)
-    assert found.best.kind == kind
-    assert found.fits
-    assert found.best.mean == pytest.approx(times.mean(), rel=0.03)
-    assert found.best.cv == pytest.approx(times.std() / times.mean(), rel=0.1)
-    assert [one.aic for one in found.candidates] == sorted(one.aic for one in found.candidates)
+    proposal = fit(times)
+    assert proposal.best.kind == kind
+    assert proposal.fits
+    assert proposal.best.mean == pytest.approx(times.mean(), rel=0.03)
+    assert proposal.best.cv == pytest.approx(times.std() / times.mean(), rel=0.1)
+    assert [one.aic for one in proposal.candidates] == sorted(one.aic for one in proposal.candidates)
 
 
 @pytest.mark.parametrize("kind", some(ROUNDED, 2))
 def test_whole_seconds_give_back_the_family_and_its_parameters(kind):
     """A stopwatch reads 5 for all from 4.5 to 5.5: it was said that nothing fits, in 12 of 12."""
     exact = ROUNDED[kind](np.random.default_rng(3))
-    found = fit(np.round(exact))
-    assert found.step == 1.0
-    assert found.best.kind == kind
-    assert found.fits
-    assert found.best.mean == pytest.approx(exact.mean(), rel=0.03)
-    assert found.best.cv == pytest.approx(exact.std() / exact.mean(), rel=0.1)
+    proposal = fit(np.round(exact))
+    assert proposal.step == 1.0
+    assert proposal.best.kind == kind
+    assert proposal.fits
+    assert proposal.best.mean == pytest.approx(exact.mean(), rel=0.03)
+    assert proposal.best.cv == pytest.approx(exact.std() / exact.mean(), rel=0.1)
 
 
 def test_the_corners_of_a_triangle_are_found_from_whole_seconds():
@@ -129,14 +129,14 @@ def test_two_kinds_of_picks_fit_no_curve():
 
 
 def test_with_thousands_of_times_some_are_tested():
-    found = fit(np.random.default_rng(5).exponential(8, 20_000))
-    assert found.best.kind in {"exponential", "gamma", "weibull"}  # which are all but the same here
-    assert found.fits
+    proposal = fit(np.random.default_rng(5).exponential(8, 20_000))
+    assert proposal.best.kind in {"exponential", "gamma", "weibull"}  # which are all but the same here
+    assert proposal.fits
 
 
 def test_a_time_of_0_rules_out_what_has_none():
-    found = fit([0.0, *np.random.default_rng(5).exponential(8, 50)])
-    assert {one.distribution.kind for one in found.candidates} == {"exponential", "uniform"}
+    proposal = fit([0.0, *np.random.default_rng(5).exponential(8, 50)])
+    assert {one.distribution.kind for one in proposal.candidates} == {"exponential", "uniform"}
 
 
 @pytest.mark.parametrize(

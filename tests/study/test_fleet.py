@@ -50,7 +50,7 @@ def drafted(folder):
 
 
 @pytest.fixture(scope="module")
-def found(drafted, folder):
+def plan(drafted, folder):
     return plan_fleet(
         drafted, "on_time >= 90 %", growth=1.3, robots="1..4", chargers="1", search=dw.Search(out=folder / "out")
     )
@@ -61,8 +61,8 @@ def test_a_strategy_that_is_a_number_is_called_by_its_key_too():
     assert strategy_label(values) == "congestion-aware, cabins of main 2"
 
 
-def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
-    lines = found.answer.answer
+def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(plan):
+    lines = plan.answer.answer
     assert len(lines) == 4
     assert re.match(
         r"\d robots? and \d chargers? are the smallest fleet shown to be enough today \(60 an hour\): "
@@ -76,24 +76,24 @@ def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(fou
     assert " are busiest: " in lines[3]
 
 
-def test_a_larger_demand_never_needs_less(found):
-    today, grown = found.today.best, found.grown.best
+def test_a_larger_demand_never_needs_less(plan):
+    today, grown = plan.today.best, plan.grown.best
     assert (today.robots, today.chargers) <= (grown.robots, grown.chargers)
-    assert found.grown.rate == pytest.approx(1.3 * found.today.rate)
-    assert found.today.best.verdict.low >= 0.9
-    assert all(one.verdict.verdict == "fails" for one in found.today.below)
+    assert plan.grown.rate == pytest.approx(1.3 * plan.today.rate)
+    assert plan.today.best.verdict.low >= 0.9
+    assert all(one.verdict.verdict == "fails" for one in plan.today.below)
 
 
-def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
-    hungarian, earliest = found.strategies
+def test_a_strategy_that_changes_nothing_is_not_judged(plan, folder):
+    hungarian, earliest = plan.strategies
     assert (hungarian.shown, hungarian.saves, earliest.same) == ((), False, ())
-    assert set(hungarian.same) == {one.counts for one in found.grown.below}
+    assert set(hungarian.same) == {one.counts for one in plan.grown.below}
     runs = dw.Study.open(folder / "out" / "strategies").table.groupby("policies.allocation")["replication"].max()
     assert runs["hungarian"] == 2
     assert runs["earliest-due"] > 2
 
 
-def test_runs_are_kept_and_used_again(found, folder):
+def test_runs_are_kept_and_used_again(plan, folder):
     assert sorted(path.name for path in (folder / "out").iterdir()) == [
         "answer.json",
         "growth",
@@ -103,7 +103,7 @@ def test_runs_are_kept_and_used_again(found, folder):
         "today-scout",
     ]
     study = dw.Study.open(folder / "out" / "today")
-    best = found.today.best
+    best = plan.today.best
     assert len(study.results.runs(f"fleet.size={best.robots}, chargers={best.chargers}")) == best.verdict.n
 
 
@@ -180,20 +180,20 @@ def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
         SQUARE, {"calendars": calendars, "fleet.hours": "half", "tasks.goods": demand, "run.length": 14_400}
     )
     search = dw.Search(first=3, cap=6)
-    found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], strategies={}, search=search)
-    assert found.today.in_hours
-    assert " % of their hours" in found.answer.answer[-1]
+    plan = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], strategies={}, search=search)
+    assert plan.today.in_hours
+    assert " % of their hours" in plan.answer.answer[-1]
 
 
 def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
     """A robot drives 15 s to the good and 15 s with it, loads for 5 s and unloads for 30 s: 65 s of 50."""
     demand = {"poisson": 6, "due_within": 50}
     model = dw.load(SQUARE, {"tasks.goods": demand, "run.length": 36_000, "layout.stations.desk.servers": 2})
-    found = plan_fleet(model, "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60))
-    assert found.today.best is None
-    assert found.today.trip.mean == pytest.approx(65, rel=0.05)
-    said = found.answer.answer[-1]
-    assert re.search(r"a trip takes 6\d(\.\d)? s on average, waits included, and the time allowed is 50 s\.", said)
+    plan = plan_fleet(model, "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60))
+    assert plan.today.best is None
+    assert plan.today.trip.mean == pytest.approx(65, rel=0.05)
+    sentence = plan.answer.answer[-1]
+    assert re.search(r"a trip takes 6\d(\.\d)? s on average, waits included, and the time allowed is 50 s\.", sentence)
     slower = plan_fleet(
         model.replace({"tasks.unload_time": 300}), "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60)
     )
@@ -212,7 +212,7 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ("--growth 30", "30 times as much: did you mean 30%?"),
         ("--growth=-100%", "'-100%' is no growth such as 30%, or 1.3 times."),
@@ -224,9 +224,9 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
         ("--runs 0", "--runs': 0 is not in the range"),
     ],
 )
-def test_what_cannot_be_is_one_message(here, options, said):
+def test_what_cannot_be_is_one_message(here, options, message):
     status, _, err = pages.run_desim(f"desim plan w.yaml --target 'on_time >= 90 %' --quiet {options}")
-    assert (status, said in err) == (2, True), err
+    assert (status, message in err) == (2, True), err
 
 
 def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
@@ -238,13 +238,13 @@ def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
     assert pages.run_desim("desim report early")[0] == 0
 
 
-def test_what_is_known_when_runs_end_is_said_of_each_fleet(found):
+def test_what_is_known_when_runs_end_is_said_of_each_fleet(plan):
     """Six robots were judged first and meet it, then three, which do not; four and five were not looked at."""
-    best = replace(found.today.best, counts=(6, 0))
+    best = replace(plan.today.best, counts=(6, 0))
     few = replace(best, counts=(3, 0), verdict=replace(best.verdict, verdict="fails"))
     counts = tuple((robots, 0) for robots in range(3, 8))
-    ended = replace(found.today, best=best, below=(few,), open=((4, 0), (5, 0)), counts=counts)
-    plan = replace(found, demands=(ended,))
+    ended = replace(plan.today, best=best, below=(few,), open=((4, 0), (5, 0)), counts=counts)
+    plan = replace(plan, demands=(ended,))
     assert not plan.feasible
     answer = worded_answer(plan)
     assert answer.answer[0] == (
@@ -271,13 +271,13 @@ def test_a_fleet_that_is_always_on_time_is_enough_for_a_target_of_99_per_cent(ta
 
 def test_a_list_of_goods_without_batteries_is_sized_by_robots_alone():
     model = dw.load("models/multibots.yaml", {"battery": None})
-    found = plan_fleet(model, "T <= 4000", strategies={})
-    assert found.today.best.chargers == 0
+    plan = plan_fleet(model, "T <= 4000", strategies={})
+    assert plan.today.best.chargers == 0
     sizes = range(1, 13)
     right = next(n for n in sizes if dw.simulate(model.replace({"fleet.size": n})).T <= 4000)
-    assert found.today.best.robots == right
-    assert found.today.best.verdict.deterministic
-    assert found.answer.answer[0].startswith(f"{right} robots are the smallest fleet shown to be enough today: task ")
+    assert plan.today.best.robots == right
+    assert plan.today.best.verdict.deterministic
+    assert plan.answer.answer[0].startswith(f"{right} robots are the smallest fleet shown to be enough today: task ")
 
 
 @pytest.mark.parametrize(
@@ -293,15 +293,15 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it(goods, target, key,
     values = list(names.values()) if isinstance(names, dict) else names
     model = dw.load("models/multibots.yaml", {"battery": None, "tasks.goods": {"random": goods}, key: values[0]})
     how = {"robots": [3, 4, 5, 6], "search": dw.Search(cap=320)}  # the best of them may lie near the target
-    found = plan_fleet(model, f"T <= {target}", strategies={key: values}, **how)
-    assert found.strategy.label == better
-    said = f"The strategy is {better}, which needs fewer than {usual}."
-    assert said in found.answer.answer
-    rows = {option.name: option.set.get(key, values[0]) for option in found.answer.options}
+    plan = plan_fleet(model, f"T <= {target}", strategies={key: values}, **how)
+    assert plan.strategy.label == better
+    sentence = f"The strategy is {better}, which needs fewer than {usual}."
+    assert sentence in plan.answer.answer
+    rows = {option.name: option.set.get(key, values[0]) for option in plan.answer.options}
     assert set(rows.values()) == {*values}
     assert all(name.endswith(f", {(usual, better)[values.index(value)]}") for name, value in rows.items())
     own = plan_fleet(model, f"T <= {target}", strategies={}, **how)
-    assert own.today.best.robots > found.today.best.robots
+    assert own.today.best.robots > plan.today.best.robots
 
 
 def test_prices_of_the_model_choose_the_cheapest_and_are_those_of_its_annual_cost(here):
@@ -379,8 +379,8 @@ def test_a_draft_keeps_its_slots_with_fewer_chargers():
 
 def _hold(numbers):
     """How many answers there are, and how many of them hold."""
-    found = [said for number in numbers if (said := plans.answer(number)).named]
-    return len(found), sum(said.meets for said in found), sum(said.smallest for said in found)
+    answers = [answer for number in numbers if (answer := plans.answer(number)).named]
+    return len(answers), sum(answer.meets for answer in answers), sum(answer.smallest for answer in answers)
 
 
 @pytest.mark.long
@@ -393,7 +393,7 @@ def test_what_it_says_of_a_hundred_random_warehouses_is_so_on_other_days():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("40", "did you mean 40%?"),
         ("0.4", "did you mean 40% or 1.4?"),
@@ -403,6 +403,6 @@ def test_what_it_says_of_a_hundred_random_warehouses_is_so_on_other_days():
         ("5 min", "no growth such as 30%"),
     ],
 )
-def test_a_growth_that_may_be_meant_otherwise_is_asked_back(text, said):
-    with pytest.raises(StudyError, match=re.escape(said)):
+def test_a_growth_that_may_be_meant_otherwise_is_asked_back(text, message):
+    with pytest.raises(StudyError, match=re.escape(message)):
         growth_of(text, "--growth")

@@ -22,8 +22,8 @@ def drafted(over, **needs):
 
 
 def answer(model, indicator=None):
-    found = why(model, indicator=indicator)
-    return found, found.answer.answer[0]
+    diagnosis = why(model, indicator=indicator)
+    return diagnosis, diagnosis.answer.answer[0]
 
 
 # Healthy
@@ -32,7 +32,7 @@ def answer(model, indicator=None):
 @pytest.mark.parametrize("orders", [20, pytest.param(60, marks=pytest.mark.long)])
 def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orders):
     """Handling a tenth shorter gains a tenth of 30 s by arithmetic: that is no bottleneck."""
-    found, said = answer(
+    diagnosis, sentence = answer(
         drafted(
             {"fleet.start_energy": "settled", "battery.capacity": 15, "run.length": "80 min"},
             orders=orders,
@@ -40,14 +40,14 @@ def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orde
             chargers=6,
         )
     )
-    assert said.startswith("There is no bottleneck: robots idle ")
-    assert " 100 % on time." in said
-    assert "andling" not in said
-    assert not found.is_held_up
-    handling = next(gain for suspect, gain in found.ranked if suspect.name == "handling")
+    assert sentence.startswith("There is no bottleneck: robots idle ")
+    assert " 100 % on time." in sentence
+    assert "andling" not in sentence
+    assert not diagnosis.is_held_up
+    handling = next(gain for suspect, gain in diagnosis.ranked if suspect.name == "handling")
     assert not handling.competes
     assert 0 < handling.low < 3 < handling.high
-    assert {gain.n for gain in found.gains.gains} == {5}  # no more runs than that takes
+    assert {gain.n for gain in diagnosis.gains.gains} == {5}  # no more runs than that takes
 
 
 @pytest.mark.parametrize(
@@ -69,12 +69,12 @@ def test_held_up_is_who_is_late_waits_or_has_no_robot_to_spare(state, held_up):
 
 @pytest.mark.long
 def test_fewer_robots_and_the_same_warehouse_is_held_up():
-    found, said = answer(
+    diagnosis, sentence = answer(
         drafted({"tasks.goods": {"poisson": 100, "due_within": 120}}, orders=100, robots=3, chargers=3)
     )
-    assert found.is_held_up
-    assert said.startswith("The number of robots is the main bottleneck. One robot more (+33.3 %): ")
-    assert " per 10 %" in said
+    assert diagnosis.is_held_up
+    assert sentence.startswith("The number of robots is the main bottleneck. One robot more (+33.3 %): ")
+    assert " per 10 %" in sentence
 
 
 # Work that piles up
@@ -99,11 +99,11 @@ def test_a_worker_too_few_is_named():
             "run": {"length": 7200},
         }
     )
-    found, said = answer(model)
-    assert said.startswith("Packers are the main bottleneck. One worker more at each node of packing (+100 %): ")
+    diagnosis, sentence = answer(model)
+    assert sentence.startswith("Packers are the main bottleneck. One worker more at each node of packing (+100 %): ")
     # what was equal in ten runs has no bound, and none is said
-    assert " per 10 %" in said
-    assert all(suspect.beside or (gain.same and math.isnan(gain.high)) for suspect, gain in found.ranked[1:])
+    assert " per 10 %" in sentence
+    assert all(suspect.beside or (gain.same and math.isnan(gain.high)) for suspect, gain in diagnosis.ranked[1:])
 
 
 # Ups and downs
@@ -132,9 +132,9 @@ def test_peaks_are_a_suspect_and_named():
     """A ring of 80 m and two robots do some 70 tasks an hour: 180 in ten minutes of each forty wait for an hour."""
     profile = {"profile": {"per_hour": [120, 20, 20, 20], "every": "15 min"}}
     model = dw.load(FLOOR, {ARRIVALS: profile, "run.length": "2 h"})
-    found, said = answer(model, indicator="cycle_time_p95")
-    assert said.startswith("Peaks are the main bottleneck. ")
-    assert found.ranked[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
+    diagnosis, sentence = answer(model, indicator="cycle_time_p95")
+    assert sentence.startswith("Peaks are the main bottleneck. ")
+    assert diagnosis.ranked[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
 
 
 @pytest.mark.parametrize(
@@ -158,8 +158,8 @@ def test_arrivals_are_spread_evenly_at_their_rate(arrivals, even):
     arrivals = dict(arrivals)
     if "hours" in arrivals:
         over = {"calendars": {"day": {"between": arrivals.pop("hours")}}, "tasks.flows.orders.hours": "day"}
-    found = evenly(dw.load(FLOOR, {**over, ARRIVALS: arrivals}))
-    assert found == ({} if even is None else {ARRIVALS: even})
+    changes = evenly(dw.load(FLOOR, {**over, ARRIVALS: arrivals}))
+    assert changes == ({} if even is None else {ARRIVALS: even})
 
 
 @pytest.mark.parametrize(
@@ -178,11 +178,11 @@ def test_arrivals_are_spread_evenly_at_their_rate(arrivals, even):
 def test_breaks_are_taken_out_of_calendars_of_robots_and_stations(calendar, whole, more):
     over = {"calendars": {"day": calendar}, "fleet.hours": "day", "layout.stations.desk.hours": "day"}
     model = dw.load(FLOOR, {**over, "run.start": "08:00"})
-    found = list(without_breaks(model))
+    breaks = list(without_breaks(model))
     if whole is None:
-        assert found == []
+        assert breaks == []
         return
-    ((name, dose, changes),) = found
+    ((name, dose, changes),) = breaks
     assert (name, dose) == ("day", pytest.approx(more))
     new = "day without breaks"
     assert changes == {f"calendars.{new}": whole, "fleet.hours": new, "layout.stations.desk.hours": new}
@@ -191,9 +191,13 @@ def test_breaks_are_taken_out_of_calendars_of_robots_and_stations(calendar, whol
 def test_a_break_longer_than_orders_may_take_is_named():
     """Whatever comes in the first twenty minutes of half an hour is late; no robot more helps."""
     day = {"calendars": {"day": {"open": ["08:00-09:30", "10:00-11:00"]}}, "fleet.hours": "day"}
-    found, said = answer(dw.load(FLOOR, {**day, "run.start": "08:00", "run.length": "3 h"}), indicator="on_time")
-    assert said.startswith("Breaks in day are the main bottleneck. No breaks in day (+20 %): done on time rises by ")
-    assert "shifts of robots" not in {suspect.name for suspect, _ in found.ranked}  # always at work is the same here
+    model = dw.load(FLOOR, {**day, "run.start": "08:00", "run.length": "3 h"})
+    diagnosis, sentence = answer(model, indicator="on_time")
+    assert sentence.startswith(
+        "Breaks in day are the main bottleneck. No breaks in day (+20 %): done on time rises by "
+    )
+    # always at work is the same here
+    assert "shifts of robots" not in {suspect.name for suspect, _ in diagnosis.ranked}
 
 
 # Two-way lanes
@@ -222,9 +226,9 @@ def bridge(robots):
 def test_a_two_way_lane_that_all_must_cross_is_named_with_what_it_costs():
     """D is 12 m: on one-way lanes of 20 m nobody can make way, so one robot at a time is beyond the bridge."""
     model = bridge(4).replace({"fleet.robot.radius": 6})
-    found, said = answer(model)
-    assert said.startswith("Two-way lane A - B is the main bottleneck of all that could be tried; one robot more ")
-    suspect, gain = found.ranked[0]
+    diagnosis, sentence = answer(model)
+    assert sentence.startswith("Two-way lane A - B is the main bottleneck of all that could be tried; one robot more ")
+    suspect, gain = diagnosis.ranked[0]
     assert suspect.overrides == {
         "layout.edges.6": {"from": "A", "to": "B", "length": 21, "two_way": True, "side_by_side": True}
     }
@@ -249,9 +253,9 @@ def test_all_two_way_lanes_are_relieved_together_where_robots_use_two_of_them():
 def test_a_relief_for_which_there_is_no_room_is_said():
     run = dw.simulate(bridge(4))
     assert "the number of robots" not in {suspect.name for suspect in suspects(run)}
-    (said,) = left_out(run)
-    assert said.startswith("one robot more: ")
-    assert "slots" in said
+    (reason,) = left_out(run)
+    assert reason.startswith("one robot more: ")
+    assert "slots" in reason
 
 
 # Runs that fail
@@ -275,17 +279,18 @@ def test_a_relief_that_runs_flat_is_a_row_and_the_rest_goes_on(tmp_path, monkeyp
     (row,) = [line for line in out.splitlines() if line.strip().startswith("one robot more")]
     assert " ".join(row.split()).endswith("runs flat in 1 of 10 runs runs fail 10")
     assert "a second packer at each station" in out
-    found = json.loads(pages.run_desim("desim why w.yaml --quiet --cap 10 --json")[1])
-    robots = next(relief for relief in found["reliefs"] if relief["relief"] == "one robot more")
+    content = json.loads(pages.run_desim("desim why w.yaml --quiet --cap 10 --json")[1])
+    robots = next(relief for relief in content["reliefs"] if relief["relief"] == "one robot more")
     assert (robots["failed"], robots["low"], robots["competes"]) == (1, None, False)
 
 
 @pytest.mark.long
 def test_where_the_warehouse_itself_runs_flat_that_is_the_answer_with_its_cure():
-    found, said = answer(drafted({**FLAT, "fleet.size": 9}, orders=100, robots=6, chargers=6))
-    assert said.startswith("As it is, the warehouse runs flat in ")
-    assert "a higher fleet.start_energy, more chargers" in said
-    assert found.failures[0].failed > 0
+    diagnosis, sentence = answer(drafted({**FLAT, "fleet.size": 9}, orders=100, robots=6, chargers=6))
+    assert sentence.startswith("As it is, the warehouse runs flat in ")
+    assert "a higher fleet.start_energy, more chargers" in sentence
+    assert diagnosis.failures[0].failed > 0
     model = drafted({**FLAT, "battery.charge_rate": 0.007, "fleet.size": 9}, orders=100, robots=6, chargers=6)
-    said = answer(model)[1]
-    assert said.startswith("As it is, the warehouse runs flat in 1 of 1 run")  # in the run that is looked at already
+    sentence = answer(model)[1]
+    # in the run that is looked at already
+    assert sentence.startswith("As it is, the warehouse runs flat in 1 of 1 run")

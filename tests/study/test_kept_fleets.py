@@ -157,13 +157,13 @@ def test_a_folder_that_may_only_be_read_is_read_and_changes_no_answer(model, rig
 
 
 def test_of_two_that_want_one_at_once_one_waits(model, right, settlings, tmp_path):
-    found = []
-    threads = [threading.Thread(target=lambda: found.append(rows(model, tmp_path))) for _ in range(2)]
+    histories = []
+    threads = [threading.Thread(target=lambda: histories.append(rows(model, tmp_path))) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join(PATIENCE)
-    assert found == [right, right]
+    assert histories == [right, right]
     assert len(settlings) == 1
 
 
@@ -282,9 +282,9 @@ def test_two_commands_at_once_on_one_cache_settle_once_and_answer_as_one(tmp_pat
     path.write_text(draft(WORDS))
     command = ["run", str(path), "--set", "run={length: 600}", "--json"]
     both = [subprocess.Popen([*DESIM, *command], stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    said = [process.communicate(timeout=PATIENCE)[0] for process in both]
+    outputs = [process.communicate(timeout=PATIENCE)[0] for process in both]
     assert [process.returncode for process in both] == [0, 0]
-    kpis = [{**json.loads(text), "warnings": ""} for text in (*said, CliRunner().invoke(desim, command).stdout)]
+    kpis = [{**json.loads(text), "warnings": ""} for text in (*outputs, CliRunner().invoke(desim, command).stdout)]
     assert kpis[0] == kpis[1] == kpis[2]  # warnings depend on how long the check takes
     (path,) = cache_folder().glob("runs-*/settled-*.jsonl")
     assert path.read_bytes().count(b'"fleets"') == 1
@@ -302,8 +302,8 @@ def test_one_crew_simulates_for_all_studies_of_a_question(model, monkeypatch):
 
     monkeypatch.setattr(pool, "Worker", Counted)
     search = dw.Search(workers=2, cache=False, first=2, cap=3)
-    found = dw.size(dw.Study(model, {"fleet.size": [2, 3]}), "on_time >= 50 %", search=search)
-    assert found.smallest == 2
+    sizing = dw.size(dw.Study(model, {"fleet.size": [2, 3]}), "on_time >= 50 %", search=search)
+    assert sizing.smallest == 2
     assert len(started) <= 2
     assert not multiprocessing.active_children()
 

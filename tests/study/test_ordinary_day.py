@@ -38,13 +38,13 @@ def day(words, hours=24):
 
 def test_a_day_with_a_night_and_a_closed_aisle_runs_from_the_draft_on():
     model = day(Draft(size=(20, 16), orders=40, due=5), hours=14)
-    found = dw.check(model)
-    assert not found.errors
-    assert "NIGHT_FLAT" not in {item.code for item in found.findings}
+    report = dw.check(model)
+    assert not report.errors
+    assert "NIGHT_FLAT" not in {item.code for item in report.findings}
     run = dw.simulate(model, seed=3)
     assert run.kpis["tasks_due"] == pytest.approx(8 * 40, rel=0.12)
     assert run.kpis["on_time"] > 0.87  # 0.91 on average of many days, 0.015 more or less
-    assert not [said for said in run.verdicts if said.is_lasting]
+    assert not [verdict for verdict in run.verdicts if verdict.is_lasting]
     from_six = dw.simulate(model.replace({"run.start": "06:00", "log": "tasks"}), seed=3)
     assert from_six.kpis["tasks_due"] == pytest.approx(14 * 40, rel=0.12)
 

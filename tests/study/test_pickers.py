@@ -28,11 +28,11 @@ def simulated(**pickers):
 )
 def test_pickers_and_how_they_share_the_work_are_looked_into(pickers, reliefs):
     run = simulated(**pickers)
-    found = {suspect.relief: suspect for suspect in suspects(run)}
-    assert [relief for relief in found if "picker" in relief] == reliefs
-    assert found["one picker more"].overrides == {"pickers.count": run.model.pickers.count + 1}
-    assert found["one picker more"].waited == run.kpis["share_awaiting_picker"]
-    assert found["one picker more"].dose == 1 / run.model.pickers.count
+    by_relief = {suspect.relief: suspect for suspect in suspects(run)}
+    assert [relief for relief in by_relief if "picker" in relief] == reliefs
+    assert by_relief["one picker more"].overrides == {"pickers.count": run.model.pickers.count + 1}
+    assert by_relief["one picker more"].waited == run.kpis["share_awaiting_picker"]
+    assert by_relief["one picker more"].dose == 1 / run.model.pickers.count
 
 
 def test_where_pickers_go_home_before_the_orders_end_nothing_is_said_to_be_left_over():
@@ -53,8 +53,8 @@ def test_where_pickers_go_home_before_the_orders_end_nothing_is_said_to_be_left_
 
 def test_hours_of_pickers_are_looked_into():
     model = dw.load({**RING, "calendars": {"half": {"every": 200, "lasts": 100}}}, {**OPEN, "pickers.hours": "half"})
-    found = {suspect.relief: suspect.dose for suspect in suspects(dw.simulate(model))}
-    assert found["pickers always at work"] == pytest.approx(1)
+    doses = {suspect.relief: suspect.dose for suspect in suspects(dw.simulate(model))}
+    assert doses["pickers always at work"] == pytest.approx(1)
 
 
 def test_pickers_are_the_busiest_where_robots_wait_for_them():

@@ -34,15 +34,15 @@ def most(does, robots=range(1, 41), target=AT_LEAST, zone=5.0, runs=1000):
         return does(robots[rank])
 
     budget = Budget(runs)
-    found = follow(most_steps(robots, target, zone, budget), sample)
+    best = follow(most_steps(robots, target, zone, budget), sample)
     assert len(asked) == len(set(asked)) == budget.spent
-    return found, len(asked)
+    return best, len(asked)
 
 
 def test_the_fleet_that_does_most_is_found_between_those_looked_at_first():
-    found, runs = most(lambda robots: 650 - abs(robots - 9) * (100 if robots < 9 else 2))
-    assert (found.robots, found.mean, found.largest, found.at_largest) == (9, 650, 40, 588)
-    assert found.up_to == 11  # beyond the zone of 5 they do worse
+    best, runs = most(lambda robots: 650 - abs(robots - 9) * (100 if robots < 9 else 2))
+    assert (best.robots, best.mean, best.largest, best.at_largest) == (9, 650, 40, 588)
+    assert best.up_to == 11  # beyond the zone of 5 they do worse
     assert runs <= RUNS * 20
     assert (
         most(lambda robots: 650 - abs(robots - 10) * (2 if robots < 10 else 100))[0].robots == 10
@@ -60,8 +60,8 @@ def test_one_fleet_is_no_choice():
 
 
 def test_less_may_be_better():
-    found, _ = most(lambda robots: 60 + abs(robots - 5), target=AT_MOST, zone=1.0)
-    assert (found.robots, found.mean, found.at_largest) == (5, 60, 95)
+    best, _ = most(lambda robots: 60 + abs(robots - 5), target=AT_MOST, zone=1.0)
+    assert (best.robots, best.mean, best.at_largest) == (5, 60, 95)
 
 
 @pytest.mark.parametrize("does", [lambda robots: min(robots, 20), lambda robots: 600 - 0.1 * robots])
@@ -70,8 +70,8 @@ def test_nothing_is_said_where_the_largest_does_no_worse(does):
 
 
 def test_a_fleet_that_fails_does_worst():
-    found, _ = most(lambda robots: math.nan if robots < 3 else 500 - robots * 10, range(1, 6))
-    assert (found.robots, found.largest) == (3, 5)
+    best, _ = most(lambda robots: math.nan if robots < 3 else 500 - robots * 10, range(1, 6))
+    assert (best.robots, best.largest) == (3, 5)
 
 
 @pytest.mark.slow

@@ -41,12 +41,12 @@ def small():
 def test_packers_are_sized_beside_robots_and_chargers(small):
     model = small.replace(SLOW_PACKING)
     counts = {"robots": "2..3", "chargers": "1..2", "packers": "packing=1..3"}
-    found = plan_fleet(model, "on_time >= 80 %", strategies={}, search=dw.Search(first=3, cap=9), **counts)
-    best = found.today.best
-    assert found.packers == 2
+    plan = plan_fleet(model, "on_time >= 80 %", strategies={}, search=dw.Search(first=3, cap=9), **counts)
+    best = plan.today.best
+    assert plan.packers == 2
     assert best.overrides["layout.stations.packing.servers"] == 2
-    assert any(one.counts[2] == 1 and one.robots == best.robots for one in found.today.below)
-    answer = found.answer
+    assert any(one.counts[2] == 1 and one.robots == best.robots for one in plan.today.below)
+    answer = plan.answer
     assert answer.question == "How many robots, chargers and packers does it take for at least 80 % on time?"
     assert " and 2 packers are the smallest fleet shown to be enough" in answer.answer[0]
     assert [tile.what for tile in answer.tiles][2] == "packers"
@@ -57,13 +57,13 @@ def test_a_larger_fleet_whose_robots_run_flat_is_not_said_to_do_worse_by_an_amou
     """One charger lasts for two robots, which draw 0.1 a second of the 0.12 that it gives, and not for three."""
     battery = {"capacity": 30, "consumption": 0.05, "charge_rate": 0.12}
     model = small.replace({"battery": battery, "run.length": 3600, "run.warm_up": 600})
-    found = plan_fleet(
+    plan = plan_fleet(
         model, "on_time >= 80 %", strategies={}, robots="1..3", chargers="1", search=dw.Search(first=3, cap=6)
     )
-    assert found.today.best.robots == 2
-    assert [worse[:3] for worse in found.today.worse] == [((3, 1), (2, 1), None)]
-    said = "with 3 robots and 1 charger robots run flat, with 2 robots and 1 charger they do not."
-    assert found.answer.answer[0].endswith(f"More is not always better here: {said}")
+    assert plan.today.best.robots == 2
+    assert [worse[:3] for worse in plan.today.worse] == [((3, 1), (2, 1), None)]
+    sentence = "with 3 robots and 1 charger robots run flat, with 2 robots and 1 charger they do not."
+    assert plan.answer.answer[0].endswith(f"More is not always better here: {sentence}")
 
 
 @pytest.mark.usefixtures("whole_probes")
@@ -83,20 +83,20 @@ def test_people_at_each_node_of_a_station_are_counted_together_and_cost_what_a_r
     }
     assert designs.cost((2, 1, 3)) - designs.cost((2, 1, 1)) == pytest.approx(costs[3] - costs[1]) == 4 * 25 * 4000
     how = {"strategies": {}, "search": dw.Search(first=3, cap=6)}
-    found = plan_fleet(model, "throughput_per_hour >= 20", robots="1..3", packers="packing=1..2", **how)
-    assert " and 2 packers (1 at each of 2) " in found.answer.answer[0]
+    plan = plan_fleet(model, "throughput_per_hour >= 20", robots="1..3", packers="packing=1..2", **how)
+    assert " and 2 packers (1 at each of 2) " in plan.answer.answer[0]
 
 
 @pytest.mark.parametrize(
-    ("packers", "said"),
+    ("packers", "message"),
     [
         ("sorting=1..2", "no station of this model, expected one of its stations: packing"),
         ("packing=0..2", "expected whole numbers upwards from 1"),
         ("packing=1..90", "more than its places, expected at most"),
     ],
 )
-def test_packers_that_cannot_be_are_one_message(small, packers, said):
-    with pytest.raises(StudyError, match=said):
+def test_packers_that_cannot_be_are_one_message(small, packers, message):
+    with pytest.raises(StudyError, match=message):
         plan_fleet(small, "on_time >= 90 %", packers=packers)
 
 
@@ -120,14 +120,14 @@ def busy_from_nine():
 )
 def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(share, begin, end, length, orders, how):
     model = busy_from_nine().replace({"run.start": begin, "run.length": length})
-    found = plan_fleet(model, f"on_time >= {share}", strategies={}, chargers="1", **how)
-    hours = found.today.hours
+    plan = plan_fleet(model, f"on_time >= {share}", strategies={}, chargers="1", **how)
+    hours = plan.today.hours
     assert [one.named for one in hours] == [f"{begin} to 09:00", "09:00 to 09:30", f"09:30 to {end}"]
     assert [one.orders for one in hours] == pytest.approx(orders, rel=0.2)
-    assert {one.share.n for one in hours} == {max(DAYS, found.today.best.verdict.n)}
+    assert {one.share.n for one in hours} == {max(DAYS, plan.today.best.verdict.n)}
     assert min(hours, key=lambda one: one.share.mean).named == "09:00 to 09:30"
-    assert " 09:00 to 09:30: " in found.answer.answer[0]
-    table, *_ = found.answer.tables
+    assert " 09:00 to 09:30: " in plan.answer.answer[0]
+    table, *_ = plan.answer.tables
     assert (table.title, len(table.rows)) == ("On time by the hour", 3)
     assert f'--target "{AT_NINE} >= {share}"' in table.note
 
@@ -152,21 +152,21 @@ def test_the_worst_hour_may_be_the_target(share, around, some):
 
 def test_years_are_a_table_and_equal_separate_plans(small):
     how = {"strategies": {}, "robots": "1..4", "chargers": "1", "search": dw.Search(first=2, cap=4)}
-    found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
+    plan = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
     alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(3)]
-    assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]
-    assert found.runs < sum(one.runs for one in alone)
-    table, *_ = found.answer.tables
+    assert [one.best.counts for one in plan.demands] == [one.today.best.counts for one in alone]
+    assert plan.runs < sum(one.runs for one in alone)
+    table, *_ = plan.answer.tables
     assert table.head == ("year", "loads an hour", "robots", "chargers")
     assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")]
-    assert "Year by year" in printed(found.answer)
-    larger = next(n for n, one in enumerate(found.demands) if one.best.counts != found.today.best.counts)
-    [lasts] = [line for line in found.answer.answer if line.startswith("The fleet for today is ")]
+    assert "Year by year" in printed(plan.answer)
+    larger = next(n for n, one in enumerate(plan.demands) if one.best.counts != plan.today.best.counts)
+    [lasts] = [line for line in plan.answer.answer if line.startswith("The fleet for today is ")]
     assert lasts.endswith(f" in year {larger}.")  # too small, or where more robots may do worse not shown to be enough
 
 
 @pytest.mark.parametrize(
-    ("growth", "years", "said"),
+    ("growth", "years", "message"),
     [
         ("20%/year", None, "--growth 20%/year: also say for how many years (--years 3)"),
         ("20%", 5, "--years 5: also needs a yearly growth (--growth 20%/year)"),
@@ -175,8 +175,8 @@ def test_years_are_a_table_and_equal_separate_plans(small):
         ("20%/year", 99, "expected a whole number from 1 to 20"),
     ],
 )
-def test_years_that_cannot_be_are_one_message(small, growth, years, said):
-    with pytest.raises(StudyError, match=re.escape(said)):
+def test_years_that_cannot_be_are_one_message(small, growth, years, message):
+    with pytest.raises(StudyError, match=re.escape(message)):
         plan_fleet(small, "on_time >= 80 %", growth=growth, years=years)
 
 
@@ -184,17 +184,17 @@ def test_the_cheaper_of_two_options_is_told_with_what_more_robots_may_cost(small
     """B's robots are as A's and 1,000 a year dearer, so each difference is one of money alone."""
     a, b = small.replace({"prices": PRICES}), small.replace({"prices": {**PRICES, "robot": 7000}})
     how = {"robots": "2..4", "chargers": "1", "search": dw.Search(first=2, cap=6)}
-    found = plan_options({"A": a, "B": b}, "on_time >= 80 %", strategies={}, **how)
-    (one,) = found.against
-    robots = found.plans["A"].today.best.robots
-    assert (found.first, one.name, one.mean) == ("A", "B", 1000.0 * robots)
+    comparison = plan_options({"A": a, "B": b}, "on_time >= 80 %", strategies={}, **how)
+    (one,) = comparison.against
+    robots = comparison.plans["A"].today.best.robots
+    assert (comparison.first, one.name, one.mean) == ("A", "B", 1000.0 * robots)
     assert one.low <= one.mean <= one.high
-    assert found.answer.answer[0].startswith(f"A is cheaper than B by {1000 * robots:,} a year")
-    assert found.answer.content()["compared"][0]["mean"] == one.mean
+    assert comparison.answer.answer[0].startswith(f"A is cheaper than B by {1000 * robots:,} a year")
+    assert comparison.answer.content()["compared"][0]["mean"] == one.mean
 
 
 def test_options_without_prices_are_compared_in_the_target(small):
-    found = plan_options(
+    comparison = plan_options(
         {"slow": small.replace({"fleet.robot.speed": 0.25}), "fast": small},
         "on_time >= 80 %",
         strategies={},
@@ -202,8 +202,10 @@ def test_options_without_prices_are_compared_in_the_target(small):
         chargers="1",
         search=dw.Search(first=2, cap=6),
     )
-    assert found.first == "fast"
-    assert found.answer.answer[0].startswith("fast needs the fewest robots. On the same days done on time differs ")
+    assert comparison.first == "fast"
+    assert comparison.answer.answer[0].startswith(
+        "fast needs the fewest robots. On the same days done on time differs "
+    )
 
 
 def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
@@ -220,15 +222,15 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
     )
     assert status in {0, 3}, err
     assert list(json.loads(out)["plans"]) == ["A", "B", "C"]
-    for wrong, said in (("A", "no NAME: KEY=VALUE, and no file"), ("A: fleet.sise=2", "unknown key")):
+    for wrong, message in (("A", "no NAME: KEY=VALUE, and no file"), ("A: fleet.sise=2", "unknown key")):
         status, _, err = pages.run_desim(f"{plan} --option '{wrong}'")
-        assert (status, said in err) == (2, True), err
+        assert (status, message in err) == (2, True), err
 
 
 def test_a_fleet_that_runs_flat_is_told_with_the_cause():
     """Robots that break down on the way stand for longer than their batteries last."""
     model, target = plans.model(plans.HARD)
-    found = plan_fleet(
+    plan = plan_fleet(
         model,
         f"on_time >= {target}",
         strategies={},
@@ -236,17 +238,17 @@ def test_a_fleet_that_runs_flat_is_told_with_the_cause():
         chargers=[9],
         search=dw.Search(seed=2, first=2, cap=2),
     )
-    said = found.answer.answer[0]
-    assert "no fleet is enough. 15 robots and 9 chargers: a robot runs flat. Robot " in said
-    assert "waited longer than its battery lasts, in traffic, for a repair or for a charger; more chargers" in said
-    assert "Nothing is scarce" not in said
+    sentence = plan.answer.answer[0]
+    assert "no fleet is enough. 15 robots and 9 chargers: a robot runs flat. Robot " in sentence
+    assert "waited longer than its battery lasts, in traffic, for a repair or for a charger; more chargers" in sentence
+    assert "Nothing is scarce" not in sentence
 
 
-def named_of(counts, said, runs):
+def named_of(counts, words, runs):
     """What is named of designs, the last of which meets the target, given their verdicts and values on some days."""
     verdicts = {
         number: DesignVerdict(number, what, 2, 0.98, 0.96, 0.99, 0.99, deterministic=False)
-        for number, what in said.items()
+        for number, what in words.items()
     }
 
     def rows(values):
@@ -257,19 +259,19 @@ def named_of(counts, said, runs):
         ]
 
     best = len(counts) - 1
-    below = ruling_out(counts, {*said} - {best}, {n for n, what in said.items() if what == "fails"})
-    found = Cheapest(best, tuple(below), verdicts, {}, 8)
+    below = ruling_out(counts, {*words} - {best}, {n for n, what in words.items() if what == "fails"})
+    cheapest = Cheapest(best, tuple(below), verdicts, {}, 8)
     planner = SimpleNamespace(designs=SimpleNamespace(key=lambda design: design))
     study = SimpleNamespace(results=SimpleNamespace(by_point={n: rows(values) for n, values in runs.items()}))
-    return Planner._as_cheap(planner, study, found, counts, NOTHING)
+    return Planner._as_cheap(planner, study, cheapest, counts, NOTHING)
 
 
 def test_of_designs_with_equal_runs_the_cheapest_is_named():
     """Six chargers for five robots are shown to be enough; five, which gave the same on each day, were left open."""
     counts = [(4, 6), (5, 4), (5, 5), (5, 6)]
-    said = ["fails", "undecided", "undecided", "meets"]
+    verdicts = ["fails", "undecided", "undecided", "meets"]
     named = named_of(
-        counts, dict(enumerate(said)), dict(enumerate([(0.8, 0.9), (0.97, 0.98), (0.97, 0.99), (0.97, 0.99, 1.0)]))
+        counts, dict(enumerate(verdicts)), dict(enumerate([(0.8, 0.9), (0.97, 0.98), (0.97, 0.99), (0.97, 0.99, 1.0)]))
     )
     assert (named.design, named.below) == (2, (0, 1))
     assert named.verdicts[2].verdict == "meets"
@@ -287,10 +289,10 @@ def test_a_design_stays_open_where_it_alone_stood_for_a_cheaper_one_that_was_not
 def test_a_design_that_the_one_named_ruled_out_is_left_open_by_itself():
     """As (5, 3, 2) is named for (5, 3, 3), it no longer stands for (5, 3, 1), which is open too."""
     counts = [(4, 3, 3), (5, 2, 3), (5, 3, 1), (5, 3, 2), (5, 3, 3)]
-    said = ["fails", "undecided", "undecided", "undecided", "meets"]
+    verdicts = ["fails", "undecided", "undecided", "undecided", "meets"]
     named = named_of(
         counts,
-        dict(enumerate(said)),
+        dict(enumerate(verdicts)),
         dict(enumerate([(0.8, 0.9), (0.9, 0.98), (0.9, 0.98), (0.97, 0.99), (0.97, 0.99)])),
     )
     assert (named.design, named.below) == (3, (0, 1, 2))

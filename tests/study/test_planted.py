@@ -21,10 +21,10 @@ def reliefs(over, name):
     """What relieves a suspect in the square, by its relief in words."""
     model = dw.load(SQUARE, {"tasks.goods": {"saturated": 4}, "run.length": 4000, "log": "all", **over})
     run = dw.simulate(model)
-    found = {one.relief: one for one in suspects(run) if one.name == name}
-    for one in found.values():
+    by_relief = {one.relief: one for one in suspects(run) if one.name == name}
+    for one in by_relief.values():
         dw.simulate(model.replace(one.overrides))
-    return {relief: dict(one.overrides) for relief, one in found.items()}
+    return {relief: dict(one.overrides) for relief, one in by_relief.items()}
 
 
 # Reliefs
@@ -99,8 +99,8 @@ BATTERY = {"capacity": 100, "consumption": 0.2, "charge_rate": 0.4}
 def test_other_charging_policies_are_tried_where_tasks_wait_for_robots_that_charge():
     own = {"name": "opportunity", "minimum": 0.9}
     others = {f"charging by {name}": name for name in ("reach-aware", "opportunity", "four-thresholds")}
-    known = reliefs({"battery": BATTERY, "policies.charging": own}, "the charging policy")
-    assert known == {relief: {"policies.charging": name} for relief, name in others.items()}
+    tried = reliefs({"battery": BATTERY, "policies.charging": own}, "the charging policy")
+    assert tried == {relief: {"policies.charging": name} for relief, name in others.items()}
     # its own as it is by default is no other, and threshold has a default where the battery has a threshold
     over = {"battery": {**BATTERY, "threshold": 30}, "policies.charging": "four-thresholds"}
     assert reliefs(over, "the charging policy").keys() == {
@@ -174,6 +174,6 @@ def test_the_time_in_which_tasks_wait_for_a_batch_is_said_of_one_run(tmp_path, m
     assert share > 0.4
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    said = pages.run_desim("desim why w.yaml --quiet --cap 10 --seed 77")[1]
-    assert f"In the run looked at, tasks spent {100 * share:.3g} % of their time waiting for a batch." in said
-    assert "Batching is the main bottleneck." in said
+    output = pages.run_desim("desim why w.yaml --quiet --cap 10 --seed 77")[1]
+    assert f"In the run looked at, tasks spent {100 * share:.3g} % of their time waiting for a batch." in output
+    assert "Batching is the main bottleneck." in output

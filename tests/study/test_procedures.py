@@ -25,13 +25,13 @@ def study(factors, changes=None, **more):
 
 def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
     made = study({"fleet.size": [1, 4, 5]})
-    found = race(made, "T", 20, search=dw.Search(out=tmp_path))
-    assert str(found.point) in {"fleet.size=4", "fleet.size=5"}
-    assert not found.maximise
-    assert found.selection.guaranteed
-    assert found.selection.samples[0] < found.selection.samples[2]
+    choice = race(made, "T", 20, search=dw.Search(out=tmp_path))
+    assert str(choice.point) in {"fleet.size=4", "fleet.size=5"}
+    assert not choice.maximise
+    assert choice.selection.guaranteed
+    assert choice.selection.samples[0] < choice.selection.samples[2]
     counts = made.table.groupby("fleet.size").size().tolist()
-    assert counts == list(found.selection.samples)
+    assert counts == list(choice.selection.samples)
     assert dw.Study.open(tmp_path).table.equals(made.table)
 
 
@@ -43,24 +43,24 @@ def test_the_choice_is_the_same_for_any_number_of_workers():
 
 
 def test_more_is_better_where_it_is():
-    found = race(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10)
-    assert found.maximise
-    assert str(found.point) == "fleet.size=3"
+    choice = race(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10)
+    assert choice.maximise
+    assert str(choice.point) == "fleet.size=3"
     worst = race(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10, maximise=False)
     assert str(worst.point) == "fleet.size=1"
 
 
 def test_deterministic_designs_need_two_runs_each():
-    found = race(study({"fleet.size": [1, 3]}, {"tasks.goods": [11, 8, 39]}), "T", 1)
-    assert found.selection.deterministic
-    assert found.selection.samples == (2, 2)
+    choice = race(study({"fleet.size": [1, 3]}, {"tasks.goods": [11, 8, 39]}), "T", 1)
+    assert choice.selection.deterministic
+    assert choice.selection.samples == (2, 2)
 
 
 def test_the_smallest_fleet_for_a_throughput(tmp_path):
     made = study({"fleet.size": "1..6"}, LIFELONG)
-    found = dw.size(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
-    assert found.smallest == 3
-    assert [shown.verdict.verdict for shown in found.today.below] == ["fails"]
+    sizing = dw.size(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
+    assert sizing.smallest == 3
+    assert [shown.verdict.verdict for shown in sizing.today.below] == ["fails"]
     means = made.summary(["throughput_per_hour"]).set_index("fleet.size")["mean"]
     assert means[2] < 250 < means[3]
     assert means.isna().any()  # bisection leaves some out
@@ -69,18 +69,18 @@ def test_the_smallest_fleet_for_a_throughput(tmp_path):
 def test_the_smallest_value_is_shown_with_its_cost_a_year():
     """Robots cost 100 a year each; the smallest fleet is named, and so called, though prices would have a cheapest."""
     priced = {"tasks.goods": [11, 8, 39], "prices": {"hours": 1000, "robot": 100}}
-    found = dw.size(study({"fleet.size": [2, 3]}, priced), "T <= 100000")
-    assert (found.smallest, found.table["annual_cost"].to_list()) == (2, [200])
-    assert "2 robots are the smallest fleet shown to be enough" in found.answer.answer[0]
-    assert ", 200 a year" in found.answer.answer[0]
-    assert ("200", "cost a year") in [(tile.value, tile.what) for tile in found.answer.tiles]
+    sizing = dw.size(study({"fleet.size": [2, 3]}, priced), "T <= 100000")
+    assert (sizing.smallest, sizing.table["annual_cost"].to_list()) == (2, [200])
+    assert "2 robots are the smallest fleet shown to be enough" in sizing.answer.answer[0]
+    assert ", 200 a year" in sizing.answer.answer[0]
+    assert ("200", "cost a year") in [(tile.value, tile.what) for tile in sizing.answer.tiles]
 
 
 def test_a_value_with_which_a_robot_runs_flat_is_too_small():
     tiny = {"battery.threshold": 0, "battery.reserve": 0, "accept": ["BATTERY_TOO_SMALL"], "tasks.goods": {"random": 5}}
-    found = dw.size(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
-    assert found.smallest == 10
-    assert [(shown.overrides, shown.vetoed) for shown in found.today.below] == [
+    sizing = dw.size(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
+    assert sizing.smallest == 10
+    assert [(shown.overrides, shown.vetoed) for shown in sizing.today.below] == [
         ({"battery.capacity": 1}, "a robot runs flat")
     ]
 
@@ -154,22 +154,22 @@ def test_a_failed_run_ends_a_procedure_with_its_error(parking):
 @pytest.mark.parametrize("observed", ["throughput", "cycle_time"])
 def test_the_warm_up_of_a_lifelong_model(observed, tmp_path):
     model = dw.load(MULTIBOTS, {**LIFELONG, "run.warm_up": 500})
-    found = settle(model, replications=4, observations=100, observed=observed)
-    assert found.width == 80
-    assert len(found.result.means) == 20
-    assert found.time is None or 0 <= found.time <= 4000
-    found.figure().savefig(tmp_path / "warm-up.svg")
+    warm_up = settle(model, replications=4, observations=100, observed=observed)
+    assert warm_up.width == 80
+    assert len(warm_up.result.means) == 20
+    assert warm_up.time is None or 0 <= warm_up.time <= 4000
+    warm_up.figure().savefig(tmp_path / "warm-up.svg")
     assert (tmp_path / "warm-up.svg").read_text().startswith("<?xml")
 
 
 def test_throughput_over_time_adds_up_to_all_deliveries():
     model = dw.load(MULTIBOTS, LIFELONG)
-    found = settle(model, replications=2, observations=100)
+    warm_up = settle(model, replications=2, observations=100)
     from desim_warehouse.study.plan import run_seed
 
     delivered = [dw.simulate(model, run_seed(0, r)).kpis["tasks"] for r in range(2)]
     hours = 8000 * 0.05 / 3600
-    assert found.result.means.mean() == pytest.approx(sum(delivered) / 2 / hours)
+    assert warm_up.result.means.mean() == pytest.approx(sum(delivered) / 2 / hours)
 
 
 def test_work_that_ends_has_no_warm_up():
@@ -242,8 +242,8 @@ def test_a_study_never_contradicts_the_search_that_looked_at_it_several_times():
             "models/tutorial.yaml", {"fleet.size": [1, 2, 3, 4]}, changes=changes, target=target, seed=seed
         )
         study.plan = study.plan.unreplicated()
-        said = {f"fleet.size={verdict.value}": verdict for verdict in dw.size(study, target).decisions}
+        decisions = {f"fleet.size={verdict.value}": verdict for verdict in dw.size(study, target).decisions}
         judged = study.results.judged
-        assert said
-        for design, one in said.items():
+        assert decisions
+        for design, one in decisions.items():
             assert {judged[design].verdict, one.verdict} != {"meets", "fails"}

@@ -91,9 +91,9 @@ def planned(stream, monkeypatch, **more):
 
 def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
     terminal = Terminal()
-    found = planned(terminal, monkeypatch, first=5, cap=12)
+    plan = planned(terminal, monkeypatch, first=5, cap=12)
     shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
-    best = found.today.best.robots
+    best = plan.today.best.robots
     assert re.search(rf"today: (\d robots?: [a-z ]+; )*{best} robots?: met", shown)
     assert re.search(r"first guess from single days: \d robots?; about \d fleets? to judge", shown)
     assert re.search(rf"today: {best} robots?; growth: \d robots?: (met|not met|open)", shown)
@@ -115,11 +115,11 @@ def test_a_search_says_what_it_looked_at_and_no_time_that_it_does_not_know(monke
 def test_single_days_tell_about_how_many_robots_it_takes():
     """6 robots failed on their day, 12 and then 9 did not; before that only that 6 are too few is known."""
     designs = [(robots,) for robots in range(20)]
-    said = [
+    guesses = [
         about(designs, lambda one: one, met, lambda n: f"{n} robots")
         for met in ({6: False}, {6: False, 12: True, 9: True})
     ]
-    assert said == ["more than 6 robots", "about 9 robots"]
+    assert guesses == ["more than 6 robots", "about 9 robots"]
     assert about(designs, lambda one: one, {}, str) == ""
 
 

@@ -27,9 +27,9 @@ COUNTS = tuple((robots, 1) for robots in range(1, 5))
 
 def fleet(robots, verdict, days, mean, low, high, *, least=33, worst=None):
     """A fleet with one charger that was judged."""
-    found = DesignVerdict(0, verdict, days, mean, low, high, 0.99, False, least=least)
+    judgement = DesignVerdict(0, verdict, days, mean, low, high, 0.99, False, least=least)
     seen = Estimate(days, mean, (low, high), 0.01, mean, {}, False, 0.95)
-    return Shown((robots, 1), {"fleet.size": robots}, found, seen, None, None, days=worst)
+    return Shown((robots, 1), {"fleet.size": robots}, judgement, seen, None, None, days=worst)
 
 
 def answer(best, *below, target="on_time >= 95 %", model=None, busy=BUSY, trip=None):
@@ -112,8 +112,8 @@ def test_what_comes_more_rarely_is_not_covered():
     """Three robots for an hour each of 150: one day in 50.5, which 150 days would show."""
     rare = {"fleet.robot.breakdowns": {"every": {"exponential": 540_000.0}, "repair": 600}, "run.length": 3600.0}
     best = fleet(3, "meets", 59, 0.98, 0.96, 0.99, least=59)
-    said = answer(best, fleet(2, "fails", 8, 0.8, 0.7, 0.85), model=example().replace(rare)).promise
-    assert "Breakdowns are rarer and not covered (--first 150)." in said
+    promise = answer(best, fleet(2, "fails", 8, 0.8, 0.7, 0.85), model=example().replace(rare)).promise
+    assert "Breakdowns are rarer and not covered (--first 150)." in promise
 
 
 def test_the_promise_leaves_out_smaller_fleets_that_are_open():
@@ -145,12 +145,12 @@ def test_where_the_runs_do_not_tell_the_open_fleets_are_named():
 
 
 def test_a_target_of_all_is_answered_with_what_the_days_show():
-    found = answer(None, fleet(4, "undecided", 80, 1.0, 0.993, 1.0), target="on_time >= 100 %")
-    assert found.answer[0] == (
+    reply = answer(None, fleet(4, "undecided", 80, 1.0, 0.993, 1.0), target="on_time >= 100 %")
+    assert reply.answer[0] == (
         "Today (60 an hour): no fleet can be shown to be enough. 4 robots and 1 charger: 100 % on every one of 80 "
         "days, which shows at least 99.3 %. No number of days shows 100 %: ask for 99 or 99.5 %."
     )
-    assert [option.standing for option in found.options] == ["edge"]
+    assert [option.standing for option in reply.options] == ["edge"]
 
 
 def test_not_met_beside_an_interval_that_holds_the_target_has_its_reason():
@@ -203,6 +203,6 @@ def test_a_fleet_with_one_bad_day_in_ten_that_misses_is_seldom_named():
 def test_verdicts_of_a_study_on_a_cost_are_exact():
     prices = {"prices": {"hours": 4000.0, "robot": 6000.0}, **LASTING}
     study = dw.Study(example(), {"fleet.size": [1, 2]}, replications=5, changes=prices, target="annual_cost <= 7000")
-    found = study.run().results.judged
-    assert [(one.verdict, one.deterministic) for one in found.values()] == [("meets", True), ("fails", True)]
+    verdicts = study.run().results.judged
+    assert [(one.verdict, one.deterministic) for one in verdicts.values()] == [("meets", True), ("fails", True)]
     assert judged("", [6000.0] * 5, parse_target("annual_cost <= 7000"), 0.95, True, (0, 1e9)).low is None

@@ -38,8 +38,11 @@ def test_breakdowns_and_outages_are_counted_by_robots_and_chargers():
     }
     model = dw.load("models/tutorial.yaml", FAILING | outages)
     assert expected(model, 1200) == {"breakdowns": pytest.approx(0.1), "outages of chargers": pytest.approx(0.6)}
-    known = {"breakdowns": pytest.approx(0.0952, abs=1e-4), "outages of chargers": pytest.approx(0.4512, abs=1e-4)}
-    assert chances(model, 1200) == known
+    probabilities = {
+        "breakdowns": pytest.approx(0.0952, abs=1e-4),
+        "outages of chargers": pytest.approx(0.4512, abs=1e-4),
+    }
+    assert chances(model, 1200) == probabilities
 
 
 def test_outages_of_all_lifts_are_counted_together():

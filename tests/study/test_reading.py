@@ -177,13 +177,13 @@ def test_a_sampled_design_is_one_mistake_whatever_its_factors(tmp_path):
 @pytest.mark.parametrize("case", BAD)
 def test_a_mistake_is_told_at_its_place(tmp_path, case):
     text, expected = BAD[case]
-    found = problems(tmp_path, text)
-    assert any(line.startswith(f"study.yaml:{expected}") for line in found), found
+    messages = problems(tmp_path, text)
+    assert any(line.startswith(f"study.yaml:{expected}") for line in messages), messages
 
 
 def test_all_problems_are_told_at_once(tmp_path):
-    found = problems(tmp_path, "model: MODEL\nseed: x\nfactors:\n  fleet.size: 3..1\nset: {fleet.sise: 1}\n")
-    assert len(found) == 3
+    messages = problems(tmp_path, "model: MODEL\nseed: x\nfactors:\n  fleet.size: 3..1\nset: {fleet.sise: 1}\n")
+    assert len(messages) == 3
     text = "model: MODEL\ncap: 3\nfactors:\n  fleet.sise: [1]\n  fleet.size: 3..1\n  seed: [1]\nconfidence: 2\n"
     assert [line.split(": ")[1] for line in problems(tmp_path, text)] == [
         "cap",
@@ -195,7 +195,7 @@ def test_all_problems_are_told_at_once(tmp_path):
 
 
 def test_a_combination_that_is_no_model_is_told_as_a_design(tmp_path):
-    found = problems(
+    messages = problems(
         tmp_path,
         """\
         model: MODEL
@@ -205,8 +205,8 @@ def test_a_combination_that_is_no_model_is_told_as_a_design(tmp_path):
             named: {one: [M], two: [M, N]}
         """,
     )
-    assert len(found) == 2  # both fleets have a number of robots other than two
-    assert all("unload_at" in line and line.startswith("study.yaml:5:") for line in found)
+    assert len(messages) == 2  # both fleets have a number of robots other than two
+    assert all("unload_at" in line and line.startswith("study.yaml:5:") for line in messages)
 
 
 def test_a_missing_model_file_is_told_with_its_path(tmp_path):

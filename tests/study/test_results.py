@@ -100,8 +100,8 @@ def test_quantiles_over_days_have_intervals():
     """72 days: the slowest bounds the time that 95 % of all days stay below."""
     study = dw.Study(MULTIBOTS, {"fleet.size": [5, 6]}, changes={"tasks.goods": {"random": 3}}, replications=72)
     results = study.run().results
-    found = results.quantiles("T", 0.95)
-    for number, one in found.items():
+    quantiles = results.quantiles("T", 0.95)
+    for number, one in quantiles.items():
         days = sorted(row.value("T") for row in results.by_point[number])
         assert one.high == days[-1]
         assert one.low <= one.value <= one.high
@@ -110,6 +110,6 @@ def test_quantiles_over_days_have_intervals():
 
 
 def test_a_quantile_of_a_deterministic_study_is_exact():
-    found = dw.Study(MULTIBOTS, {"fleet.size": [2]}).run().results.quantiles("T", 0.95)[0]
-    assert found.deterministic
-    assert (found.low, found.high) == (None, None)
+    quantile = dw.Study(MULTIBOTS, {"fleet.size": [2]}).run().results.quantiles("T", 0.95)[0]
+    assert quantile.deterministic
+    assert (quantile.low, quantile.high) == (None, None)

@@ -104,9 +104,9 @@ def test_the_interval_of_an_indicator_below_zero_is_around_its_mean():
     runs = dw.Study(model, {"fleet.size": [2]}, replications=4)
     results = runs.run(workers=1).results
     for name in ("energy_drift_per_hour", "backlog_growth_per_hour"):
-        found = results.estimate(results.runs(results.baseline), name)
-        assert found.mean < 0
-        assert found.interval[0] < found.mean < found.interval[1]
+        drift = results.estimate(results.runs(results.baseline), name)
+        assert drift.mean < 0
+        assert drift.interval[0] < drift.mean < drift.interval[1]
 
 
 def test_a_finished_study_runs_nothing(tmp_path, monkeypatch):
@@ -147,8 +147,8 @@ RULE = {"indicator": "T", "half_width": "10 %", "minimum": 3, "cap": 40}
 def test_replications_go_on_until_the_mean_is_known():
     one = study({"fleet.size": [1, 3]}, replications=RULE).run()
     for size, rows in one.table.groupby("fleet.size"):
-        found = estimate(rows["T"])
-        assert found.relative_half_width <= 0.1, size
+        times = estimate(rows["T"])
+        assert times.relative_half_width <= 0.1, size
         assert 3 <= len(rows) < 40
 
 
@@ -181,8 +181,8 @@ def test_a_failing_run_is_a_row_with_its_error(parking, workers):
 def test_the_summary_is_student_t_by_design():
     made = study(replications=5).run()
     row = made.summary(["T"]).iloc[1]
-    found = estimate(made.table.query("`fleet.size` == 2")["T"])
-    assert (row["mean"], row["half_width"], row["median"]) == (found.mean, found.half_width, found.median)
+    times = estimate(made.table.query("`fleet.size` == 2")["T"])
+    assert (row["mean"], row["half_width"], row["median"]) == (times.mean, times.half_width, times.median)
     assert not row["deterministic"]
 
 
@@ -227,10 +227,10 @@ def test_costs_that_depend_on_no_run_differ_exactly():
 
 def test_comparisons_are_paired_with_the_baseline():
     made = study({"fleet.size": [1, 2, 3]}, replications=6, baseline={"fleet.size": 2}).run()
-    found = made.compare("T")
+    comparison = made.compare("T")
     values = {size: rows["T"].to_numpy() for size, rows in made.table.groupby("fleet.size")}
-    assert set(found.against.values()) == {"fleet.size=2"}
-    by_design = {difference.design: difference.estimate for difference in found.differences}
+    assert set(comparison.against.values()) == {"fleet.size=2"}
+    by_design = {difference.design: difference.estimate for difference in comparison.differences}
     expected = paired(values[3], values[2], confidence=0.975)  # Bonferroni: two differences
     assert by_design["fleet.size=3"] == expected
     with pytest.raises(dw.StudyError, match=r"no design with fleet\.size=9"):

@@ -198,8 +198,8 @@ def test_a_failure_of_the_thresholds_loses_nothing_of_the_plan(file, tmp_path, m
     out = tmp_path / "plan"
     done = planned(file, "--uncertain", "tasks.load_time=2..40", "--out", str(out), *["--json"] * as_json)
     assert isinstance(done.exception, StudyError)
-    said = json.loads(done.stdout)["answer"] if as_json else [done.stdout]
-    assert said[0].startswith("5 robots are")
+    sentences = json.loads(done.stdout)["answer"] if as_json else [done.stdout]
+    assert sentences[0].startswith("5 robots are")
     assert (out / "answer.json").is_file()
 
 

@@ -97,7 +97,7 @@ def test_what_takes_one_target_refuses_several(ring, tmp_path):  # noqa: F811
     model = tmp_path / "ring.yaml"
     model.write_text(json.dumps(RING | {"tasks": RING["tasks"] | {"flows": {"out": FLOW}}, "run": {"length": 1800}}))
     twice = f'--target "{IN_TIME}" --target "{SHORT}"'
-    status, _, said = pages.run_desim(f"desim plan {model} {twice} --uncertain tasks.load_time=2..9 --quiet")[:3]
-    assert (status, said.splitlines()[-1]) == (2, "Error: --option and --uncertain: with one --target alone")
-    status, _, said = pages.run_desim(f"desim what-if {model} {twice} --vary fleet.size=1,2 --quiet")[:3]
-    assert (status, said.splitlines()[-1]) == (2, "Error: --target: typed twice, expected once")
+    status, _, err = pages.run_desim(f"desim plan {model} {twice} --uncertain tasks.load_time=2..9 --quiet")[:3]
+    assert (status, err.splitlines()[-1]) == (2, "Error: --option and --uncertain: with one --target alone")
+    status, _, err = pages.run_desim(f"desim what-if {model} {twice} --vary fleet.size=1,2 --quiet")[:3]
+    assert (status, err.splitlines()[-1]) == (2, "Error: --target: typed twice, expected once")

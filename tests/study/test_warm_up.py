@@ -34,18 +34,18 @@ def loop(**changes):
 
 def test_a_cycle_time_settles_when_the_first_twenty_tasks_are_through():
     """The n-th task of the first 20 takes n rounds, every later one 20 rounds: settled after 800 s."""
-    found = settle(loop(), replications=1, observations=100, observed="cycle_time")
-    assert found.width == ROUND
-    assert found.series[1:4] == pytest.approx([40, 80, 120])  # nothing is delivered before 40 s
-    assert found.series[25:] == pytest.approx([800] * 75)
-    assert found.time == 800
+    warm_up = settle(loop(), replications=1, observations=100, observed="cycle_time")
+    assert warm_up.width == ROUND
+    assert warm_up.series[1:4] == pytest.approx([40, 80, 120])  # nothing is delivered before 40 s
+    assert warm_up.series[25:] == pytest.approx([800] * 75)
+    assert warm_up.time == 800
 
 
 def test_throughput_has_settled_long_before():
     """The first task is delivered after 40 s as all others: an hour has 90 from the start."""
-    found = settle(loop(), replications=1, observations=100)
-    assert found.series[1:] == pytest.approx([90] * 99)
-    assert found.time in {0, 200}  # the first interval has no delivery; cuts are by five intervals
+    warm_up = settle(loop(), replications=1, observations=100)
+    assert warm_up.series[1:] == pytest.approx([90] * 99)
+    assert warm_up.time in {0, 200}  # the first interval has no delivery; cuts are by five intervals
 
 
 def test_each_design_of_a_study_has_its_own_warm_up():
@@ -97,8 +97,8 @@ def test_the_best_design_is_found_with_each_designs_own_warm_up():
     from desim_warehouse.questions.best import best
 
     study = dw.Study(loop(), {"tasks.goods": [{"saturated": 39}, {"saturated": 19}]}, warm_up="auto")
-    found = best(study, "cycle_time_mean", 10, search=dw.Search(first=3, cap=5))
-    assert str(found.point) == "tasks.goods=saturated 19"
+    choice = best(study, "cycle_time_mean", 10, search=dw.Search(first=3, cap=5))
+    assert str(choice.point) == "tasks.goods=saturated 19"
     assert study.plan.warm_up == (1600, 800)
 
 
@@ -142,16 +142,16 @@ def test_what_if_shows_from_where_designs_are_counted(tmp_path):
     file = tmp_path / "loop.yaml"
     file.write_text(json.dumps(LOOP))
     vary = ["--vary", "tasks.goods={saturated: 19},{saturated: 200}", "--indicator", "cycle_time_mean", "--quiet"]
-    said = call("what-if", file, *vary, "--warm-up", "auto").stdout
-    assert "Counting began at " in said
-    assert "goods: saturated 200: not settled by the middle of its runs" in said
+    output = call("what-if", file, *vary, "--warm-up", "auto").stdout
+    assert "Counting began at " in output
+    assert "goods: saturated 200: not settled by the middle of its runs" in output
 
 
 def test_warm_up_draws_both_plots(tmp_path):
     file = tmp_path / "loop.yaml"
     file.write_text(json.dumps(LOOP))
-    said = call("warm-up", file, "--observe", "cycle_time", "--replications", 2, "--window", 5, "--out", tmp_path)
-    assert "run.warm_up: 800" in said.stdout
+    done = call("warm-up", file, "--observe", "cycle_time", "--replications", 2, "--window", 5, "--out", tmp_path)
+    assert "run.warm_up: 800" in done.stdout
     assert {path.name for path in tmp_path.iterdir()} >= {"warm-up.png", "warm-up.svg", "welch.png", "welch.svg"}
 
 
@@ -168,6 +168,6 @@ def test_what_opens_and_closes_by_the_clock_is_not_told_to_run_longer_alone(tmp_
     """Robots work in the second half of a run: it settles as little in a longer one."""
     over = {"calendars": {"late": {"every": 4000, "lasts": 1500, "first": 2500}}, "fleet.hours": "late"}
     (tmp_path / "loop.yaml").write_text(json.dumps(loop(**over).content()), encoding="utf-8")
-    said = call("warm-up", tmp_path / "loop.yaml", "--replications", 1).output
-    assert "not settled" in said
-    assert "what changes by calendars never settles: let run.length and run.warm_up be whole periods" in said
+    output = call("warm-up", tmp_path / "loop.yaml", "--replications", 1).output
+    assert "not settled" in output
+    assert "what changes by calendars never settles: let run.length and run.warm_up be whole periods" in output

@@ -25,18 +25,18 @@ def run():
 
 
 def test_suspects_come_from_the_account_of_time_worst_first(run):
-    found = suspects(run)
-    waited = [suspect.waited for suspect in found if suspect.waited is not None]
+    ranked = suspects(run)
+    waited = [suspect.waited for suspect in ranked if suspect.waited is not None]
     assert waited == sorted(waited, reverse=True)
     nodes = run.account(by="node")["before_intersection"]
-    at = next(suspect for suspect in found if suspect.name.startswith("intersection"))
+    at = next(suspect for suspect in ranked if suspect.name.startswith("intersection"))
     assert at.name == f"intersection {nodes.idxmax()}"
     assert at.waited == pytest.approx(nodes.max() / (run.history.counted * 12))
     # all bay places are taken, so there is no room for a robot more; nine places at stations for twelve robots
     rest = {"packers", "chargers", "handling", "demand", "places at the stations", "the way out of bays"}
     rest |= {"where items lie", "narrow aisles"}  # its classes are by number; robots load in the lanes
-    assert {suspect.name for suspect in found if not suspect.name.startswith("intersection")} == rest
-    for suspect in found:
+    assert {suspect.name for suspect in ranked if not suspect.name.startswith("intersection")} == rest
+    for suspect in ranked:
         run.model.replace(suspect.overrides)  # every relief is a model
 
 
@@ -71,15 +71,15 @@ EVERYTHING = {
 
 def test_broken_robots_off_the_lanes_are_a_relief_where_repairs_are_long():
     model = dw.load(SQUARE, {**GATED, "fleet.robot.breakdowns": {"every": 900, "repair": 600}})
-    [found] = [one for one in suspects(dw.simulate(model)) if one.relief == "broken robots off the lanes after 2 min"]
-    assert found.name == "breakdowns"
-    assert found.overrides == {"fleet.robot.breakdowns.clear": 120}
+    [suspect] = [one for one in suspects(dw.simulate(model)) if one.relief == "broken robots off the lanes after 2 min"]
+    assert suspect.name == "breakdowns"
+    assert suspect.overrides == {"fleet.robot.breakdowns.clear": 120}
 
 
 def test_what_goes_wrong_and_what_is_closed_are_suspects():
     run = dw.simulate(dw.load(SQUARE, {**GATED, **EVERYTHING}))
-    found = {suspect.name: suspect for suspect in suspects(run)}
-    assert found.keys() >= {
+    by_name = {suspect.name: suspect for suspect in suspects(run)}
+    assert by_name.keys() >= {
         "closures",
         "zones that are slow",
         "people in the aisles",
@@ -90,11 +90,11 @@ def test_what_goes_wrong_and_what_is_closed_are_suspects():
         "delays",
         "outages of chargers",
     }
-    assert found["closures"].waited > run.kpis["share_waiting_closed"] > 0  # robots behind the first wait for it, too
-    assert found["workers of desk"].overrides == {"layout.stations.desk.workers": 2, "layout.stations.desk.buffer": 2}
-    for suspect in found.values():
+    assert by_name["closures"].waited > run.kpis["share_waiting_closed"] > 0  # robots behind the first wait for it, too
+    assert by_name["workers of desk"].overrides == {"layout.stations.desk.workers": 2, "layout.stations.desk.buffer": 2}
+    for suspect in by_name.values():
         run.model.replace(suspect.overrides)
-    relieved = run.model.replace({key: to for one in found.values() for key, to in one.overrides.items()})
+    relieved = run.model.replace({key: to for one in by_name.values() for key, to in one.overrides.items()})
     gone = [relieved.fleet.breaks_down, relieved.fleet.has_hours, relieved.layout.has_hours]
     assert not any([*gone, relieved.traffic.closures, relieved.traffic.slow, relieved.people])
 
@@ -143,10 +143,10 @@ def test_robots_that_queue_at_one_charger_are_sent_to_the_other():
 
 def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it():
     """Robots go round in 75 s, and the only lane out is closed 800 s of 1,000."""
-    found = why(dw.load(SQUARE, {**GATED, "traffic.closures": EVERYTHING["traffic.closures"]}))
-    said = found.answer.answer[0]
-    assert said.startswith("Closures are the main bottleneck. ")
-    assert "no other ranked change gains more than" in said
+    diagnosis = why(dw.load(SQUARE, {**GATED, "traffic.closures": EVERYTHING["traffic.closures"]}))
+    sentence = diagnosis.answer.answer[0]
+    assert sentence.startswith("Closures are the main bottleneck. ")
+    assert "no other ranked change gains more than" in sentence
 
 
 def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
@@ -157,11 +157,11 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     assert pages.run_desim("desim run w.yaml --out run")[0] == 0
     status, out, _ = pages.run_desim(f"desim why w.yaml {few} --out study")
     assert status == 0
-    said = next(line for line in out.splitlines() if " the main bottleneck. " in line)
-    assert said.startswith("Packers are the main bottleneck. A second packer at each station (+100 %): throughput ")
+    sentence = next(line for line in out.splitlines() if " the main bottleneck. " in line)
+    assert sentence.startswith("Packers are the main bottleneck. A second packer at each station (+100 %): throughput ")
     answer = json.loads(pages.run_desim(f"desim why run {few} --json")[1])
     assert answer["answer"] == out.split("\n\n")[0].splitlines()
-    assert answer["answer"][0] == said
+    assert answer["answer"][0] == sentence
     assert answer["options"][0]["set"] == {"layout.stations.packing.servers": 2}
     kept = load("study")
     assert kept.command == f"desim why w.yaml {few} --out study"
@@ -192,26 +192,26 @@ def test_where_robots_wait_longest_is_not_what_is_scarce(number):
 @pytest.mark.long
 @pytest.mark.parametrize("number", [0, 1, 2, 3, 4, 101])
 def test_a_planted_bottleneck_is_found_and_its_relief_gains_what_was_said(number):
-    found = bottlenecks.blame(number)
-    assert found.right, found
-    assert found.as_promised, found
+    blame = bottlenecks.blame(number)
+    assert blame.right, blame
+    assert blame.as_promised, blame
 
 
 @pytest.mark.long
 def test_most_of_a_hundred_planted_bottlenecks_are_named():
     """About half an hour of one processor."""
-    found = [bottlenecks.blame(number) for number in range(100)]
-    assert sum(one.right for one in found) >= 89
-    assert sum(one.as_promised for one in found) >= 89
+    blames = [bottlenecks.blame(number) for number in range(100)]
+    assert sum(one.right for one in blames) >= 89
+    assert sum(one.as_promised for one in blames) >= 89
 
 
 @pytest.mark.long
 def test_thirty_where_plain_waiting_misleads():
     """About ten minutes of one processor."""
-    found = [bottlenecks.blame(number) for number in range(bottlenecks.MISLEADING, bottlenecks.MISLEADING + 30)]
-    assert sum(one.right for one in found) >= 26
-    assert sum(one.as_promised for one in found) >= 26
-    assert sum(one.by_waiting != one.planted for one in found) >= 15
+    blames = [bottlenecks.blame(number) for number in range(bottlenecks.MISLEADING, bottlenecks.MISLEADING + 30)]
+    assert sum(one.right for one in blames) >= 26
+    assert sum(one.as_promised for one in blames) >= 26
+    assert sum(one.by_waiting != one.planted for one in blames) >= 15
 
 
 def test_the_largest_gain_is_named_where_it_takes_many_changes():
@@ -224,16 +224,18 @@ def test_the_largest_gain_is_named_where_it_takes_many_changes():
     gains = [Gain(1, 18, -58, 94, 6), Gain(2, 330, 275, 384, 6, scale=every.scale)]
     both = tuple(zip((crossing, every), gains, strict=True))
     costs = HeldUp(dw.load(SQUARE), "throughput_per_hour", both, Gains(tuple(gains), 851, 8.5, 0.95, 12))
-    found = worded(costs).answer
-    said = found.answer[0]
-    assert "do not yet show what helps most. Gain in throughput, per 10 % more: nobody waits at A 18 tasks/h (" in said
-    assert said.endswith(
+    answer = worded(costs).answer
+    sentence = answer.answer[0]
+    assert (
+        "do not yet show what helps most. Gain in throughput, per 10 % more: nobody waits at A 18 tasks/h (" in sentence
+    )
+    assert sentence.endswith(
         "Of whole changes, two lanes for each of 60 two-way lanes gains most: 330 tasks/h (275 to 384)."
     )
-    assert ("two lanes for each of 60 two-way lanes", "+2,000 %", "", "330 tasks/h (275 to 384)") in found.tables[
+    assert ("two lanes for each of 60 two-way lanes", "+2,000 %", "", "330 tasks/h (275 to 384)") in answer.tables[
         0
     ].rows
-    assert [one.standing for one in found.options] == ["perhaps", "perhaps"]
+    assert [one.standing for one in answer.options] == ["perhaps", "perhaps"]
 
 
 def peaks_and_robots(robots):

@@ -16,21 +16,21 @@ BUSY = {
 
 def reliefs(**changes):
     run = dw.simulate(dw.load(RING, {**BUSY, **changes}))
-    for suspect in (found := suspects(run)):
+    for suspect in (ranked := suspects(run)):
         run.model.replace(suspect.overrides)  # every relief is a model
-    return {suspect.name: suspect for suspect in found}
+    return {suspect.name: suspect for suspect in ranked}
 
 
 def test_each_part_of_goods_to_person_is_relieved():
-    found = reliefs()
-    assert {name: dict(found[name].overrides) for name in PARTS} == PARTS
-    doses = {name: found[name].dose for name in PARTS}
+    by_name = reliefs()
+    assert {name: dict(by_name[name].overrides) for name in PARTS} == PARTS
+    doses = {name: by_name[name].dose for name in PARTS}
     assert doses["orders at the stations"] == doses["what pods hold"] == pytest.approx(1 / 4)
     assert doses["the change of pods"] == -0.5
     assert doses["pods at the stations"] == pytest.approx(-1 / 4)
     assert doses["stock"] is None
-    assert found["picking"].beside  # the work itself, of which less always gains
-    assert {"pickers of pick", "the number of robots"} <= set(found)
+    assert by_name["picking"].beside  # the work itself, of which less always gains
+    assert {"pickers of pick", "the number of robots"} <= set(by_name)
 
 
 PARTS = {
@@ -47,9 +47,9 @@ PARTS = {
 
 def test_what_there_is_none_of_is_not_relieved():
     pods = {"count": 3, "items": 4, "per_pod": 4, "orders": 0, "change_time": 0}
-    found = reliefs(pods=pods, **{"layout.stations.pick.places": 2})
+    by_name = reliefs(pods=pods, **{"layout.stations.pick.places": 2})
     gone = {"the change of pods", "orders at the stations", "what pods hold", "stock", "pods at the stations"}
-    assert not gone & set(found)  # pods hold all items already, and of two places one is picked at
+    assert not gone & set(by_name)  # pods hold all items already, and of two places one is picked at
 
 
 def test_single_loads_have_no_pods_to_relieve():

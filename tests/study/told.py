@@ -5,9 +5,9 @@ import sys
 
 def told(numbers, answer):
     """The answers for some numbers, or cases, each printed at once."""
-    found = []
+    answers = []
     for number in numbers:
-        found.append(answer(number))
-        sys.stdout.write(f"{found[-1]}\n")
+        answers.append(answer(number))
+        sys.stdout.write(f"{answers[-1]}\n")
         sys.stdout.flush()
-    return found
+    return answers

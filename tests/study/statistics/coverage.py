@@ -96,17 +96,17 @@ def plan(true, alike, tasks=100):
 def size(rng):
     """`desim size`: every range of a search over six fleets."""
     values = rng.lognormal(0.0, 0.5, (6, CAP)) / np.exp(0.125)
-    found = smallest(
+    sizing = smallest(
         lambda fleet, replication: fleet * values[fleet - 1, replication], range(1, 7), "throughput_per_hour >= 3.3"
     )
-    return all(_holds((one.low, one.high), one.value) for one in found.decisions)
+    return all(_holds((one.low, one.high), one.value) for one in sizing.decisions)
 
 
 def best(rng):
     """`desim best`: the design named is within delta of the best, of six in steps of delta."""
     values = rng.lognormal(0.0, 0.5, (6, 1000)) / np.exp(0.125) + 0.2 * np.arange(6)[:, None]
-    found = kn(lambda design, replication: values[design, replication], 6, 0.2, maximise=True)
-    return found.best >= 4  # the fifth is as good but for delta
+    selection = kn(lambda design, replication: values[design, replication], 6, 0.2, maximise=True)
+    return selection.best >= 4  # the fifth is as good but for delta
 
 
 def why(rng):
@@ -114,8 +114,8 @@ def why(rng):
     days = rng.normal(100, 10, 160)
     truth = [0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     values = days + np.array(truth)[:, None] + rng.gamma(1, 3, (7, 160)) - 3
-    found = follow(gains_steps([1.0] * 6, 1.0), lambda design, replication: float(values[design, replication]))
-    return all(_holds((gain.low, gain.high), truth[gain.change]) for gain in found.gains)
+    ranking = follow(gains_steps([1.0] * 6, 1.0), lambda design, replication: float(values[design, replication]))
+    return all(_holds((gain.low, gain.high), truth[gain.change]) for gain in ranking.gains)
 
 
 def compared(rng):
@@ -219,8 +219,8 @@ def verdict(rng, true, target, tasks, alike):
 def ever_met(draw, target, within, studies):
     """How often the live page ever says of a design exactly at its target that it meets it, in `LOOKED_AT` days."""
     rng, goal = np.random.default_rng(424242), parse_target(target)
-    found = [looked_at(draw(rng), goal, 0.95, within=within) for _ in range(studies)]
-    return float(np.mean([one is not None and one.verdict == "meets" for one in found]))
+    verdicts = [looked_at(draw(rng), goal, 0.95, within=within) for _ in range(studies)]
+    return float(np.mean([one is not None and one.verdict == "meets" for one in verdicts]))
 
 
 def bad_days(rng):

@@ -34,16 +34,16 @@ def line(number):
 
 def sizing_steps(values, judge, doubted=(), *, scan=False):
     """The steps of a search with one count, which end in a `Sizing`."""
-    found = yield from cheapest_meeting_steps(line(len(values)), lambda design: design, judge, doubted, scan=scan)
-    decisions = {number: replace(verdict, value=values[number]) for number, verdict in found.verdicts.items()}
-    last = len(values) - 1 if found.design is None else found.design - 1
+    cheapest = yield from cheapest_meeting_steps(line(len(values)), lambda design: design, judge, doubted, scan=scan)
+    decisions = {number: replace(verdict, value=values[number]) for number, verdict in cheapest.verdicts.items()}
+    last = len(values) - 1 if cheapest.design is None else cheapest.design - 1
     return Sizing(
-        None if found.design is None else values[found.design],
+        None if cheapest.design is None else values[cheapest.design],
         decisions.get(last),
         tuple(decisions.values()),
-        tuple((values[pair.base], values[pair.number]) for pair in found.larger if pair.worse),
-        tuple((values[number], why) for number, why in found.vetoed.items()),
-        found.runs,
+        tuple((values[pair.base], values[pair.number]) for pair in cheapest.larger if pair.worse),
+        tuple((values[number], why) for number, why in cheapest.vetoed.items()),
+        cheapest.runs,
     )
 
 

@@ -308,7 +308,7 @@ def test_of_three_counts_it_is_the_cheapest_that_meets_by_any_prices(least):
 def test_what_is_known_to_fail_is_not_judged_again():
     """Two robots with everything failed with less demand; what is enough for more is where the scout ends."""
     numbers = {design: number for number, design in enumerate(GRID)}
-    known = Earlier(
+    earlier = Earlier(
         frozenset(n for design, n in numbers.items() if design[0] <= 4), frozenset(), numbers[6, 1], compare=False
     )
     asked = []
@@ -317,8 +317,8 @@ def test_what_is_known_to_fail_is_not_judged_again():
         asked.append((GRID[number], r))
         return at_least(5, 2)(GRID[number]) + 0.001 * (-1) ** r
 
-    doubted = follow(scout_steps(GRID, fewest, ENOUGH, Budget(100), known), sample)
-    outcome = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, earlier=known), sample)
+    doubted = follow(scout_steps(GRID, fewest, ENOUGH, Budget(100), earlier), sample)
+    outcome = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, earlier=earlier), sample)
     assert GRID[outcome.design] == (5, 2)
     assert {design[0] for design, _ in asked} == {5}
     assert [GRID[number] for number in outcome.below] == [(5, 1)]
@@ -328,8 +328,8 @@ def test_batteries_that_fell_with_less_demand_rule_out_no_fewer_robots_on_as_man
     """One charger did not last for six robots or more with less demand; today five are enough, and it lasts."""
     flat = frozenset(n for n, (robots, chargers) in enumerate(GRID) if chargers == 1 and robots > 5)
     for drained, cheapest in ((flat, (5, 1)), (frozenset(), (5, 2))):
-        known = Earlier(flat, compare=False, drained=drained)
-        assert GRID[search(at_least(5, 1), noise=0.01, earlier=known).design] == cheapest
+        earlier = Earlier(flat, compare=False, drained=drained)
+        assert GRID[search(at_least(5, 1), noise=0.01, earlier=earlier).design] == cheapest
 
 
 @pytest.mark.parametrize("mean", [0.92, 0.88])

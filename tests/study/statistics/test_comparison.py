@@ -115,8 +115,8 @@ def test_one_replication_tells_nothing_unless_the_model_is_deterministic():
     table = {"now": [5.0], "better": [6.0]}
     (unknown,) = compare(table, "now").differences
     assert (unknown.differs, unknown.p_value, unknown.estimate.half_width) == (None, None, None)
-    (known,) = compare(table, "now", deterministic=True).differences
-    assert known.differs is True
+    (exact,) = compare(table, "now", deterministic=True).differences
+    assert exact.differs is True
 
 
 @pytest.mark.parametrize(

@@ -171,9 +171,9 @@ def test_designs_said_to_be_near_the_best_are_in_95_per_cent_of_races(gap, races
     wrong, named = 0, 0
     for _ in range(races):
         table = means[:, None] + rng.normal(0.0, 0.1, (4, 400))
-        found = kn(lambda d, r, z=table: z[d, r], 4, 0.05, cap=400)
-        wrong += any(means[found.best] - means[d] >= 0.05 for d in found.within)
-        named += {0, 1} <= {found.best, *found.within}
+        selection = kn(lambda d, r, z=table: z[d, r], 4, 0.05, cap=400)
+        wrong += any(means[selection.best] - means[d] >= 0.05 for d in selection.within)
+        named += {0, 1} <= {selection.best, *selection.within}
     assert wrong / races <= 0.05
     assert named > 0
 
@@ -185,8 +185,8 @@ def test_kn_does_not_take_a_rare_event_for_none(races):
     right = 0
     for _ in range(races):
         events = np.vstack([rng.random(2000) < 0.1, np.zeros(2000)]).astype(float)
-        found = kn(lambda d, r, z=events: z[d, r], 2, 0.05, maximise=False, cap=2000)
-        right += found.best == 1
+        selection = kn(lambda d, r, z=events: z[d, r], 2, 0.05, maximise=False, cap=2000)
+        right += selection.best == 1
     assert right / races >= 0.95
 
 

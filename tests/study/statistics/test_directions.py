@@ -50,36 +50,36 @@ def test_what_is_better_for_a_fleet_by_itself_says_nothing_of_its_size():
 
 
 def test_where_fewer_robots_are_better_one_is_enough_and_nothing_else_is_judged():
-    found = search(lambda design: 700 + 100 * design[0])
-    assert GRID[found.design] == (1, 1)
-    assert (found.runs, found.below, found.against) == (1, (), False)
+    cheapest = search(lambda design: 700 + 100 * design[0])
+    assert GRID[cheapest.design] == (1, 1)
+    assert (cheapest.runs, cheapest.below, cheapest.against) == (1, (), False)
 
 
 def test_the_fewest_that_can_last_are_named_where_fewer_are_better():
-    found = search(lambda design: 500 + 100 * design[0], veto=lambda design: design[0] < 3)
-    assert GRID[found.design] == (3, 1)
+    cheapest = search(lambda design: 500 + 100 * design[0], veto=lambda design: design[0] < 3)
+    assert GRID[cheapest.design] == (3, 1)
     # each of the smaller ones cannot last, and none of them says anything of larger ones
-    assert [GRID[number] for number in found.below] == [(1, 1), (1, 2), (2, 1), (2, 2)]
+    assert [GRID[number] for number in cheapest.below] == [(1, 1), (1, 2), (2, 1), (2, 2)]
 
 
 def test_none_is_enough_where_the_smallest_that_can_last_is_not_and_the_largest_neither():
-    found = search(lambda design: 1000 + 100 * design[0], veto=lambda design: design[0] < 3)
-    assert found.design is None
+    cheapest = search(lambda design: 1000 + 100 * design[0], veto=lambda design: design[0] < 3)
+    assert cheapest.design is None
     # of fleets beyond 3 robots only the largest is judged, as those between are no better by the guess
-    assert [GRID[number] for number in found.below] == [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (6, 2)]
+    assert [GRID[number] for number in cheapest.below] == [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (6, 2)]
 
 
 def test_where_the_ends_contradict_that_fewer_are_better_all_are_judged_one_by_one():
     """From five robots on they drive less, as if parked nearer: the cheapest of those is named."""
-    found = search(lambda design: 800 if design[0] >= 5 else 1000)
-    assert GRID[found.design] == (5, 1)
-    assert found.against
-    assert len(found.verdicts) == 10  # all up to it, and the largest
+    cheapest = search(lambda design: 800 if design[0] >= 5 else 1000)
+    assert GRID[cheapest.design] == (5, 1)
+    assert cheapest.against
+    assert len(cheapest.verdicts) == 10  # all up to it, and the largest
 
 
 def test_robots_in_a_jam_where_more_usually_help():
     """Two robots are enough, three and more stand in each other's way; a scout doubted all of them."""
     designs, on_time = line(8), parse_target("on_time >= 90 %")
-    found = search(lambda design: 0.95 if design[0] == 0 else 0.5, designs=designs, target=on_time, doubted=range(8))
-    assert (found.design, found.against) == (0, True)
-    assert set(found.verdicts) == {7, 0}  # both ends; the largest against half of it is compared, not judged
+    cheapest = search(lambda design: 0.95 if design[0] == 0 else 0.5, designs=designs, target=on_time, doubted=range(8))
+    assert (cheapest.design, cheapest.against) == (0, True)
+    assert set(cheapest.verdicts) == {7, 0}  # both ends; the largest against half of it is compared, not judged

@@ -18,60 +18,60 @@ def days(gains, *, noise=1.0, common=10.0, seed=0):
 
 
 def test_the_change_that_gains_most_is_named_with_its_gain():
-    found = follow(gains_steps([1, 1, 1], 1.0), days([14, 2, 0]))
-    first, second, third = found.gains
-    assert found.clear
-    assert not found.none
+    ranking = follow(gains_steps([1, 1, 1], 1.0), days([14, 2, 0]))
+    first, second, third = ranking.gains
+    assert ranking.clear
+    assert not ranking.none
     assert (first.change, {second.change, third.change}) == (1, {2, 3})
     assert first.low < 14 < first.high
     assert (second.beaten, third.beaten) == (True, True)
     # clear at the first look: five days of the base and of each
-    assert (first.n, found.runs) == (5, 20)
+    assert (first.n, ranking.runs) == (5, 20)
 
 
 def test_where_less_is_better_gains_are_falls():
-    found = follow(gains_steps([1, 1], 1.0, maximise=False), days([-14, 2]))
-    assert found.gains[0].change == 1
-    assert found.gains[0].low < 14 < found.gains[0].high
-    assert found.gains[1].mean < 0
+    ranking = follow(gains_steps([1, 1], 1.0, maximise=False), days([-14, 2]))
+    assert ranking.gains[0].change == 1
+    assert ranking.gains[0].low < 14 < ranking.gains[0].high
+    assert ranking.gains[1].mean < 0
 
 
 def test_those_that_are_behind_drop_out():
-    found = follow(gains_steps([1, 1, 1], 0.5, cap=80), days([5, 4.5, -3], noise=2))
-    counts = {gain.change: gain.n for gain in found.gains}
+    ranking = follow(gains_steps([1, 1, 1], 0.5, cap=80), days([5, 4.5, -3], noise=2))
+    counts = {gain.change: gain.n for gain in ranking.gains}
     assert counts[3] < counts[1]
 
 
 def test_nothing_gains_anything():
-    found = follow(gains_steps([1, 1, 1], 3.0), days([0, 0, 0]))
-    assert found.none
-    assert not found.clear
+    ranking = follow(gains_steps([1, 1, 1], 3.0), days([0, 0, 0]))
+    assert ranking.none
+    assert not ranking.clear
 
 
 def test_gains_are_ranked_for_an_equal_dose():
     """Ten for a second server, 5 for a ninth robot: of a tenth more the robots gain 4, the server 1."""
-    found = follow(gains_steps([0.1, 0.8], 1.0), days([10, 5]))
-    assert [gain.change for gain in found.gains] == [2, 1]
-    assert found.clear
-    assert found.gains[0].each.mean == pytest.approx(0.8 * found.gains[0].mean)
-    assert found.gains[0].low < 5 < found.gains[0].high  # as a whole
+    ranking = follow(gains_steps([0.1, 0.8], 1.0), days([10, 5]))
+    assert [gain.change for gain in ranking.gains] == [2, 1]
+    assert ranking.clear
+    assert ranking.gains[0].each.mean == pytest.approx(0.8 * ranking.gains[0].mean)
+    assert ranking.gains[0].low < 5 < ranking.gains[0].high  # as a whole
 
 
 def test_what_stands_beside_the_contest_is_looked_at_once_and_never_wins():
-    found = follow(gains_steps([None, 1, 1], 1.0, cap=80), days([50, 5, 4.5], noise=2))
-    gain = found.gains[-1]
+    ranking = follow(gains_steps([None, 1, 1], 1.0, cap=80), days([50, 5, 4.5], noise=2))
+    gain = ranking.gains[-1]
     assert (gain.change, gain.n, gain.competes) == (1, 5, False)
     assert gain.low < 50 < gain.high
-    assert found.gains[0].change == 2
+    assert ranking.gains[0].change == 2
 
 
 def test_what_makes_no_difference_has_no_bounds_and_hides_nothing():
     def sample(design, r):
         return 100 + r % 7 + (2 if design == 2 else 0)
 
-    found = follow(gains_steps([1, 1], 1.0), sample)
-    first, same = found.gains
-    assert found.clear
+    ranking = follow(gains_steps([1, 1], 1.0), sample)
+    first, same = ranking.gains
+    assert ranking.clear
     assert (first.change, first.mean) == (2, 2)
     assert (same.change, same.same, same.mean, same.n) == (1, True, 0, 5)
     assert math.isnan(same.high)
@@ -80,24 +80,26 @@ def test_what_makes_no_difference_has_no_bounds_and_hides_nothing():
 
 def test_a_change_that_fails_in_a_run_is_out_and_the_rest_goes_on():
     values = days([9, 4])
-    found = follow(gains_steps([1, 1], 1.0), lambda design, r: math.nan if (design, r) == (1, 3) else values(design, r))
-    assert [(gain.change, gain.failed, gain.n) for gain in found.gains] == [(2, 0, 5), (1, 1, 5)]
-    assert found.clear
-    assert found.failed == 0
+    ranking = follow(
+        gains_steps([1, 1], 1.0), lambda design, r: math.nan if (design, r) == (1, 3) else values(design, r)
+    )
+    assert [(gain.change, gain.failed, gain.n) for gain in ranking.gains] == [(2, 0, 5), (1, 1, 5)]
+    assert ranking.clear
+    assert ranking.failed == 0
 
 
 def test_where_the_base_fails_nothing_else_is_asked():
-    found = follow(gains_steps([1, 1], 1.0), lambda design, r: math.nan if not design and r < 2 else 5.0)
-    assert (found.failed, found.base, found.gains, found.runs) == (2, 5.0, (), 15)
+    ranking = follow(gains_steps([1, 1], 1.0), lambda design, r: math.nan if not design and r < 2 else 5.0)
+    assert (ranking.failed, ranking.base, ranking.gains, ranking.runs) == (2, 5.0, (), 15)
 
 
 def test_exact_values_need_one_run():
-    found = follow(gains_steps([1, 1], 1.0, deterministic=True), lambda design, _: [100, 105, 103][design])
-    assert [(gain.change, gain.mean, gain.low, gain.high, gain.n) for gain in found.gains] == [
+    ranking = follow(gains_steps([1, 1], 1.0, deterministic=True), lambda design, _: [100, 105, 103][design])
+    assert [(gain.change, gain.mean, gain.low, gain.high, gain.n) for gain in ranking.gains] == [
         (1, 5, 5, 5, 1),
         (2, 3, 3, 3, 1),
     ]
-    assert found.clear
+    assert ranking.clear
 
 
 @pytest.mark.parametrize(("changes", "delta"), [(0, 1.0), (2, 0.0)])
@@ -112,6 +114,6 @@ def test_all_intervals_hold_at_once_as_often_as_they_say(trials):
     held = 0
     for trial in range(trials):
         gains = rng.choice([0, 1, 2, 5], 5)
-        found = follow(gains_steps([1] * 5, 0.5), days(gains, noise=rng.uniform(0.5, 4), seed=trial))
-        held += all(gain.low <= gains[gain.change - 1] <= gain.high for gain in found.gains)
+        ranking = follow(gains_steps([1] * 5, 0.5), days(gains, noise=rng.uniform(0.5, 4), seed=trial))
+        held += all(gain.low <= gains[gain.change - 1] <= gain.high for gain in ranking.gains)
     assert held >= 0.95 * trials - 3 * np.sqrt(trials * 0.05 * 0.95)

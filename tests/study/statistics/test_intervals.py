@@ -98,8 +98,8 @@ def test_a_time_has_the_same_interval_in_seconds_hours_and_days(unit, seconds):
 def test_a_target_is_met_by_days_without_a_wait_in_every_unit(unit, seconds, verdict):
     """All 33 days without a wait, against at most 5 min, 1 s and 0: none of the days shows that a mean is 0."""
     target = read_target(f"cycle_time_mean <= {seconds / SECONDS[unit]!r}")
-    found = judged(None, [0.0] * 33, target, 0.95, False, target.measure.within, least=33)
-    assert (found.verdict, found.low, found.high, found.agrees) == (verdict, None, None, True)
+    judgement = judged(None, [0.0] * 33, target, 0.95, False, target.measure.within, least=33)
+    assert (judgement.verdict, judgement.low, judgement.high, judgement.agrees) == (verdict, None, None, True)
 
 
 @pytest.mark.parametrize("runs", [3, 5, 20])

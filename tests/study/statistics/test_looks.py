@@ -45,8 +45,8 @@ def ever(name, mean, streams):
     """Of so many streams whose mean is that far from the target, how many are ever called met, and not met."""
     make, target, within = CASES[name]
     rng = np.random.default_rng(1)
-    said = [looked_at(make(rng, mean, MOST), target, 0.95, within=within).verdict for _ in range(streams)]
-    return said.count("meets"), said.count("fails")
+    verdicts = [looked_at(make(rng, mean, MOST), target, 0.95, within=within).verdict for _ in range(streams)]
+    return verdicts.count("meets"), verdicts.count("fails")
 
 
 def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():

@@ -12,16 +12,16 @@ from desim_warehouse.study.statistics.intervals import quantile, replications_fo
 
 def test_the_median_of_six_lies_between_the_least_and_the_most():
     """All six lie above the median, or all below, with probability 2 / 64 = 3.1 %; so it is not five, nor the inner."""
-    found = quantile([3.0, 1.0, 4.0, 9.0, 5.0, 2.0], 0.5)
-    assert (found.value, found.low, found.high) == (3.5, 1.0, 9.0)
+    median = quantile([3.0, 1.0, 4.0, 9.0, 5.0, 2.0], 0.5)
+    assert (median.value, median.low, median.high) == (3.5, 1.0, 9.0)
     five = quantile([3.0, 1.0, 4.0, 9.0, 5.0], 0.5)
     assert (five.value, five.low, five.high) == (4.0, None, None)
 
 
 def test_ranks_of_a_median_by_the_binomial():
     """Of 30 values, fewer than 10 lie below the median with probability P(Bin(30, 1/2) <= 9) = 2.1 %: 10 to 21."""
-    found = quantile(range(1, 31), 0.5)
-    assert (found.low, found.high) == (10, 21)
+    median = quantile(range(1, 31), 0.5)
+    assert (median.low, median.high) == (10, 21)
 
 
 def test_a_high_quantile_needs_many_replications():
@@ -34,16 +34,16 @@ def test_a_high_quantile_needs_many_replications():
 
 
 def test_a_deterministic_model_needs_one_replication():
-    found = quantile([7.0], 0.95, deterministic=True)
-    assert (found.value, found.low, found.high, found.deterministic) == (7.0, None, None, True)
+    exact = quantile([7.0], 0.95, deterministic=True)
+    assert (exact.value, exact.low, exact.high, exact.deterministic) == (7.0, None, None, True)
 
 
 @pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.long), 0.5, 0.95])
 def test_intervals_cover_at_least_as_often_as_they_say_whatever_the_values_follow(share):
     values = np.random.default_rng(31).lognormal(0.0, 1.0, (300, 100))
     truth = math.exp(NormalDist().inv_cdf(share))
-    found = [quantile(row, share) for row in values]
-    assert np.mean([one.low <= truth <= one.high for one in found]) >= 0.945
+    intervals = [quantile(row, share) for row in values]
+    assert np.mean([one.low <= truth <= one.high for one in intervals]) >= 0.945
 
 
 @pytest.mark.parametrize(

@@ -105,9 +105,9 @@ def test_a_race_ends_before_it_exceeds_its_runs():
     """Three designs, the last clearly worse: 9 runs, then 2 at a time for the other two, which cannot be told apart."""
     table = [[0.0, 1.0, 2.0] * 20, [1.0, 2.0, 0.0] * 20, [-90.0, -91.0, -92.0] * 20]
     for most, each in ((9, 3), (10, 3), (11, 4), (15, 6), (16, 6)):
-        found = kn(lambda design, r: table[design][r], 3, delta=0.5, n0=3, most=most, ahead=2)
-        assert found.samples == (each, each, 3)
-        assert not found.guaranteed
+        selection = kn(lambda design, r: table[design][r], 3, delta=0.5, n0=3, most=most, ahead=2)
+        assert selection.samples == (each, each, 3)
+        assert not selection.guaranteed
 
 
 @pytest.mark.parametrize(
@@ -178,13 +178,13 @@ def test_the_best_is_one_of_those_that_were_not_eliminated(table):
 def test_two_designs_that_are_equal_run_by_run_are_told_as_soon_as_one_day_in_ten_would_show():
     """Values vary, and are equal in each run: 33 of each, not a thousand."""
     values = np.random.default_rng(1).normal(50, 8, 1000)
-    found = kn(lambda _, replication: values[replication], 2, 0.5)
-    assert (found.best, found.within, found.equal, found.samples) == (0, (1,), (1,), (33, 33))
-    assert found.guaranteed
+    selection = kn(lambda _, replication: values[replication], 2, 0.5)
+    assert (selection.best, selection.within, selection.equal, selection.samples) == (0, (1,), (1,), (33, 33))
+    assert selection.guaranteed
 
 
 def test_a_design_that_differs_on_a_late_day_is_not_taken_for_equal():
     values = np.random.default_rng(1).normal(50, 8, 1000)
-    found = kn(lambda design, replication: values[replication] - 40 * (design and replication == 20), 2, 0.5)
-    assert found.equal == ()
-    assert found.samples[0] > 33
+    selection = kn(lambda design, replication: values[replication] - 40 * (design and replication == 20), 2, 0.5)
+    assert selection.equal == ()
+    assert selection.samples[0] > 33

@@ -47,14 +47,14 @@ def search(surfaces, goals, *, designs=GRID, noise=0.0, seed=0, **how):
 
 def test_each_target_needs_something_else_and_the_answer_has_both():
     """On time from 3 robots on, fast from 2 chargers on: 3 robots and 2 chargers, by runs with noise."""
-    found = search(
+    cheapest = search(
         (lambda design: 0.99 if design[0] >= 3 else 0.6, lambda design: 60 if design[1] >= 2 else 160),
         (EXPRESS, REST),
         noise=0.005,
     )
-    assert GRID[found.design] == (3, 2)
-    assert [one.verdict for one in found.verdicts[found.design].each] == ["meets", "meets"]
-    (too_few, too_slow) = (found.verdicts[GRID.index(design)].each for design in ((2, 3), (3, 1)))
+    assert GRID[cheapest.design] == (3, 2)
+    assert [one.verdict for one in cheapest.verdicts[cheapest.design].each] == ["meets", "meets"]
+    (too_few, too_slow) = (cheapest.verdicts[GRID.index(design)].each for design in ((2, 3), (3, 1)))
     # five runs rule a design out; that it meets the other target is not said after so few
     assert [one.verdict for one in too_few] == ["fails", "undecided"]
     assert [one.verdict for one in too_slow] == ["undecided", "fails"]
@@ -93,8 +93,8 @@ def test_a_bound_on_cost_beside_one_on_time_has_the_fleets_between():
     """From 3 robots on time, up to 4 not too far: 3 and 4 are enough, and no bound on either side hides them."""
     near = parse_target("distance <= 900")
     surfaces = (lambda design: 0.99 if design[0] >= 3 else 0.6, lambda design: 500 + 100 * design[0])
-    found = search(surfaces, (EXPRESS, near), deterministic=True)
-    assert GRID[found.design] == (3, 1)
+    cheapest = search(surfaces, (EXPRESS, near), deterministic=True)
+    assert GRID[cheapest.design] == (3, 1)
     nothing = search(surfaces, (EXPRESS, parse_target("distance <= 700")), deterministic=True)
     assert nothing.design is None
 
@@ -120,8 +120,8 @@ def test_it_is_the_cheapest_of_all_that_meet_two_or_three_targets(seed):
         for number, design in enumerate(GRID)
         if all(goal.met_by(surface(design)) for goal, surface in zip(goals, surfaces, strict=True))
     ]
-    found = search(surfaces, goals, deterministic=True)
-    assert found.design == min(enough, key=lambda number: GRID[number], default=None)
+    cheapest = search(surfaces, goals, deterministic=True)
+    assert cheapest.design == min(enough, key=lambda number: GRID[number], default=None)
 
 
 @pytest.mark.parametrize(("minutes", "forecast"), [(60, "meets"), (100, "undecided"), (160, "fails")])

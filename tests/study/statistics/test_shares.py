@@ -156,8 +156,8 @@ def test_a_run_that_alone_leaves_a_verdict_open_is_named():
     target = parse_target("throughput_per_hour >= 100")
     calm = [101.0, 102.0, 101.5, 102.5, 101.2, 102.2, 101.8, 102.1, 101.4]
     assert judged("", calm, target, 0.975, False, (0, np.inf)).verdict == "meets"
-    found = judged("", [*calm[:4], 260.0, *calm[4:]], target, 0.975, False, (0, np.inf))
-    assert (found.verdict, found.outlier) == ("undecided", 4)
+    judgement = judged("", [*calm[:4], 260.0, *calm[4:]], target, 0.975, False, (0, np.inf))
+    assert (judgement.verdict, judgement.outlier) == ("undecided", 4)
     assert judged("", [90.0, 110.0] * 4, target, 0.975, False, (0, np.inf)).outlier is None
     four = [101.0, 101.1, 101.2, 101.1]
     # of five one may be named, of four none

@@ -132,22 +132,22 @@ def test_where_more_does_worse_every_value_is_judged_and_that_is_said():
         return 200.0 - abs(v - 20)
 
     for scan in (False, True):
-        found = smallest(
+        sizing = smallest(
             lambda v, r: response(v) + ((7 * r + 5 * v) % 11 - 5) / 5,
             range(1, 61),
             "throughput_per_hour >= 195.1",
             scan=scan,
             cap=320,
         )
-        assert found.smallest == 16
-        assert [one.value for one in found.decisions if one.value < 17] == list(range(1, 17))
-        assert found.falls == (() if scan else ((30, 60),))
+        assert sizing.smallest == 16
+        assert [one.value for one in sizing.decisions if one.value < 17] == list(range(1, 17))
+        assert sizing.falls == (() if scan else ((30, 60),))
 
 
 def test_a_fall_within_the_noise_is_no_fall():
     # ten replications are the digits 0..9, in another order for each design; the means fall by 0.01 each
-    found = smallest(lambda v, r: (7 * v + 3 * r) % 10 - 0.01 * v, range(1, 9), "throughput_per_hour >= 19")
-    assert (found.smallest, found.falls) == (None, ())
+    sizing = smallest(lambda v, r: (7 * v + 3 * r) % 10 - 0.01 * v, range(1, 9), "throughput_per_hour >= 19")
+    assert (sizing.smallest, sizing.falls) == (None, ())
 
 
 def test_the_last_look_is_at_the_cap():
