@@ -207,14 +207,14 @@ def _alike(
     away, night, length = idle_away(model, layout), night_after_run(model), model.run.end
     at_hand = (chargers if own is None else own) / part  # as if the whole fleet were alike
 
-    def drawn(charging: float) -> float:
-        """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
+    def drawn(charging: float, chargers: float) -> float:
+        """Return the rate at which the fleet draws energy in the long run, with so many robots charging at chargers."""
         work = max(min(at_work, robots - charging), 0.0)
         by_work = work * at_task
         if rate is not None and rate * time < work:
             work, by_work = rate * time, rate * energy
         idle = max(robots - charging - work, 0.0)
-        connected = min((1 - away) * idle, max(at_hand - charging, 0.0))
+        connected = min((1 - away) * idle, max(chargers - charging, 0.0))
         return by_work + (idle - connected) * draws.standing
 
     def stored(chargers: float) -> float:
@@ -223,14 +223,14 @@ def _alike(
 
     def suffices(charging: float, chargers: float) -> bool:
         """Whether so many robots charging, and the night at so many chargers, give what the fleet draws."""
-        return (charging * each if charging else 0.0) + stored(chargers) >= drawn(charging)
+        return (charging * each if charging else 0.0) + stored(chargers) >= drawn(charging, chargers)
 
     needed, used, at_once = None, 0.0, 0.0
     if model.tasks.never_end:
         used = _least(lambda charging: suffices(charging, at_hand), robots)
         at_once = part * _least(lambda charging: suffices(charging, charging), robots)
         needed = math.ceil(at_once - _EPS)
-    draws_in_all = drawn(min(at_hand, used))
+    draws_in_all = drawn(min(at_hand, used), at_hand)
     falling = robots * FALLING * battery.capacity / model.units.hour
     return Power(
         task=task,
