@@ -205,7 +205,7 @@ def test_check_says_what_chargers_do_overnight_and_what_nights_do_not_make_up_fo
 
 
 def test_the_chargers_needed_are_the_same_however_many_there_are(warehouse):
-    """Robots at rest at chargers draw nothing, but with only as many chargers as needed none of them is free for that."""
+    """Robots at rest at chargers draw nothing, but where only those needed are there, none of them is free for that."""
     draws = {"standing": 0.004, "empty": 0.005, "loaded": 0.005, "handling": 0.005}
     rests = {"battery.consumption": draws, "tasks.goods.poisson": 20, "policies.parking": "nearest"}
     few, many = (
