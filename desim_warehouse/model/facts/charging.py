@@ -181,7 +181,7 @@ def night_after_run(model: Model) -> float | None:
     return time
 
 
-def capacity(model: Model) -> float:
+def mean_capacity(model: Model) -> float:
     """Return the mean energy that a full battery has."""
     return mean_over_fleet(model, lambda alone: math.inf if alone.battery is None else alone.battery.capacity)
 
@@ -221,7 +221,7 @@ def refills_overnight(model: Model, lack: float | None = None) -> bool:
     time, chargers = night_after_run(model), sum(chargers_at(model, model.floor).values())
     if time is None:
         return False
-    lacking = usable(model) if lack is None else lack * capacity(model)
+    lacking = usable(model) if lack is None else lack * mean_capacity(model)
     return gained_at_rest(model, chargers) * time >= lacking * model.fleet.size
 
 
