@@ -350,7 +350,7 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
         return
     units = model.units
     time = units.time
-    capacity = model.fleet.size * charging.capacity(model)
+    capacity = model.fleet.size * charging.mean_capacity(model)
     falls = (balance.draws - balance.gives) * units.hour / capacity
     if not balance.short and falls * (model.run.length or 0.0) / units.hour <= sum(start_energy(model)) / 2:
         return

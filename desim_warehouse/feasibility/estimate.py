@@ -28,6 +28,7 @@ from desim_warehouse.model.facts.lifts import called
 
 CHARGERS, THE_ROBOTS, PICKERS = "the chargers", "the robots", "the pickers"
 SLOTS = "the number of slots at the stations"
+SPARES = "the spare batteries"
 BUSIEST = 0.99
 """Utilisation of a place up to which a number of robots is given; beyond it, queues grow too long for any number."""
 
@@ -162,6 +163,9 @@ class QuickEstimate:
             limits[PICKERS] = self.pickers.most_tasks(self.on_duty)
         if math.isfinite(charged := self._charged(1)):
             limits[CHARGERS] = charged
+        if self.power is not None and self.power.task and math.isfinite(self.power.spares_give):
+            stored = 0.0 if self.power.night is None else max(self.power.slack, 0.0)
+            limits[SPARES] = (self.power.spares_give + stored) / self.power.task
         if self.slots is not None and self.cycle.time:
             limits[SLOTS] = self.slots * self.on_duty / self.cycle.time
         if self.most_out is not None and self.cycle.time:
@@ -343,7 +347,7 @@ class QuickEstimate:
 
 def limiting(name: str, staff: str = "") -> str:
     """Return the words that something limits the fleet: `the chargers are the limit`; `staff`: who works there."""
-    are = name in {CHARGERS, PICKERS} or name.startswith("lifts ")
+    are = name in {CHARGERS, PICKERS, SPARES} or name.startswith("lifts ")
     return f"{name}{f' ({staff})' if staff else ''} {'are' if are else 'is'} the limit"
 
 

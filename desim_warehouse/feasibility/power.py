@@ -23,6 +23,7 @@ from desim_warehouse.model.facts.charging import (
     chargers_at,
     charging_rate,
     draw_standing,
+    given_by_spares,
     night_after_run,
     shares,
     slots_at,
@@ -66,6 +67,7 @@ class Power:
         slack: rate by which the fleet may draw more than chargers give: what nights store in its batteries, below 0 if
             they empty them or, without such nights, what does not yet count as falling.
         most_slack: that rate with as many chargers as could be of use, so that batteries are the limit.
+        spares_give: rate at which spare batteries that are counted give energy, at most; inf without any.
         night: the time from the end of a run to the beginning of the next, as a multiple of the length of a run; None
             if a run is no day that repeats.
         by_chargers: share of the energy drawn that chargers give during the run; less than 1 if nights store some.
@@ -89,6 +91,7 @@ class Power:
     standing: float = 0.0
     slack: float = 0.0
     most_slack: float = 0.0
+    spares_give: float = math.inf
     night: float | None = None
     by_chargers: float = 1.0
     at_once: float = 0.0
@@ -146,6 +149,7 @@ def power(
         standing=math.fsum(part[kind] * balance.standing for kind, balance in balances.items()),
         slack=math.fsum(balance.slack for balance in balances.values()),
         most_slack=math.fsum(balance.most_slack for balance in balances.values()),
+        spares_give=math.fsum(balance.spares_give for balance in balances.values()),
         night=next(balance.night for balance in balances.values()),
         by_chargers=math.fsum(part[kind] * balance.by_chargers for kind, balance in balances.items()),
         at_once=at_once,
@@ -207,14 +211,14 @@ def _alike(
     away, night, length = idle_away(model, layout), night_after_run(model), model.run.end
     at_hand = (chargers if own is None else own) / part  # as if the whole fleet were alike
 
-    def drawn(charging: float) -> float:
-        """Return the rate at which the fleet draws energy in the long run, with this number of robots charging."""
+    def drawn(charging: float, chargers: float) -> float:
+        """Return the rate at which the fleet draws energy in the long run, with so many robots charging at chargers."""
         work = max(min(at_work, robots - charging), 0.0)
         by_work = work * at_task
         if rate is not None and rate * time < work:
             work, by_work = rate * time, rate * energy
         idle = max(robots - charging - work, 0.0)
-        connected = min((1 - away) * idle, max(at_hand - charging, 0.0))
+        connected = min((1 - away) * idle, max(chargers - charging, 0.0))
         return by_work + (idle - connected) * draws.standing
 
     def stored(chargers: float) -> float:
@@ -223,14 +227,14 @@ def _alike(
 
     def suffices(charging: float, chargers: float) -> bool:
         """Whether so many robots charging, and the night at so many chargers, give what the fleet draws."""
-        return (charging * each if charging else 0.0) + stored(chargers) >= drawn(charging)
+        return (charging * each if charging else 0.0) + stored(chargers) >= drawn(charging, chargers)
 
     needed, used, at_once = None, 0.0, 0.0
     if model.tasks.never_end:
         used = _least(lambda charging: suffices(charging, at_hand), robots)
         at_once = part * _least(lambda charging: suffices(charging, charging), robots)
         needed = math.ceil(at_once - _EPS)
-    draws_in_all = drawn(min(at_hand, used))
+    draws_in_all = drawn(min(at_hand, used), at_hand)
     falling = robots * FALLING * battery.capacity / model.units.hour
     return Power(
         task=task,
@@ -245,6 +249,7 @@ def _alike(
         standing=draws.standing,
         slack=part * (falling if night is None else stored(at_hand)),
         most_slack=part * (falling if night is None else stored(robots)),
+        spares_give=given_by_spares(model),
         night=None if night is None else night / length,
         by_chargers=max(1 - stored(at_hand) / draws_in_all, 0.0) if draws_in_all else 1.0,
         at_once=at_once,

@@ -44,7 +44,7 @@ def test_delays_closures_slow_zones_and_people_are_said():
 
 
 def test_work_that_a_station_finishes_after_its_hours_is_said_to_be_left_out():
-    """Ten minutes an hour are open, and unloading takes 20: half a load an hour by hours, one by what is begun."""
+    """Ten minutes an hour are open, and unloading takes 20: half a load an hour by the open time, one as runs show."""
     tasks = {"goods": {"saturated": 2}, "unload_at": ["desk"], "load_time": 0, "unload_time": 1200}
     over = {"calendars.day": {"every": 3600, "lasts": 600}, "layout.stations.desk.hours": "day", "run.length": 72_000}
     model = dw.load({**LIFELONG, "tasks": tasks, "calendars": {}}, over)

@@ -205,6 +205,21 @@ def test_check_says_what_chargers_do_overnight_and_what_nights_do_not_make_up_fo
     assert rest == "% a day, nights included, however well a single day looks"
 
 
+def test_the_chargers_needed_are_the_same_however_many_there_are(warehouse):
+    """Robots at rest at chargers draw nothing, but where only those needed are there, none of them is free for that."""
+    draws = {"standing": 0.004, "empty": 0.005, "loaded": 0.005, "handling": 0.005}
+    rests = {"battery.consumption": draws, "tasks.goods.poisson": 20, "policies.parking": "nearest"}
+    few, many = (
+        balance(
+            warehouse.replace(
+                {**rests, "layout.bays": {"all": {"at": ["A"], "total_chargers": chargers}}, "fleet.start": []}
+            )
+        )
+        for chargers in (2, 8)
+    )
+    assert (few.needed, many.needed) == (2, 2)
+
+
 def test_kinds_alike_that_share_chargers_store_as_much_overnight_as_a_fleet_without_kinds(warehouse):
     """Two chargers for eight robots, as above, three of which are of a kind with the same battery."""
     day = warehouse.replace({**DAY, "layout.bays.charging.total_chargers": 2})

@@ -5,7 +5,9 @@ from itertools import pairwise
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.run.quick import measured
 from tests.theory import models
+from tests.world.test_charging import RING
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
 CHARGE = 80.0
@@ -48,6 +50,24 @@ def test_the_swap_takes_its_time_after_the_wait():
 
     for (before, _), (came, left) in pairwise(stays):
         assert left == pytest.approx(max(came, before + CHARGE) + 30)
+
+
+def test_spare_batteries_limit_a_fleet_that_takes_out_more_than_they_charge():
+    """Two batteries charge at once, as a robot waits at the charger for the other: they give 0.2, and a task draws 95.
+
+    So three robots do 7.6 tasks an hour, though a swap takes 20 of the 160 that a battery from full to 20 % lasts.
+    """
+    swap = {"name": "swap", "time": 20, "batteries": 1}
+    draws = {"standing": 0, "empty": 1, "loaded": 1, "handling": 1}
+    battery = {"capacity": 200, "consumption": draws, "charge_rate": 0.1}
+    over = {"fleet.size": 3, "tasks.goods": {"saturated": 3}, "policies.charging": swap, "battery": battery}
+    model = dw.load(RING, {**over, "layout.bays.home": {"at": ["A"], "places": 3, "chargers": 1}, "run.length": 80_000})
+    found = measured(model)
+    assert found.capacity * 3600 == pytest.approx(0.2 / 95 * 3600, rel=0.05)
+    assert found.bottleneck == "the spare batteries"
+    done = dw.simulate(model.replace({"run": {"length": 80_000, "warm_up": 20_000}}))
+    assert found.capacity * 3600 == pytest.approx(done.kpis["throughput_per_hour"], rel=0.1)
+    assert measured(model.replace({"policies.charging.batteries": 30})).capacity > 4 * found.capacity
 
 
 @pytest.mark.slow

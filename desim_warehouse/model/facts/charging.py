@@ -128,6 +128,18 @@ def charging_rate(model: Model) -> float:
     return (high - low) / time if time else battery.charge_rate
 
 
+def given_by_spares(model: Model) -> float:
+    """Return the rate at which batteries outside robots give energy, at most; inf where spare ones are not counted.
+
+    A battery charges from when it is taken out of a robot, which may wait at the charger for a full one. So as many
+    charge at once as there are spare batteries and chargers.
+    """
+    spares, chargers = spare_batteries(model), sum(chargers_at(model, model.floor).values())
+    if model.battery is None or not spares:
+        return math.inf
+    return (min(spares.values()) + min(chargers, model.fleet.size)) * model.battery.charge_rate
+
+
 def cycle_levels(model: Model) -> tuple[float, float]:
     """Return the levels between which batteries move in the long run: where charging begins, and where it ends.
 
@@ -169,7 +181,7 @@ def night_after_run(model: Model) -> float | None:
     return time
 
 
-def capacity(model: Model) -> float:
+def mean_capacity(model: Model) -> float:
     """Return the mean energy that a full battery has."""
     return mean_over_fleet(model, lambda alone: math.inf if alone.battery is None else alone.battery.capacity)
 
@@ -209,7 +221,7 @@ def refills_overnight(model: Model, lack: float | None = None) -> bool:
     time, chargers = night_after_run(model), sum(chargers_at(model, model.floor).values())
     if time is None:
         return False
-    lacking = usable(model) if lack is None else lack * capacity(model)
+    lacking = usable(model) if lack is None else lack * mean_capacity(model)
     return gained_at_rest(model, chargers) * time >= lacking * model.fleet.size
 
 
