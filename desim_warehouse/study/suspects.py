@@ -19,6 +19,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.pods import stations_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
@@ -312,7 +313,7 @@ def _under_way(run: RunData) -> Iterator[Suspect]:
     """Yield caps on the robots under way, where they wait for each other for much of their time."""
     if waits_much([run.kpis]):
         for most in caps(run.model):
-            yield Suspect("robots under way", f"at most {most} robots under way", {KEY: most})
+            yield Suspect("robots under way", f"at most {number_of(most, 'robot')} under way", {KEY: most})
 
 
 def _waited(run: RunData, part: str) -> float:
@@ -429,7 +430,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
         name, relief = "the number of robots", "one robot more"
         if kind:
             more[f"fleet.kinds.{kind}.count"] = count + 1
-            name, relief = f"robots of kind {kind}", f"one {kind} more"
+            name, relief = f"robots of kind {kind}", f"one robot of kind {kind} more"
         elif model.fleet.kinds:
             name, relief = "robots of no kind", "one more robot of no kind"
         yield Suspect(name, relief, more, dose=1 / count)

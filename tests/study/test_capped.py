@@ -74,6 +74,28 @@ def test_why_suspects_the_number_under_way_only_where_robots_wait_much():
     assert not [name for name in names(8) if "under way" in name]
 
 
+def test_one_robot_under_way_is_no_plural():
+    """Three robots on a lane for both directions wait for the one that takes a minute at its end."""
+    corridor = {
+        "layout": {
+            "nodes": {"home": [-20, 0], "A": [0, 0], "B": [20, 0]},
+            "edges": [{"from": a, "to": b, "two_way": True} for a, b in (["home", "A"], ["A", "B"])],
+            "bays": {"parking": {"at": ["home"], "places": 4}},
+            "stations": {"from": {"at": ["A"]}, "to": {"at": ["B"]}},
+        },
+        "fleet": {"size": 3, "robot": {"radius": 0.5, "speed": 1}},
+        "tasks": {
+            "flows": {"loads": {"from": "from", "to": "to", "arrivals": {"saturated": 6}}},
+            "load_time": 2,
+            "unload_time": 2,
+        },
+        "traffic": {"nodes": {"B": {"time": 60}}},
+        "run": {"length": 1800},
+    }
+    reliefs = [one.relief for one in suspects(dw.simulate(dw.load(corridor)))]
+    assert "at most 1 robot under way" in reliefs
+
+
 @pytest.fixture
 def floor(tmp_path):
     path = tmp_path / "floor.json"

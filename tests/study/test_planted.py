@@ -66,7 +66,7 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
         (
             {"fleet.kinds": {"old": {"count": 1}}, "layout.bays.home.places": 2},
             "robots of kind old",
-            "one old more",
+            "one robot of kind old more",
             {"fleet.size": 2, "fleet.kinds.old.count": 2},
         ),
         (

@@ -1,4 +1,4 @@
-"""Which robots share tasks: a fleet whose kinds share no flow is several crews, none of which helps another."""
+"""Crews of a fleet: robots of kinds that share flows; no crew does the work of another."""
 
 from __future__ import annotations
 
