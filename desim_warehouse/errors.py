@@ -225,9 +225,9 @@ def spoken(words: Iterable[str], last: str = "and") -> str:
 
 def number_of(count: float, what: str) -> str:
     """Write a number of things, `what` in the singular: `1 task`, `1,200 tasks`, `2 properties of nodes`."""
-    head, of, rest = what.partition(" of ")
-    several = f"{head[:-1]}ies" if re.search("[^aeiou]y$", head) else f"{head}s"
-    return f"{count:,.15g} {what if count == 1 else several + of + rest}"
+    noun = what.partition(" of ")[0]
+    several = f"{noun[:-1]}ies" if re.search("[^aeiou]y$", noun) else f"{noun}s"
+    return f"{count:,.15g} {what if count == 1 else several + what[len(noun) :]}"
 
 
 def first_of(names: Sequence[str], most: int) -> str:

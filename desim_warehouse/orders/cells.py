@@ -187,7 +187,7 @@ class ExportRows(OrderRows):
 
 
 def _clocks_change(stamps: list[dt.datetime], offsets: list[dt.timedelta]) -> bool:
-    """Whether two offsets from UTC are those of one place in summer and in winter; `stamps`: in order of time."""
+    """Whether one place has two offsets from UTC, in summer and in winter; `stamps`: in order of time."""
     if len(offsets) != 2 or abs(offsets[1] - offsets[0]) != _HOUR:  # noqa: PLR2004
         return False
     changes = sum(a.utcoffset() != b.utcoffset() for a, b in pairwise(stamps))
