@@ -488,7 +488,7 @@ def test_to_the_letter_is_what_the_schema_says(count):
         reader = Reader("file", strict=True)
         try:
             reader.read(content, lif_keys.FILE, "")
-            ours = not reader.found
+            ours = not reader.faults
         except dw.ModelError:
             ours = False
         assert ours == check.is_valid(content), content
