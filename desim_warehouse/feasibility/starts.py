@@ -19,14 +19,14 @@ from desim_warehouse.feasibility.needs import jobs
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
+from desim_warehouse.layout.short import EPS, is_short
 from desim_warehouse.layout.way_home import HomeSearch, Stands, room
 from desim_warehouse.layout.zones import closed, intersections, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.ahead import free_travel
 from desim_warehouse.model.sections.fleet import Start
 
-EPS = 1e-6
-Stand = frozenset[str]
+Stand = tuple[str, ...]
 """The place of one robot, or of robots of one direction: the nodes of an intersection, or the two ends of a lane."""
 
 
@@ -62,7 +62,7 @@ def _where(start: Start) -> str:
 def _lane(layout: Layout, edge: Edge) -> tuple[Stand, str]:
     """Return the lane of an edge; both directions of a two-way lane are one lane."""
     two_way = layout.graph.edges[edge].get("two_way")
-    return frozenset(edge), "" if two_way else ">".join(edge)
+    return tuple(sorted(edge)), "" if two_way else ">".join(edge)
 
 
 def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], contact: float) -> Iterator[Finding]:
@@ -86,7 +86,7 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
         length = layout.length(start.edge)
         if not contact - EPS <= start.offset <= length - contact + EPS:
             cure = f"an offset from {contact:g} to {length - contact:g}"
-            if length < 2 * contact - EPS:
+            if is_short(length, contact):
                 cure = "start it on a node, or on an edge of at least 2 D"
             yield _finding(number, start, f"is nearer than {contact:g} (D) to a node", cure)
             continue
@@ -119,7 +119,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
     refuges: dict[Hashable, int] = {
         _lane(layout, edge): room(length, contact)
         for edge, length, _, two_way in layout.edges
-        if not two_way and length >= 2 * contact - EPS and edge not in inside
+        if not two_way and not is_short(length, contact) and edge not in inside
     }
     ways: dict[int, _Way] = {}
     users: dict[Hashable, list[int]] = {}
@@ -129,7 +129,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
         here: Hashable = joined[start.node] if start.edge is None else _lane(layout, start.edge)
         trail = [here] if start.edge is None else [here, joined[start.node]]
         for edge in pairwise(travel.way(start.node, homes[number])):
-            trail += [_lane(layout, edge)] if layout.length(edge) >= 2 * contact - EPS else []
+            trail += [_lane(layout, edge)] if not is_short(layout.length(edge), contact) else []
             trail.append(joined[edge[1]])
         ways[number] = _Way(trail)
         stands.put(number, (here,))

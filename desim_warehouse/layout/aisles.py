@@ -8,9 +8,9 @@ from math import inf
 from desim_warehouse.errors import first_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.layout import Edge, Layout
+from desim_warehouse.layout.short import EPS, is_short
 from desim_warehouse.layout.zones import TrafficZone, closed
 
-EPS = 1e-6
 SHOWN = 6
 """Number of edges that a finding names."""
 
@@ -63,7 +63,7 @@ def _with_places(layout: Layout) -> set[Edge]:
 
 def _is_short(layout: Layout, edge: Edge, contact: float) -> bool:
     """Whether no robot can stand on an edge clear of both its ends."""
-    return layout.length(edge) < 2 * contact - EPS
+    return is_short(layout.length(edge), contact)
 
 
 def _named(edges: list[Edge]) -> str:

@@ -20,12 +20,12 @@ from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import aisles, lifts, way_home, zones
 from desim_warehouse.layout.layout import Edge, Layout
+from desim_warehouse.layout.short import EPS, is_short, joins
 from desim_warehouse.layout.zones import ZoneSpec
 
 if TYPE_CHECKING:
     import networkx as nx
 
-EPS = 1e-6
 PARALLEL = math.sin(math.radians(5))
 BENT = 1.05
 """An edge longer than this multiple of the straight line between its nodes is not drawn true to shape."""
@@ -199,7 +199,7 @@ def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
     for place in layout.storage:
         used.update(dict.fromkeys(place.edge, f"good {place.number} is picked there, or on an edge beside it"))
     for a, b, length in graph.edges(data="length"):
-        if length < use.contact - EPS:
+        if joins(length, use.contact):
             used |= dict.fromkeys((a, b), f"edge {a}>{b} is shorter than {use.contact:g} (D)")
     rest = graph.subgraph(node for node in graph if node not in closed)
     main: set[str] = max(nx.strongly_connected_components(rest), key=len, default=set())
@@ -330,8 +330,8 @@ def _short(layout: Layout, use: Use) -> Iterator[Finding]:
     """Report edges too short for a robot to stand on clear of both ends (docs/why.md, "Never stalled", condition 3)."""
     lanes = [edge for edge in layout.graph.edges if edge not in layout.rides]
     lengths = {">".join(edge): layout.length(edge) for edge in lanes}
-    joined = [name for name, length in lengths.items() if length < use.contact - EPS]
-    short = [name for name, length in lengths.items() if use.contact - EPS <= length < 2 * use.contact - EPS]
+    joined = [name for name, length in lengths.items() if joins(length, use.contact)]
+    short = [name for name, length in lengths.items() if name not in joined and is_short(length, use.contact)]
     if joined:
         yield Finding(
             "SHORT_EDGES",
@@ -406,7 +406,9 @@ def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> in
 def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
     """Return the number of robots that fit in the lanes at once, counting one on each node before a short edge."""
     short = [
-        lane for lane in layout.lanes if lane not in closed and contact - EPS <= layout.length(lane) < 2 * contact - EPS
+        lane
+        for lane in layout.lanes
+        if lane not in closed and is_short(layout.length(lane), contact) and not joins(layout.length(lane), contact)
     ]
     on_nodes = {node for lane in short for node in (lane if layout.graph.edges[lane].get("two_way") else lane[:1])}
     return capacity(layout, contact, closed) + len(on_nodes)

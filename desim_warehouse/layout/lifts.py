@@ -8,9 +8,8 @@ from typing import Protocol
 from desim_warehouse.errors import first_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.layout import Edge, Layout, Lift
+from desim_warehouse.layout.short import is_short
 from desim_warehouse.layout.zones import ZoneSpec, zones_on
-
-EPS = 1e-6
 
 
 class LiftUse(Protocol):
@@ -65,7 +64,7 @@ def examine(layout: Layout, use: LiftUse) -> Iterator[Finding]:
                     text = f"{node} has lanes to {first_of(sorted(beside), 3)}, so robots could drive through the cabin"
                 yield Finding("LIFT", place, text, "join it to one node on its floor, in front of the doors")
             for edge in lanes:
-                if layout.length(edge) < 2 * contact - EPS:
+                if is_short(layout.length(edge), contact):
                     text = f"{'>'.join(edge)} is shorter than {2 * contact:g} (2 D), so robots would wait in the cabin"
                     yield Finding("LIFT", place, text, "make it longer, up to the next node")
                     break

@@ -16,11 +16,11 @@ from pydantic import AfterValidator, Field, ValidationInfo
 from desim_warehouse.errors import got
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.layout import Edge, Layout
+from desim_warehouse.layout.short import is_short, joins
 from desim_warehouse.layout.spec import NodeName
 from desim_warehouse.values.fields import Forms, Name, Part, by_type, form, known, wrong
 
 Rule = Literal["one-robot", "one-direction"]
-EPS = 1e-6
 
 
 def _edge(edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
@@ -137,18 +137,21 @@ def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -
     return frozenset(
         (a, b)
         for a, b, length in layout.graph.edges(data="length")
-        if b in joined[a] and (length < 2 * contact - EPS or (a, b) in kept)
+        if b in joined[a] and (is_short(length, contact) or (a, b) in kept)
     )
 
 
-def intersections(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> dict[str, frozenset[str]]:
+def intersections(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> dict[str, tuple[str, ...]]:
     """Return for each node the nodes of its intersection, which edges shorter than `contact` and zones join."""
-    import networkx as nx
-
-    joined = nx.Graph((a, b) for a, b, length in layout.graph.edges(data="length") if length < contact - EPS)
-    joined.add_nodes_from(layout.graph)
-    joined.add_edges_from(pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes))
-    return {node: frozenset(part) for part in nx.connected_components(joined) for node in part}
+    groups = {name: [name] for name in layout.graph}
+    together = [edge for edge, length, _, _ in layout.edges if joins(length, contact)]
+    together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
+    for source, target in together:
+        group, other = groups[source], groups[target]
+        if group is not other:
+            group += other
+            groups.update(dict.fromkeys(other, group))
+    return {name: tuple(group) for name, group in groups.items()}
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:
@@ -197,6 +200,6 @@ def _one_direction(layout: Layout, zone: TrafficZone, contact: float, gridlock: 
                 " or two lanes lie there side by side" if layout.graph.has_edge(b, a) else ""
             )
             yield Finding("ZONE", place, text, "leave it out, or say two_way: true")
-        elif a < b and data["length"] < 2 * contact - EPS:
+        elif a < b and is_short(data["length"], contact):
             text = f"{a}-{b} is shorter than {2 * contact:g} (2 D), so robots wait at its ends and not on it"
             yield Finding("ZONE", place, text, "leave it out, or make a zone of one-robot of it")

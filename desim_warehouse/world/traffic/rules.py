@@ -15,18 +15,6 @@ EPS = 1e-6
 """Tolerance: lengths and times closer than this are equal, and ties do not count as waiting."""
 
 
-def exact_length(length: float, headway: float) -> float:
-    """Return a lane's length, or D or 2 D where it is within the tolerance of them.
-
-    Lanes of at least D, and of at least 2 D, obey other rules than shorter ones. The choice must not depend on
-    rounding, and a lane that reaches them only by the tolerance would have stop lines that do not fit it.
-    """
-    for exact in (headway, 2 * headway):
-        if abs(length - exact) <= EPS:
-            return exact
-    return length
-
-
 @lru_cache(maxsize=10_000)
 def closing_distance(angle: float, theta: float, headway: float, approach: float) -> float:
     """Return how far beyond a node a robot must be before the next may start from `approach` before the node.

@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from functools import partial
-from itertools import pairwise
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.layout import Edge
-from desim_warehouse.layout.zones import TrafficZone, closed
+from desim_warehouse.layout.short import exact_length
+from desim_warehouse.layout.zones import TrafficZone, closed, intersections
 from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.avoidance import Avoidance
@@ -27,7 +27,6 @@ from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
 from desim_warehouse.world.traffic.lift import LiftCrossing, Ride
 from desim_warehouse.world.traffic.lift_users import LiftUsers
 from desim_warehouse.world.traffic.rulebook import Rules
-from desim_warehouse.world.traffic.rules import exact_length
 from desim_warehouse.world.traffic.wide import WideLane, WideRestrictedLane
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
 
@@ -81,7 +80,7 @@ class Traffic:
         )
         self.wide = frozenset(wide)
         lengths = {edge: exact_length(length, contact) for edge, length, _, _ in layout.edges}
-        self.nodes = _intersections(layout, self.rules, lengths, zones, frozenset(free))
+        self.nodes = _intersections(layout, self.rules, zones, frozenset(free))
         self.lanes = _lanes(
             layout,
             self.rules,
@@ -155,30 +154,18 @@ class Traffic:
 def _intersections(
     layout: Layout,
     rules: Rules,
-    lengths: Mapping[Edge, float],
     zones: Sequence[TrafficZone],
     free: frozenset[str],
 ) -> dict[str, Intersection]:
-    """Make the intersections, by node: nodes joined by an edge shorter than D, or in one zone, form one.
-
-    An intersection with a free node is free as a whole.
-    """
-    groups = {name: [name] for name in layout.graph}
-    together = [edge for edge, length in lengths.items() if length < rules.headway]
-    together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
-    for source, target in together:
-        group, other = groups[source], groups[target]
-        if group is not other:
-            group += other
-            groups.update(dict.fromkeys(other, group))
-    intersections: dict[str, Intersection] = {}
+    """Make the intersections, by node. An intersection with a free node is free as a whole."""
+    made: dict[str, Intersection] = {}
     for shaft in layout.lifts:
-        intersections.update(dict.fromkeys(shaft.nodes, LiftCrossing(rules, shaft)))
-    for name, group in groups.items():
-        if name not in intersections:
-            node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
-            intersections.update(dict.fromkeys(group, node))
-    return intersections
+        made.update(dict.fromkeys(shaft.nodes, LiftCrossing(rules, shaft)))
+    for name, group in intersections(layout, rules.headway, zones).items():
+        if name not in made:
+            node = Intersection(rules, list(group)) if free.isdisjoint(group) else FreeIntersection(rules, list(group))
+            made.update(dict.fromkeys(group, node))
+    return made
 
 
 def _kinds(
