@@ -8,7 +8,9 @@ import desim_warehouse
 from tests.trees import tree_of
 
 PACKAGE = Path(desim_warehouse.__file__).parent
-VAGUE = {"found", "said", "known", "there", "given", "told", "one"}
+EMPTY = {"found", "said", "known"}
+"""Names that say how something was come by, and not what it is."""
+VAGUE = EMPTY | {"there", "given", "told", "one"}
 """Names that fit anything: a search for what is meant does not find them."""
 PREPOSITIONS = {"at", "of", "to", "so"}
 """Names that are as vague unless they are fields, which are read with their object: `window.at`."""
@@ -68,6 +70,13 @@ def test_fields_may_be_prepositions_as_they_are_read_with_their_object():
 def test_no_name_of_the_package_is_vague():
     names = {path.relative_to(PACKAGE).as_posix(): vague_names(tree_of(path)) for path in PACKAGE.rglob("*.py")}
     assert {path: vague for path, vague in names.items() if vague} == {}, "name them by what they are"
+
+
+def test_no_variable_of_tests_and_scripts_is_called_by_how_it_was_come_by():
+    root = Path(__file__).parents[1]
+    paths = [path for folder in ("tests", "benchmarks", "docs", "studies") for path in (root / folder).rglob("*.py")]
+    names = {path.relative_to(root).as_posix(): EMPTY.intersection(vague_names(tree_of(path))) for path in paths}
+    assert {path: empty for path, empty in names.items() if empty} == {}, "name them by what they are"
 
 
 def test_no_docstring_of_the_package_leans_on_another_text():

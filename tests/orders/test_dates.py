@@ -264,10 +264,10 @@ def test_a_summer_is_on_the_clock_of_the_hall(tmp_path):
     ],
 )
 def test_a_night_in_which_clocks_change_is_named_where_no_offset_tells_the_hour(tmp_path, time, is_said):
-    said = "in which clocks change, and its times have no offset from UTC: an hour may be missing, or there twice"
-    assert any(said in one for one in orders(tmp_path, [time]).assumed) is is_said
+    note = "in which clocks change, and its times have no offset from UTC: an hour may be missing, or there twice"
+    assert any(note in line for line in orders(tmp_path, [time]).assumed) is is_said
     (path := tmp_path / "trips.csv").write_text(f"robot,pick,drop,start,end\nR1,A,B,{time},{time}\n")
-    assert any(said in one for one in read_log(path).notes.lines()) is is_said
+    assert any(note in line for line in read_log(path).notes.lines()) is is_said
 
 
 def test_two_zones_on_one_day_are_no_clock_change(tmp_path):

@@ -163,9 +163,9 @@ def test_a_maxspeed_is_in_kilometres_an_hour_as_in_openstreetmap(tmp_path):
     of_maps = import_layout(path)
     assert {edge.speed for edge in made.model.layout.edges if edge.speed} == {1}
     assert {round(edge.speed, 2) for edge in of_maps.model.layout.edges if edge.speed} == {1.39}
-    said = "assumed: layout.edges: their 'maxspeed' is in km/h, as in OpenStreetMap; 'speed' is in m/s"
-    assert said in map(str, of_maps.remarks)
-    assert said not in map(str, made.remarks)
+    remark = "assumed: layout.edges: their 'maxspeed' is in km/h, as in OpenStreetMap; 'speed' is in m/s"
+    assert remark in map(str, of_maps.remarks)
+    assert remark not in map(str, made.remarks)
     path.write_text(text.replace('"speed": 1', '"maxspeed": "90 m/min"'))
     assert {edge.speed for edge in import_layout(path).model.layout.edges if edge.speed} == {1.5}
 

@@ -238,11 +238,11 @@ def test_what_chargers_store_overnight_limits_a_day(warehouse):
     """
     draws = {"standing": 0.001, "empty": 0.02, "loaded": 0.02, "handling": 0.02}
     few = {"layout.bays.charging.total_chargers": 1, "battery.consumption": draws}
-    found = estimate(warehouse.replace({**DAY, **few}))
-    more = found.power.task - 0.001 * found.cycle.time
-    assert found.limits["the chargers"] == pytest.approx(1.5 * 0.013 / more, rel=0.01)
-    assert found.bottleneck == "the chargers"
-    assert found.throughput(4) <= (0.017 + 280 / 57_600) / more * 1.01
+    quick = estimate(warehouse.replace({**DAY, **few}))
+    more = quick.power.task - 0.001 * quick.cycle.time
+    assert quick.limits["the chargers"] == pytest.approx(1.5 * 0.013 / more, rel=0.01)
+    assert quick.bottleneck == "the chargers"
+    assert quick.throughput(4) <= (0.017 + 280 / 57_600) / more * 1.01
 
 
 def test_a_day_that_one_charge_lasts_is_limited_by_no_charger(warehouse):

@@ -62,12 +62,12 @@ def test_spare_batteries_limit_a_fleet_that_takes_out_more_than_they_charge():
     battery = {"capacity": 200, "consumption": draws, "charge_rate": 0.1}
     over = {"fleet.size": 3, "tasks.goods": {"saturated": 3}, "policies.charging": swap, "battery": battery}
     model = dw.load(RING, {**over, "layout.bays.home": {"at": ["A"], "places": 3, "chargers": 1}, "run.length": 80_000})
-    found = measured(model)
-    assert found.capacity * 3600 == pytest.approx(0.2 / 95 * 3600, rel=0.05)
-    assert found.bottleneck == "the spare batteries"
+    quick = measured(model)
+    assert quick.capacity * 3600 == pytest.approx(0.2 / 95 * 3600, rel=0.05)
+    assert quick.bottleneck == "the spare batteries"
     done = dw.simulate(model.replace({"run": {"length": 80_000, "warm_up": 20_000}}))
-    assert found.capacity * 3600 == pytest.approx(done.kpis["throughput_per_hour"], rel=0.1)
-    assert measured(model.replace({"policies.charging.batteries": 30})).capacity > 4 * found.capacity
+    assert quick.capacity * 3600 == pytest.approx(done.kpis["throughput_per_hour"], rel=0.1)
+    assert measured(model.replace({"policies.charging.batteries": 30})).capacity > 4 * quick.capacity
 
 
 @pytest.mark.slow
