@@ -101,8 +101,8 @@ class QuickEstimate:
     """The lifts that tasks use."""
     pickers: PickerLoad | None = None
     """The people who pick into robots; None if robots load by themselves."""
-    crews: Mapping[str, float] = field(default_factory=dict)
-    """Tasks per time unit that the robots of each crew could do by themselves, by name; empty where all are one."""
+    subfleets: Mapping[str, float] = field(default_factory=dict)
+    """Tasks per time unit that the robots of each subfleet could do by themselves, by name; empty where all are one."""
     busiest_hour: QuickEstimate | None = None
     """The estimate of the busiest hour, whose `rate` is `peak`; None if arrivals do not change."""
 

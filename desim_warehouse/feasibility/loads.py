@@ -10,8 +10,8 @@ import math
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.parts import StationLoad
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.crews import Crew
 from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.facts.subfleets import Subfleet
 from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak, of_slots
 from desim_warehouse.model.sections.flows import SaturatedArrivals
 
@@ -58,17 +58,17 @@ def _of_robots(model: Model, group: Group, estimate: QuickEstimate, rate: float)
     if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
         return None
     mean = rate / max(estimate.fleet_capacity, estimate.capacity)
-    if group.crew is not None:
-        mean = _of_crew(model, group.crew, estimate.crews[group.crew.name])
+    if group.subfleet is not None:
+        mean = _of_subfleet(model, group.subfleet, estimate.subfleets[group.subfleet.name])
     return Load(group, mean, in_peak(model, group, mean), mean)
 
 
-def _of_crew(model: Model, crew: Crew, capacity: float) -> float:
-    """Return the load of a crew, by the rates of its flows: always busy with those that are always open."""
-    if any(isinstance(model.tasks.flows[name].when, SaturatedArrivals) for name in crew.flows):
+def _of_subfleet(model: Model, subfleet: Subfleet, capacity: float) -> float:
+    """Return the load of a subfleet, by the rates of its flows: always busy with those that are always open."""
+    if any(isinstance(model.tasks.flows[name].when, SaturatedArrivals) for name in subfleet.flows):
         return 1.0
     rates = flow_rates(model)
-    asked = math.fsum(rates[name] for name in crew.flows) / model.units.hour
+    asked = math.fsum(rates[name] for name in subfleet.flows) / model.units.hour
     return asked / capacity if asked else 0.0
 
 

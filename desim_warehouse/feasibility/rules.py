@@ -237,11 +237,11 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
 
 def _cure(model: Model, estimate: QuickEstimate, need: float, how: str) -> str:
     """Return how many robots keep up with a demand, or what limits the fleet if that many hardly do more than fewer."""
-    of_crews = [load for load in loads(model, estimate) if load.group.crew is not None]
-    if short := [load for load in of_crews if load.robots_needed > load.group.number]:
+    of_subfleets = [load for load in loads(model, estimate) if load.group.subfleet is not None]
+    if short := [load for load in of_subfleets if load.robots_needed > load.group.number]:
         return f"at least {spoken(f'{load.robots_needed} of {load.group.zone}' for load in short)} are needed{how}"
-    if of_crews and math.isfinite(need):
-        return f"more robots of {max(of_crews, key=lambda load: load.need).group.zone}, which are the busiest"
+    if of_subfleets and math.isfinite(need):
+        return f"more robots of {max(of_subfleets, key=lambda load: load.need).group.zone}, which are the busiest"
     if estimate.pickers_walk_less and need > estimate.knee[0]:
         return "add robots or pickers, and see by a run how many: pickers walk less, the more robots wait for them"
     if math.isinf(need):

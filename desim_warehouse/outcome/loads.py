@@ -14,8 +14,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.crews import Crew
 from desim_warehouse.model.facts.hours import longest_closed
+from desim_warehouse.model.facts.subfleets import Subfleet
 from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, of_slots
 from desim_warehouse.outcome import measures
 from desim_warehouse.outcome.history import History
@@ -77,7 +77,7 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     measured.append(of_slots(model, time.tasks * model.fleet.size * carried, since))
     for group in groups(model):
         if group.kind == "robots":
-            own, times = (time, carried) if group.crew is None else _of_crew(history, group.crew)
+            own, times = (time, carried) if group.subfleet is None else _of_subfleet(history, group.subfleet)
             left[group.name], mean = times, own.work * times
             measured.append(Load(group, mean, in_peak(model, group, mean, since), mean, own.back, own.held))
         elif group.kind == "pickers" and not group.zone:
@@ -100,11 +100,11 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     )
 
 
-def _of_crew(history: History, crew: Crew) -> tuple[RobotTime, float]:
-    """Return the shares of the time of a crew, and the ratio of the tasks that arrived for it to those delivered."""
-    rows, whole = [history.log.robots[robot] for robot in crew.robots], history.counted * len(crew.robots)
+def _of_subfleet(history: History, subfleet: Subfleet) -> tuple[RobotTime, float]:
+    """Return the shares of the time of a subfleet, and the ratio of its tasks that arrived to those delivered."""
+    rows, whole = [history.log.robots[robot] for robot in subfleet.robots], history.counted * len(subfleet.robots)
     shares = {f"share_{key}": math.fsum(row[key] for row in rows) / whole for key in rows[0]} if whole else {}
-    return of_robots(shares, history.model), _asked_for(history, crew.flows)[0]
+    return of_robots(shares, history.model), _asked_for(history, subfleet.flows)[0]
 
 
 def left_waiting(history: History) -> tuple[int, float]:

@@ -23,8 +23,8 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.riders import RidersSpec
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
-from desim_warehouse.model.facts.crews import flows_of
 from desim_warehouse.model.facts.demand import flow_rates, open_share
+from desim_warehouse.model.facts.subfleets import flows_of
 from desim_warehouse.model.sections.fleet import Consumption, Kind
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec

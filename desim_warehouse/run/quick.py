@@ -26,12 +26,12 @@ from desim_warehouse.layout.layout import Lift
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.aisles import widened
-from desim_warehouse.model.facts.crews import crews, flows_of
 from desim_warehouse.model.facts.demand import arrival_rate, open_share
 from desim_warehouse.model.facts.disturbances import closures, disturbances, failing_lifts, ridden_lifts
 from desim_warehouse.model.facts.lifts import left_for_robots, time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, slots, specs, worked_capacity
+from desim_warehouse.model.facts.subfleets import flows_of, subfleets
 from desim_warehouse.model.sections.goods import Popularity
 from desim_warehouse.run.probe import Probe, calm, probe
 from desim_warehouse.run.together import MOST_ROBOTS, TASKS, together
@@ -111,19 +111,19 @@ def _estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         unbroken=unbroken,
         lifts=_used_lifts(model, probes, count, rate),
         pickers=picker_load(model),
-        crews=_crews(model, {kind: task.time + (charging or 0.0) for kind, task in of_kinds.items()}, duty),
+        subfleets=_subfleets(model, {kind: task.time + (charging or 0.0) for kind, task in of_kinds.items()}, duty),
     )
 
 
-def _crews(model: Model, times: Mapping[str, float], duty: float) -> dict[str, float]:
-    """Return the tasks per time unit that each crew can do by itself, by the time of a task of each kind that has any.
+def _subfleets(model: Model, times: Mapping[str, float], duty: float) -> dict[str, float]:
+    """Return the tasks per time unit that each subfleet can do by itself, by the time of a task of each kind.
 
     `duty`: the share of the run in which robots work.
     """
     kinds = model.fleet.kinds_of_robots()
     return {
-        crew.name: duty * math.fsum(1 / times[kinds[robot]] for robot in crew.robots if times.get(kinds[robot]))
-        for crew in crews(model)
+        subfleet.name: duty * math.fsum(1 / times[kinds[robot]] for robot in subfleet.robots if times.get(kinds[robot]))
+        for subfleet in subfleets(model)
     }
 
 

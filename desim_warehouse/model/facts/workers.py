@@ -16,10 +16,10 @@ from typing import Literal
 
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.crews import Crew, crews
 from desim_warehouse.model.facts.demand import open_share
 from desim_warehouse.model.facts.peak import mean_and_peak
 from desim_warehouse.model.facts.places import slots
+from desim_warehouse.model.facts.subfleets import Subfleet, subfleets
 from desim_warehouse.model.schema import Model
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.policies.situation import Act
@@ -40,8 +40,8 @@ _ROUNDING = 1e-9
 class Group:
     """Workers of one kind: all robots, all chargers, the lift `zone`, or those at the `nodes` of the station `zone`.
 
-    `number`: of all of them. `open`: the part of the run in which they are in their hours. `crew`: where robots are
-    several crews, the one whose name is the `zone`.
+    `number`: of all of them. `open`: the part of the run in which they are in their hours. `subfleet`: the one whose
+    name is the `zone`; None where all robots share their work.
     """
 
     kind: Kind
@@ -50,7 +50,7 @@ class Group:
     open: float = 1.0
     nodes: tuple[str, ...] = ()
     packs: bool = False
-    crew: Crew | None = None
+    subfleet: Subfleet | None = None
 
     @property
     def name(self) -> str:
@@ -111,7 +111,7 @@ class Load:
 def groups(model: Model) -> tuple[Group, ...]:
     """List the workers of a warehouse: robots, chargers, servers or pickers and people of each station, then lifts.
 
-    Robots whose kinds share no flow are a group for each crew.
+    Robots whose kinds share no flow are a group for each subfleet.
 
     Pickers of no station walk to robots.
 
@@ -121,8 +121,8 @@ def groups(model: Model) -> tuple[Group, ...]:
     fleet, layout = model.fleet, model.floor
     on_duty = [open_share(model, name) for name in fleet.hours_of_robots()]
     workers = [
-        Group("robots", crew.name, len(crew.robots), fmean(on_duty[robot] for robot in crew.robots), crew=crew)
-        for crew in crews(model)
+        Group("robots", part.name, len(part.robots), fmean(on_duty[robot] for robot in part.robots), subfleet=part)
+        for part in subfleets(model)
     ] or [Group("robots", number=fleet.size, open=fmean(on_duty))]
     chargers = sum(chargers_at(model, layout).values()) if model.battery is not None else 0
     if chargers:
@@ -170,7 +170,7 @@ def work_of(model: Model, group: Group, flow: str) -> float:
     For servers and pickers it is their time, for people the loads, and for robots and lifts all their tasks are alike.
     """
     if group.kind in {"robots", "lifts", "slots"}:
-        return float(group.crew is None or flow in group.crew.flows)
+        return float(group.subfleet is None or flow in group.subfleet.flows)
     spec, times, work = model.tasks.flows[flow], handling_of(model, model.floor).means(), 0.0
     comes = not group.nodes and model.pickers is not None and model.pickers.serves(flow)
     stops: list[tuple[float, StorageEnd | tuple[str, ...], Act]] = [

@@ -75,7 +75,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
         _stations(estimate, hour),
         *_lifts(estimate, hour),
         *([] if estimate.power is None else _energy(estimate.power, time)),
-        *([] if estimate.crews else [_knee(estimate)]),
+        *([] if estimate.subfleets else [_knee(estimate)]),
     ]
 
 
@@ -141,7 +141,7 @@ def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
         text += f", held back by queues for {estimate.queues.longest}"
     if estimate.charging:
         text += f", and charge {amount(estimate.charging)} {time} per task"
-    if not estimate.crews and estimate.rate is not None and estimate.robots_needed is not None:
+    if not estimate.subfleets and estimate.rate is not None and estimate.robots_needed is not None:
         text += f"; {_need(estimate, estimate.rate * hour, estimate.robots_needed, 'demanded')}"
         if (busy := estimate.busiest_hour) is not None and busy.rate is not None:
             text += f"; {_need(busy, busy.rate * hour, busy.robots_needed or 0.0, 'of the busiest hour')}"

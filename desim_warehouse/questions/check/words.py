@@ -99,8 +99,8 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
             line += "" if peak is None else f" on average and {peak} in the busiest hour"
         yield f"{line}."
     yield from _at_work(model, estimate)
-    if estimate.crews and estimate.rate is not None:
-        yield from _enough_of_crews(loads(model, estimate))
+    if estimate.subfleets and estimate.rate is not None:
+        yield from _enough_of_subfleets(loads(model, estimate))
     elif estimate.rate is not None and estimate.robots_needed is not None:
         yield _enough(model, estimate, estimate.robots_needed)
 
@@ -136,14 +136,14 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
     return f"Robots: {_are(counts, most, most <= estimate.robots)}; you have {estimate.robots:,}."
 
 
-def _enough_of_crews(foreseen: Iterable[Load]) -> Iterator[str]:
-    """Yield the sentences on how many robots of each crew are enough, and on crews without work."""
+def _enough_of_subfleets(foreseen: Iterable[Load]) -> Iterator[str]:
+    """Yield the sentences on how many robots of each subfleet are enough, and on subfleets without work."""
     parts = []
     for load in foreseen:
-        if load.group.crew is None:
+        if load.group.subfleet is None:
             continue
         need, has, kinds = load.robots_needed, load.group.number, load.group.zone
-        if load.group.crew.flows:
+        if load.group.subfleet.flows:
             parts.append(f"{_are(f'{need} of {kinds}', need, need <= has)} (you have {has})")
         else:
             yield f"Robots of {kinds} have nothing to do: no flow is for them."
@@ -215,8 +215,8 @@ def _pickers(model: Model, estimate: QuickEstimate) -> Iterator[str]:
 
 
 def _limit(estimate: QuickEstimate) -> Iterator[str]:
-    if estimate.crews:
-        return  # more robots of which crew?
+    if estimate.subfleets:
+        return  # more robots of which subfleet?
     robots, place = estimate.knee
     if place and not (place == PICKERS and estimate.pickers_walk_less):
         yield f"Beyond about {number_of(robots, 'robot')}, {limiting(place)}."

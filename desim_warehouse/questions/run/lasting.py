@@ -83,6 +83,6 @@ def _asked(run: RunData, estimate: QuickEstimate | None) -> dict[str, float]:
     for load in () if estimate is None or estimate.rate is None else foreseen_loads(run.model, estimate):
         asked[load.group.name] = max(asked.get(load.group.name, 0.0), load.worst)
     needed = 0.0 if estimate is None else estimate.robots_needed or 0.0
-    if estimate is not None and not estimate.crews and estimate.robots < needed < math.inf:
+    if estimate is not None and not estimate.subfleets and estimate.robots < needed < math.inf:
         asked["robots"] = max(asked.get("robots", 0.0), needed / estimate.robots)
     return {f"the {name}": share for name, share in asked.items()}

@@ -1,10 +1,9 @@
 """Utilisation of each group at a design (the loads of `model.facts.workers`), as means over its runs.
 
 Runs of a study keep only indicators. These give the whole load of robots and chargers, but the time of servers and
-people only as a total over stations, and of robots as a total over crews, which are divided in the proportions of the
-quick estimate. The estimate itself is
-used for a group with more work than it can do, since no run shows a load above one, and for a station of which runs
-that begin empty show less.
+people only as a total over stations, and of robots as a total over subfleets, which are divided in the proportions of
+the quick estimate. The estimate itself is used for a group with more work than it can do, since no run shows a load
+above one, and for a station of which runs that begin empty show less.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
         if more is not None and more.mean > max(mean, 0.0 if group.zone else _BEYOND):
             measured[more] = estimate([more.mean], confidence, deterministic=True)
             continue
-        all_robots = group.kind == "robots" and group.crew is None
+        all_robots = group.kind == "robots" and group.subfleet is None
         back = fmean(time.back for time in times) if all_robots else 0.0
         held = fmean(time.held for time in times) if all_robots else 0.0
         load = Load(group, mean, in_peak(model, group, mean, model.run.warm_up), mean, back, held)
@@ -79,7 +78,7 @@ def _values(
     values, parts = {}, {} if quick is None else _parts(model, quick)
     for group in groups(model):
         if group.kind == "robots":
-            part = 1.0 if group.crew is None else _part_of_crew(model, quick, group)
+            part = 1.0 if group.subfleet is None else _part_of_subfleet(model, quick, group)
             values[group] = [time.work * part for time in times]
         elif group.kind == "chargers":
             values[group] = [row.value("charger_utilisation") for row in rows]
@@ -98,10 +97,10 @@ def _values(
     return values
 
 
-def _part_of_crew(model: Model, quick: QuickEstimate | None, group: Group) -> float:
-    """Return the load of the robots of a crew as a multiple of the load of all robots, by the quick estimate."""
-    busy = {} if quick is None else {load.group: load.mean for load in foreseen(model, quick) if load.group.crew}
-    whole = math.fsum(mean * crew.number for crew, mean in busy.items()) / model.fleet.size
+def _part_of_subfleet(model: Model, quick: QuickEstimate | None, group: Group) -> float:
+    """Return the load of the robots of a subfleet as a multiple of the load of all robots, by the quick estimate."""
+    busy = {} if quick is None else {load.group: load.mean for load in foreseen(model, quick) if load.group.subfleet}
+    whole = math.fsum(mean * subfleet.number for subfleet, mean in busy.items()) / model.fleet.size
     return busy.get(group, 0.0) / whole if whole else math.nan
 
 

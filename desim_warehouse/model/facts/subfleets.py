@@ -1,4 +1,4 @@
-"""Crews of a fleet: robots of kinds that share flows; no crew does the work of another."""
+"""Subfleets: robots of kinds that share flows; no subfleet does the work of another."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from desim_warehouse.model.sections.flows import FlowSpec
 
 
 @dataclass(frozen=True)
-class Crew:
+class Subfleet:
     """Robots of some kinds ("": of none), by number, and the flows that they do and no other robot does."""
 
     kinds: tuple[str, ...]
@@ -38,8 +38,8 @@ def flows_of(model: Model, kind: str) -> dict[str, FlowSpec]:
 
 
 @lru_cache(maxsize=64)
-def crews(model: Model) -> tuple[Crew, ...]:
-    """Return the crews of a fleet; none where all robots are one crew, as where goods are listed or stand on pods."""
+def subfleets(model: Model) -> tuple[Subfleet, ...]:
+    """Return the subfleets; none where all robots share their work, as where goods are listed or stand on pods."""
     if not model.tasks.flows or model.pods is not None:
         return ()
     kinds, parts = model.fleet.kinds_of_robots(), list[tuple[set[str], set[str]]]()
@@ -51,7 +51,7 @@ def crews(model: Model) -> tuple[Crew, ...]:
     if len(parts) == 1:
         return ()
     return tuple(
-        Crew(
+        Subfleet(
             tuple(kind for kind in dict.fromkeys(kinds) if kind in mine),
             tuple(name for name in model.tasks.flows if name in flows),
             tuple(robot for robot, kind in enumerate(kinds) if kind in mine),
