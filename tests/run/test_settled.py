@@ -245,6 +245,14 @@ def test_what_chargers_store_overnight_limits_a_day(warehouse):
     assert quick.throughput(4) <= (0.017 + 280 / 57_600) / more * 1.01
 
 
+def test_a_fleet_whose_rest_draws_more_than_chargers_give_can_do_nothing_in_the_long_run(warehouse):
+    """Seven of eight robots stand beside the charger, which gives 0.02, and draw 0.021."""
+    draws = {"standing": 0.003, "empty": 0.02, "loaded": 0.02, "handling": 0.02}
+    day = warehouse.replace({**DAY, "layout.bays.charging.total_chargers": 1, "battery.consumption": draws})
+    (line,) = [line for line in check(day).sentences if "can do" in line]
+    assert line.startswith("With the chargers as the limit, 8 robots can do nothing in the long run; you need ")
+
+
 def test_a_day_that_one_charge_lasts_is_limited_by_no_charger(warehouse):
     """A tenth of the draw: 14.4 % a robot in 8 hours, and the night of 16 has time to fill all from one charger."""
     draws = {"battery.consumption": 0.0005, "layout.bays.charging.total_chargers": 1, "run.length": "8 h"}

@@ -21,6 +21,8 @@ from desim_warehouse.run.quick import Choice, Nearer, left_out
 
 _FEW, _MANY = 10.0, 1000.0
 """Rates below the first have one decimal, and rates from the second on are rounded to tens."""
+_NOTHING = "nothing in the long run"
+"""What robots can do whose rest alone draws more than chargers give."""
 _WHOLE = 0.999
 """Share of the time from which on it is told in per cent, as in hours it would look like all of it."""
 _ALMOST = 1e-9
@@ -92,7 +94,8 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
         return f"{words(1)}{what}{limit.of_flows(model, estimate, estimate.bottleneck, words)}"
 
     if math.isfinite(estimate.range[1]):
-        line = f"{capital(limit.fleet(estimate))} can do about {with_part(can_do, f' {words.loads(model)} an hour')}"
+        loads_an_hour = f"about {with_part(can_do, f' {words.loads(model)} an hour')}"
+        line = f"{capital(limit.fleet(estimate))} can do {loads_an_hour if estimate.range[1] > 0 else _NOTHING}"
         if (rate := estimate.rate) is not None:
             line += f"; you need {with_part(lambda part: numbers.measured(rate * hour * part))}"
             peak = None if estimate.peak is None else numbers.measured(estimate.peak * hour)
