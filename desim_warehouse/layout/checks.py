@@ -20,7 +20,7 @@ from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import aisles, lifts, way_home, zones
 from desim_warehouse.layout.layout import Edge, Layout
-from desim_warehouse.layout.short import EPS, is_short, joins
+from desim_warehouse.layout.short import EPS, joins, waited_for
 from desim_warehouse.layout.zones import ZoneSpec
 
 if TYPE_CHECKING:
@@ -331,7 +331,7 @@ def _short(layout: Layout, use: Use) -> Iterator[Finding]:
     lanes = [edge for edge in layout.graph.edges if edge not in layout.rides]
     lengths = {">".join(edge): layout.length(edge) for edge in lanes}
     joined = [name for name, length in lengths.items() if joins(length, use.contact)]
-    short = [name for name, length in lengths.items() if name not in joined and is_short(length, use.contact)]
+    short = [name for name, length in lengths.items() if waited_for(length, use.contact)]
     if joined:
         yield Finding(
             "SHORT_EDGES",
@@ -405,11 +405,7 @@ def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> in
 
 def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
     """Return the number of robots that fit in the lanes at once, counting one on each node before a short edge."""
-    short = [
-        lane
-        for lane in layout.lanes
-        if lane not in closed and is_short(layout.length(lane), contact) and not joins(layout.length(lane), contact)
-    ]
+    short = [lane for lane in layout.lanes if lane not in closed and waited_for(layout.length(lane), contact)]
     on_nodes = {node for lane in short for node in (lane if layout.graph.edges[lane].get("two_way") else lane[:1])}
     return capacity(layout, contact, closed) + len(on_nodes)
 

@@ -21,6 +21,11 @@ def joins(length: float, contact: float) -> bool:
     return exact_length(length, contact) < contact
 
 
+def waited_for(length: float, contact: float) -> bool:
+    """Whether robots wait on the node before a lane: it is too short to stand on, and its nodes are used apart."""
+    return contact <= exact_length(length, contact) < 2 * contact
+
+
 def is_short(length: float, contact: float) -> bool:
     """Whether a lane is shorter than 2 D, so that no robot can stand on it clear of both ends."""
     return exact_length(length, contact) < 2 * contact

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 _TOTAL = r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$"  # SAP has stars
 _CANCELLED = (
-    r"cancel|cancell?ed|cancel?lation|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
-    r"deleted|gelöscht"
+    r"cancel|cancell?ed|cancel?lation|storno|storniert|stornierung|annulliert|abgesagt|"
+    r"returned|retoure|retourniert|refunded|voided|deleted|gelöscht"
 )
 """States of orders that are not driven."""
 _FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen|at|on|am|by|von|date|datum|time|zeit|reason|grund)?"

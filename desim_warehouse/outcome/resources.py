@@ -14,7 +14,9 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.workers import staff
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.pieces import pieces
 from desim_warehouse.states import SHOWN, Place
@@ -73,6 +75,11 @@ def use_of_stations(history: History) -> dict[str, float]:
         hours = model.hours(model.layout.stations[item.zone].hours)
         shares[row["station"]] = in_use(row["busy"], item.servers, hours, begin, end)
     return shares
+
+
+def one_of(model: Model, resource: Resource) -> str:
+    """Return the word for one of the servers of a station, or of the chargers of a bay."""
+    return "charger" if resource.kind == "chargers" else staff(model, resource.zone)
 
 
 def resources(history: History) -> list[Resource]:

@@ -23,12 +23,11 @@ from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.layout import Layout
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
-from desim_warehouse.model.facts.workers import staff
 from desim_warehouse.outcome import chains
 from desim_warehouse.outcome.chains import Lost, Root
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.positions import Legs, Positions
-from desim_warehouse.outcome.resources import Resource, resources
+from desim_warehouse.outcome.resources import Resource, one_of, resources
 from desim_warehouse.outcome.zones import cell_size, robot_radii
 from desim_warehouse.replay.columns import LARGEST
 from desim_warehouse.replay.people import picker_columns
@@ -190,7 +189,7 @@ def _header(
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places), zone.room] for zone in positions.zones],
         "resources": [
-            [place.kind, place.zone, number[place.node], place.number, _one_of(model, place)] for place in places
+            [place.kind, place.zone, number[place.node], place.number, one_of(model, place)] for place in places
         ],
         "stops": stops(history, places, scale, at_end),
         "at_end": at_end,
@@ -222,11 +221,6 @@ def _lifts(layout: Layout, number: dict[str, int]) -> dict[str, Any]:
         "floors": floors,
         "floor_titles": list(layout.floor_titles.values()),
     }
-
-
-def _one_of(model: Model, place: Resource) -> str:
-    """Return the word for one of the servers of a station, or of the chargers of a bay."""
-    return "charger" if place.kind == "chargers" else staff(model, place.zone)
 
 
 def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, Any]:

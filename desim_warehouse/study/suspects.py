@@ -234,7 +234,7 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
         if station.places <= station.servers:
             more[f"{key}.places"] = station.servers + 1
         another = "a second" if station.servers == 1 else "another"
-        relief = f"{another} {staff(model, zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
+        relief = f"{another} {staff(model, zone)} at each {_place(zone)}"
         yield Suspect(_of_station(model, zone, "servers"), relief, more, share, 1 / station.servers)
     layout = model.floor
     used = ends_in_stations(model, layout) or [node for node in destinations(model, layout) if node in layout.stations]
@@ -258,6 +258,11 @@ def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
         yield Suspect("the choice of chargers", "each to the chargers with the fewest robots", spread, queued)
 
 
+def _place(zone: str) -> str:
+    """Return the words for a place of a zone at which its servers and people are."""
+    return "station" if zone == PACKING else f"node of {zone}"
+
+
 def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
     """Yield people who work on what robots put down, one more at each node, with room for what is in work."""
     for zone in zones:
@@ -266,8 +271,7 @@ def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
             more = {f"{key}.workers": station.workers + 1}
             if station.buffer is not None:
                 more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
-            who, where = ("packer", "station") if zone == PACKING else ("worker", f"node of {zone}")
-            relief = f"one {who} more at each {where}"
+            relief = f"one {'packer' if zone == PACKING else 'worker'} more at each {_place(zone)}"
             yield Suspect(_of_station(model, zone, "people"), relief, more, dose=1 / station.workers)
 
 

@@ -56,7 +56,7 @@ GOODS = {  # each alone, for a single robot that always has a next good to fetch
     "fleet.first_exit_time": {"fleet.first_exit_time": 60},
     "fleet.exit_time": {"fleet.exit_time": 60},
     "tasks.load_time": {"tasks.load_time": 20},
-    "tasks.load_time, varied": {"tasks.load_time": {"lognormal": {"mean": 30, "cv": 0.1}}},  # 200 tasks tell its mean
+    "tasks.load_time, varied": {"tasks.load_time": {"lognormal": {"mean": 30, "cv": 1}}},
     "tasks.unload_time": {"tasks.unload_time": 40},
     "tasks.clear_time": {"tasks.clear_time": 20},
     "battery.capacity": {"battery.capacity": 12.5},

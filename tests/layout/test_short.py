@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.layout.short import exact_length, is_short, joins
+from desim_warehouse.layout.short import exact_length, is_short, joins, waited_for
 from desim_warehouse.layout.zones import edges_inside, intersections
 from desim_warehouse.world import World
 
@@ -23,6 +23,7 @@ D = 1.0
 )
 def test_lengths_within_the_tolerance_of_a_limit_have_reached_it(length, exact, short, joined):
     assert (exact_length(length, D), is_short(length, D), joins(length, D)) == (exact, short, joined)
+    assert waited_for(length, D) is (short and not joined)
 
 
 @pytest.mark.parametrize("length", [0.5, 0.9999989, 0.999999, 0.9999991, 1.0, 1.999999, 2.0])

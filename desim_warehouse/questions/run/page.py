@@ -15,8 +15,8 @@ from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.look.web import StillPage
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import kind_in_words
-from desim_warehouse.model.facts.workers import staff
 from desim_warehouse.outcome.chains import lost_to
+from desim_warehouse.outcome.resources import one_of
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.questions.run import words as run_words
 from desim_warehouse.questions.run.drawings import account, course, drawings, robots, rows_of_floor
@@ -178,7 +178,7 @@ def resources(run: RunData) -> Folded:
     rows = [
         (
             f"{place.zone} ({place.node})",
-            number_of(place.number, "charger" if place.kind == "chargers" else staff(run.model, place.zone)),
+            number_of(place.number, one_of(run.model, place)),
             numbers.PERCENT.value(place.utilisation(begin, end)),
             numbers.least(place.mean_queue(begin, end), 2),
         )
