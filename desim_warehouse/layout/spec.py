@@ -417,6 +417,17 @@ class StationSpec(PlacesSpec):
         "robots wait at the server; default: unlimited",
     )
 
+    def is_random(self, model: Any) -> bool:
+        """Whether a time there varies that runs draw: no run draws `load_time` where no flow begins."""
+        if self.load_time is None or self._begins_a_flow(model):
+            return super().is_random(model)
+        return self.model_copy(update={"load_time": None}).is_random(model)
+
+    def _begins_a_flow(self, model: Any) -> bool:
+        """Whether loads may be picked up there; a file of orders may name any station."""
+        named = [name for name, spec in model.layout.stations.items() if spec is self]
+        return bool(model.tasks.may_begin_at({node for name in named for node in model.floor.nodes_of(name)}))
+
     @model_validator(mode="after")
     def _something_to_do(self) -> StationSpec:
         if self.work_time is None:

@@ -6,7 +6,7 @@ import datetime as dt
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -170,6 +170,13 @@ class Tasks(Part):
         listed = self.goods if isinstance(self.goods, tuple) else ()
         named = {item.to for item in listed if isinstance(item, Good) and item.to is not None}
         return len(self.unload_at) > 1 or any(len(model.floor.nodes_of(name)) > 1 for name in named)
+
+    def may_begin_at(self, nodes: Collection[str]) -> bool:
+        """Whether a load may be picked up at one of some nodes, rather than in storage."""
+        if files_of(self.flows):
+            return True
+        sources = [route.source for flow in self.flows.values() for route in flow.routes]
+        return any(node in nodes for source in sources if isinstance(source, tuple) for node in source)
 
     def handling_of(self, flow: FlowSpec) -> tuple[float | Distribution, float | Distribution]:
         """Return the times of loading and unloading a task: set by its flow, else by `load_time` and `unload_time`."""

@@ -46,6 +46,10 @@ CHANCE = {
         from_to=[{"from": "B", "to": "F", "per_hour": 9}, {"from": "C", "to": "F", "per_hour": 9}],
     ),
     "a flow that is loaded so": flow(load_time={"uniform": [4, 6]}),
+    "a flow from a station that loads so": {
+        **flow(**{"from": ["E"], "to": ["C"]}),
+        "layout.stations.packing.load_time": {"uniform": [4, 6]},
+    },
 }
 NONE = {
     "a list": {},
@@ -59,6 +63,11 @@ NONE = {
     "times without spread": {
         "tasks.load_time": {"uniform": [5, 5]},
         "tasks.unload_time": {"discrete": {"values": [6, 9], "weights": [1, 0]}},
+    },
+    "loading at a station where a list ends": {"layout.stations.packing.load_time": {"uniform": [4, 6]}},
+    "loading at a station where a flow ends": {
+        **flow(to=["E"]),
+        "layout.stations.packing.load_time": {"uniform": [4, 6]},
     },
     "one station to draw": {"tasks.station_choice": "random"},
     "one place to draw": {
