@@ -60,7 +60,7 @@ tests: $(READY)
 	$(BIN)/python -m pytest $(TWO) -m "not long"
 
 test-long: $(READY)  ## slow proofs: thousands of random warehouses
-	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest $(TWO)
+	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest -n 2 --dist worksteal  # by tests: some files take an hour
 
 docs: $(READY)  ## the site, in build/site: open build/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
