@@ -15,6 +15,8 @@ CANDIDATES = 1000
 """The open tasks that a decision considers, from the front of the list; more if more robots are free."""
 MISSES = 8
 """The number of pairs checked one by one and not allowed, after which all pairs are checked at once."""
+FIRST_LOOK = 8
+"""The number of most urgent tasks looked at first; twice as many each time, until every free robot has one."""
 
 
 @dataclass(frozen=True)
@@ -115,17 +117,20 @@ class EarliestDue:
             range(len(tasks)),
             key=lambda i: (-tasks[i].priority, math.inf if tasks[i].due is None else tasks[i].due, i),
         )
-        near = situation.approach(situation.robots, tasks)
-        near[~situation.allowed(situation.robots, tasks)] = np.inf
-        left = len(situation.robots)
-        for rank in ranks:
-            if not left:
-                return
-            robot = int(near[:, rank].argmin())
-            if math.isfinite(near[robot, rank]):
-                near[robot] = np.inf
-                left -= 1
-                yield situation.robots[robot].number, tasks[rank].number
+        robots, begin, size = list(situation.robots), 0, FIRST_LOOK
+        while robots and begin < len(ranks):  # few robots are free: the most urgent tasks are enough for them
+            urgent = [tasks[rank] for rank in ranks[begin : begin + size]]
+            near = situation.approach(robots, urgent)
+            near[~situation.allowed(robots, urgent)] = np.inf
+            taken = set()
+            for task, times in zip(urgent, near.T, strict=True):
+                place = int(times.argmin())
+                if math.isfinite(times[place]):
+                    near[place] = np.inf
+                    taken.add(place)
+                    yield robots[place].number, task.number
+            robots = [robot for place, robot in enumerate(robots) if place not in taken]
+            begin, size = begin + size, 2 * size
 
 
 def greedy(

@@ -1,5 +1,6 @@
 """Allocation by hand and by brute force."""
 
+import math
 import random
 from itertools import permutations
 
@@ -78,6 +79,30 @@ def test_earliest_due_goes_by_priority_then_due_time_then_list():
     robots = [robot(0, "a"), robot(1, "b"), robot(2, "c"), robot(3, "d")]
     times = table([[1, 1, 1, 9], [1, 1, 1, 5], [1, 1, 1, 7], [1, 1, 1, 8]])
     assert answers(EarliestDue(), robots, tasks, times) == [(1, 13), (0, 12), (2, 11), (3, 10)]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_earliest_due_goes_through_all_urgent_tasks_however_many_are_open(seed):
+    """The most urgent come first, a few at a time: the rest is looked at only while robots are free."""
+    rng = random.Random(seed)
+    robots = [robot(number, f"r{number}") for number in range(rng.randint(1, 4))]
+    tasks = [
+        task(10 + number, f"t{number}", due=rng.choice((None, float(rng.randint(1, 9)))), priority=rng.randint(0, 1))
+        for number in range(rng.choice((3, 8, 9, 40)))
+    ]
+    rows = [[rng.randint(1, 9) for _ in tasks] for _ in robots]
+    times = {(one.node, other.edge[0]): rows[one.number][other.number - 10] for one in robots for other in tasks}
+    share = rng.choice((0.02, 0.05, 0.1, 1))
+    permitted = {(one.number, other.number) for one in robots for other in tasks if rng.random() < share}
+    forbidden = {(one.number, other.number) for one in robots for other in tasks} - permitted
+    expected, free = [], {one.number for one in robots}
+    for one in sorted(tasks, key=lambda one: (-one.priority, math.inf if one.due is None else one.due)):
+        able = [number for number in sorted(free) if (number, one.number) in permitted]
+        if able:
+            nearest = min(able, key=lambda number, one=one: rows[number][one.number - 10])
+            free.remove(nearest)
+            expected.append((nearest, one.number))
+    assert answers(EarliestDue(), robots, tasks, times, forbidden=forbidden) == expected
 
 
 def cheapest(rows, forbidden):
