@@ -45,10 +45,9 @@ def test_what_a_format_can_carry_comes_back(model, form, tmp_path_factory):
     # lanes side by side that became one are said, by name
     joined = {name for remark in remarks if remark.kind == "lane" and "two-way" in remark.why for name in remark.names}
     assert {f"{a}>{b}" for a, b in before.pop("joined")} >= joined
-    drop = {tuple(name.split(">")) for name in joined}
     after.pop("joined")
-    before["lanes"] = {edge: lane for edge, lane in before["lanes"].items() if edge not in drop}
-    after["lanes"] = {edge: lane for edge, lane in after["lanes"].items() if edge not in drop}
+    for plan in (before, after):
+        plan["lanes"] = {(a, b): lane for (a, b), lane in plan["lanes"].items() if f"{a}>{b}" not in joined}
     same(before, after)
 
 

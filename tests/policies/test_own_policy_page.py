@@ -20,6 +20,7 @@ BLOCK = re.compile(r"```(\w+)(?: file=(\S+))?\n(.*?)```", re.DOTALL)
 def test_the_page_can_be_followed(tmp_path, monkeypatch):
     shutil.copy(ROOT / "models" / "multibots.yaml", tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)  # options of this session mean nothing to the page's own
     output, names, commands = "", {}, 0
     for kind, file, text in BLOCK.findall((ROOT / "docs" / "how-to" / "own-policy.md").read_text(encoding="utf-8")):
         if file:
