@@ -38,6 +38,7 @@ _HELD = {
     "broken": "robots had broken down",
     "queues": "robots waited for each other",
     "pickers": "robots waited for pickers",
+    "no stock": "no pod held any more of what they asked for",
     "no task": "robots were given no task",
 }
 """Main activity of robots in a standstill of deliveries, by the causes of `outcome.halts`."""

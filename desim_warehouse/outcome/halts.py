@@ -33,8 +33,10 @@ from desim_warehouse.states import (
     Queue,
 )
 
-Cause = Literal["batteries", "off duty", "closed", "lanes", "people", "lifts", "broken", "queues", "pickers", "no task"]
-"""Activity of robots during a standstill: charging or waiting for it, resting off duty, waiting for a station, ..."""
+Cause = Literal[
+    "batteries", "off duty", "closed", "lanes", "people", "lifts", "broken", "queues", "pickers", "no stock", "no task"
+]
+"""Cause of a standstill: robots charge or wait for it, rest off duty, wait for a station, ..., or pods are empty."""
 LEAST_DONE = 20
 """Fewest tasks done from which the quantile of cycle times is computed."""
 AT_WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING)
@@ -152,7 +154,7 @@ def _waits_for_repair(history: History, time: float) -> bool:
 
 
 def _shut(model: Model, start: float, end: float) -> Cause:
-    """Return why robots without a task get none between two times: hours, closures, or no task."""
+    """Return why robots without a task get none between two times: hours, closures, empty pods, or no task."""
     middle, stations_by_node = (start + end) / 2, specs(model, model.floor)
     stations = [
         model.hours(stations_by_node[node].hours)
@@ -162,4 +164,6 @@ def _shut(model: Model, start: float, end: float) -> Cause:
     if stations and not any(hours.is_open(middle) for hours in stations):
         return "closed"
     held = [closure.hours for closure in model.traffic.closures.values() if closure.tasks == "hold"]
-    return "lanes" if any(model.hours(name).is_open(middle) for name in held) else "no task"
+    if any(model.hours(name).is_open(middle) for name in held):
+        return "lanes"
+    return "no task" if model.pods is None or model.pods.units is None else "no stock"

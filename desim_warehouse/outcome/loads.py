@@ -18,6 +18,7 @@ from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.model.facts.subfleets import Subfleet
 from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, of_slots
 from desim_warehouse.outcome import measures
+from desim_warehouse.outcome.halts import halts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.records import TaskHistory
 from desim_warehouse.outcome.resources import use_of_stations
@@ -138,7 +139,8 @@ def _in_hand(history: History, flows: Sequence[str] | None = None) -> int:
 def _asked_for(history: History, flows: Sequence[str] | None = None) -> tuple[float, float]:
     """Return the ratio of arrived to delivered tasks, and of load units put down to load units worked on.
 
-    Each is 1 if the backlog is no larger than chance and arrivals outside the hours of stations or robots explain.
+    Each is 1 if the backlog is no larger than chance and arrivals outside the hours of stations or robots explain, and
+    if the run stood still because pods were empty.
     `flows`: those whose tasks are counted as arrived and delivered; None: all.
     """
     model, hours = history.model, history.counted
@@ -155,6 +157,8 @@ def _asked_for(history: History, flows: Sequence[str] | None = None) -> tuple[fl
     put = sum(1 for task in history.put_down if history.counts(task.delivered))
     people = sum(group.number for group in groups(model) if group.kind == "people")
     carried = times(came, came - delivered - _in_hand(history, flows), 0)
+    if carried > 1 and any(halt.cause == "no stock" for halt in halts(history)):
+        carried = 1.0  # what is left lacks goods, not robots or people
     return carried, times(put, put - measures.worked(history), people)
 
 
