@@ -309,8 +309,10 @@ class Dispatcher:
     def _view(self, number: int) -> RobotView:
         """Return a free robot as policies see it. While it rests only its energy can change."""
         robot, view = self.free[number][0], self._seen.get(number)
-        if view is None or view.energy != robot.battery.level(self.env.now):
+        if view is None:
             view = self._seen[number] = robot.view()
+        elif view.energy != (level := robot.battery.level(self.env.now)):
+            view = self._seen[number] = view._replace(energy=level)
         return view
 
     def _able(self) -> list[int]:
