@@ -396,7 +396,7 @@ class Dispatcher:
             robot, event = self.free[number]
             if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
                 continue
-            if not self.reach.must_charge(self._view(number)):
+            if not (self.open and self.reach.must_charge(self._view(number))):
                 robot.have_charge()
             elif robot.at_charger or self.bays.charger_for(robot):
                 del self.free[number]
