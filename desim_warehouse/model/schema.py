@@ -173,10 +173,13 @@ class Tasks(Part):
 
     def may_begin_at(self, nodes: Collection[str]) -> bool:
         """Whether a load may be picked up at one of some nodes, rather than in storage."""
-        if files_of(self.flows):
-            return True
+        return bool(files_of(self.flows)) or not self.picked_at.isdisjoint(nodes)
+
+    @property
+    def picked_at(self) -> set[str]:
+        """The nodes at which loads of flows are picked up, rather than in storage."""
         sources = [route.source for flow in self.flows.values() for route in flow.routes]
-        return any(node in nodes for source in sources if isinstance(source, tuple) for node in source)
+        return {node for source in sources if isinstance(source, tuple) for node in source}
 
     def handling_of(self, flow: FlowSpec) -> tuple[float | Distribution, float | Distribution]:
         """Return the times of loading and unloading a task: set by its flow, else by `load_time` and `unload_time`."""

@@ -75,6 +75,11 @@ def halts(history: History) -> list[Halt]:
     return standstills
 
 
+def lacked_stock(history: History) -> bool:
+    """Whether the run stood still because pods were empty."""
+    return _may_run_out(history.model) and any(halt.cause == "no stock" for halt in halts(history))
+
+
 def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
     """Yield the intervals without a delivery in which tasks are open all along, with the number open at the end."""
     begin, end = history.begin, history.end
@@ -166,4 +171,9 @@ def _shut(model: Model, start: float, end: float) -> Cause:
     held = [closure.hours for closure in model.traffic.closures.values() if closure.tasks == "hold"]
     if any(model.hours(name).is_open(middle) for name in held):
         return "lanes"
-    return "no task" if model.pods is None or model.pods.units is None else "no stock"
+    return "no stock" if _may_run_out(model) else "no task"
+
+
+def _may_run_out(model: Model) -> bool:
+    """Whether pods hold units that may be used up."""
+    return model.pods is not None and model.pods.units is not None

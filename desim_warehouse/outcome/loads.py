@@ -18,7 +18,7 @@ from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.model.facts.subfleets import Subfleet
 from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, of_slots
 from desim_warehouse.outcome import measures
-from desim_warehouse.outcome.halts import halts
+from desim_warehouse.outcome.halts import lacked_stock
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.records import TaskHistory
 from desim_warehouse.outcome.resources import use_of_stations
@@ -157,7 +157,7 @@ def _asked_for(history: History, flows: Sequence[str] | None = None) -> tuple[fl
     put = sum(1 for task in history.put_down if history.counts(task.delivered))
     people = sum(group.number for group in groups(model) if group.kind == "people")
     carried = times(came, came - delivered - _in_hand(history, flows), 0)
-    if carried > 1 and any(halt.cause == "no stock" for halt in halts(history)):
+    if carried > 1 and lacked_stock(history):
         carried = 1.0  # what is left lacks goods, not robots or people
     return carried, times(put, put - measures.worked(history), people)
 

@@ -10,6 +10,7 @@ from desim_warehouse.questions.run import words
 from desim_warehouse.run.examined import examined
 from tests.daily import some
 from tests.run.halls import RING
+from tests.world.test_pods import RING as PODS
 
 pytestmark = pytest.mark.usefixtures("brief_probes")
 
@@ -190,32 +191,15 @@ def test_robots_without_a_task_stand_still_for_the_one_that_broke_down_with_it()
 
 def test_pods_that_are_empty_are_the_cause_and_no_robot_is_scarce():
     """A pod holds 40 units, and every minute and a half one is picked: after an hour the picks that come must wait."""
-    model = {
-        "layout": {
-            "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, -10], "D": [0, -10]},
-            "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
-            "storage": [{"edge": ["A", "B"], "offset": 5}],
-            "bays": {"bay": {"at": ["A"], "chargers": 0, "places": 1}},
-            "stations": {"pick": {"at": ["C"], "places": 1}},
-        },
-        "fleet": {"size": 1, "robot": {"radius": 0.4, "margin": 0.2, "speed": 1}},
-        "tasks": {
-            "load_time": 3,
-            "unload_time": 2,
-            "flows": {"picks": {"from": "storage", "to": "pick", "arrivals": {"poisson": 40}, "stop_time": 10}},
-        },
-        "pods": {"count": 1, "items": 1, "per_pod": 1, "orders": 0, "change_time": 0, "stock": 40},
-        "policies": {"allocation": "nearest", "parking": "nearest", "storage": "own"},
-        "run": {"length": "3 h"},
-    }
-    run = dw.simulate(dw.load(model), 1)
+    model = dw.load(PODS, {"tasks.flows.picks.arrivals": {"poisson": 40}, "pods.stock": 40, "run.length": "3 h"})
+    run = dw.simulate(model, 1)
     assert run.kpis["tasks"] == 40
     (halt,) = halts(run.history)
     assert (halt.cause, halt.end) == ("no stock", 10_800)
     assert "no pod held any more of what they asked for." in str(run)
     assert "Nothing was scarce" in str(run)
     assert all(load.mean < 0.5 and not load.piles_up for load in loads(run.history, run.kpis))
-    assert halts(dw.simulate(dw.load(model, {"pods.stock": None}), 1).history) == []
+    assert halts(dw.simulate(model.replace({"pods.stock": None}), 1).history) == []
 
 
 @pytest.mark.parametrize("name", WORKS)

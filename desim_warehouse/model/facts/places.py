@@ -129,10 +129,9 @@ def slots(model: Model, layout: Layout) -> int | None:
 def handling(model: Model, layout: Layout) -> dict[str, str]:
     """Return the work at nodes of flows where it is not unloading alone: `loading`, or `loading and unloading`."""
     routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
-    loads = {node for route in routes if isinstance(route.source, tuple) for node in route.source}
     unloads = {node for route in routes if isinstance(route.target, tuple) for node in route.target}
     unloads.update(node for flow in model.tasks.flows.values() for name in flow.via for node in layout.nodes_of(name))
-    return {node: "loading and unloading" if node in unloads else "loading" for node in loads}
+    return {node: "loading and unloading" if node in unloads else "loading" for node in model.tasks.picked_at}
 
 
 def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:
